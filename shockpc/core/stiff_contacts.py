@@ -87,9 +87,17 @@ def damper_restitution(ratio: Array) -> Array:
     e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel 2007, Granular Matter 9:465).
     Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
     """
+    return np.asarray(np.exp(-2.0 * ratio * rise(ratio)))
+
+
+def rise(ratio: Array) -> Array:
+    """ω times the time until the largest force of a mass on a spring and a viscous damper in series: acos ζ / √(1 − ζ²).
+
+    Args: ratio ζ of the damping to the critical one, 2 ζ ω the rate at which the damper lets the force decay.
+    """
     size = np.abs(np.sqrt((1.0 - ratio) * (1.0 + ratio) + 0.0j))
     angle = np.abs(np.arccos(ratio + 0.0j))
-    return np.asarray(np.exp(-2.0 * ratio * np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0)))
+    return np.asarray(np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0))
 
 
 def series_damping(restitution: Array) -> Array:

@@ -372,11 +372,11 @@ class CompliantLanding:
     def _compression(self) -> Array:
         """Largest compression (c,) of each contact along its normal, with what dampers in series give way [m]."""
         # It is largest where the normal is unloaded, or at the end.
-        elements, turns = self.motion.elements, self._turns[1]
+        elements, turns, normal = self.motion.elements, self._turns[1], self._normal
         damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
-        pressed, way = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0), turns.displacement @ elements.rows.T
-        depth = np.where(np.asarray(elements.relaxation) > 0.0, -way.min(axis=0), pressed / elements.stiffness)
-        return np.asarray(depth[self._normal])
+        pressed = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal] / elements.stiffness[normal]
+        way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
+        return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""

@@ -2,8 +2,8 @@
 
 import itertools
 import math
+import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.end_stops import is_stop, striking_stop
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
@@ -50,7 +49,7 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
-    scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
+    scene = with_paths(scene, lambda path: os.path.realpath(os.path.expanduser(path)))
     posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
     return with_plane(replace(scene, robot=robot.label, base=base, strike=strike, posture=posture))
 
@@ -214,6 +213,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
     if scene.flex:
+        from shockpc.landing.flexible import flexible_landing
+
         flexible_landing(landing)
     return landing
 

@@ -23,7 +23,7 @@ LANDINGS = (("go2", "FL_foot", "go2"), ("g1", "left_ankle_roll_link", "g1"), ("t
 
 LAWS: dict[str, tuple[Contact, Literal["hysteresis", "damper"] | None]] = {
     "elastic": (Contact(frame="", restitution=1.0, restitution_along="directions"), None),
-    "damper, e = 0.5": (Contact(frame="", restitution=0.5), "damper"),
+    "damper, e = 0": (Contact(frame=""), "damper"),
     "hysteresis, e = 0": (Contact(frame=""), "hysteresis"),
 }
 """How contacts lose energy."""

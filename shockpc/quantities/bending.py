@@ -4,7 +4,13 @@ A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffn
 the mass that they stop, so that they last less than each alone. What counts is Tc f1, of the first bending mode f1 of the free
 robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of velocity were within 10 % from Tc f1 = 2
 on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force from 4, the largest torque of a joint from
-7 and other torques from 15 on.
+7 and other torques from 15 on. With a damper in series with the contact, its force is largest sooner, and Tc is twice the time
+until then.
+
+That is for forces without a step. By hysteresis, a row of a contact with restitution 0 is held from its largest force on. With
+rigid links its force falls to zero at once, or stays until the others let it go. Links that bend, however stiff, swing about that
+force, with as much amplitude as it changed by: the contact opens within a period of theirs, while the ground still slows the foot
+along its tangents, and torques ring.
 """
 
 import math
@@ -14,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.impact import Impact
 from shockpc.landing.bending import LegModes, leg_modes
 from shockpc.landing.landing import PosedLanding
@@ -27,7 +32,16 @@ from shockpc.text.printed import few
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
 """Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a joint, are within 10 %."""
 
+STEEP = 0.2
+"""Restitution by hysteresis below which the force of a contact falls so fast that it is a step."""
+
+ABRUPT = "rectangle", "saw-tooth"
+"""Pulses with a step."""
+
 (EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
+
+RINGS = "torques ring, and jumps may differ, however stiff links are"
+"""What a step of force does."""
 
 UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
 
@@ -37,15 +51,15 @@ class Bending(NamedTuple):
 
     Attributes:
         contact_time: Tc [s].
-        mass: of the contact with that [kg]; NaN for a pulse.
+        mass: of the contact with that [kg], less what it is shortened by; NaN for a pulse.
         modes: of the links between its contact and the base.
-        starts: whether the contact's force starts with a step, that of a damper, which rings in links however stiff these are.
+        step: where the force has a step, and how to be without; empty if it has none.
     """
 
     contact_time: float
     mass: float
     modes: LegModes
-    starts: bool = False
+    step: str = ""
 
     def lowest(self, product: float) -> float:
         """The lowest frequency of the first bending mode [Hz]. Args: product, smallest Tc f1."""
@@ -62,10 +76,10 @@ class Bending(NamedTuple):
 
     @property
     def _held(self) -> str:
+        milliseconds = f"{1e3 * self.contact_time:.2g} ms"
         if math.isnan(self.mass):
-            return f"in a pulse of {1e3 * self.contact_time:.2g} ms"
-        stiffness = self.mass * (math.pi / self.contact_time) ** 2
-        return f"on contacts of {stiffness:.3g} N/m ({1e3 * self.contact_time:.2g} ms)"
+            return f"in a pulse of {milliseconds}"
+        return f"on contacts of {self.mass * (math.pi / self.contact_time) ** 2:.3g} N/m ({milliseconds})"
 
     @property
     def lines(self) -> tuple[str, str]:
@@ -77,11 +91,8 @@ class Bending(NamedTuple):
             f"robot, is above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and "
             f"the largest torque: EI of {EI[0]} and {EI[1]} N m²"
         )
-        if self.starts:
-            first += (
-                "; peaks perhaps not even then: with the contact damping the force starts with a step, which rings in links "
-                "however stiff these are; compare with --contact-law damper"
-            )
+        if self.step:
+            first += f", by a force without steps; {self.step}"
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
@@ -118,15 +129,40 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     mass = min(yielding)
     contact = yielding[mass]
     if stiffness is not None and len(yielding) > 1:
+        from shockpc.impact.contact_rows import contact_rows
+
         rows = contact_rows(landing, stands=True)
-        mass = min(mass, rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M)))) ** -2)  # all together
+        together = rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M)))) ** -2
+        mass = min(mass, together)
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
+    if landing.scene.contact_law == "damper":
+        from shockpc.core.stiff_contacts import rise, series_damping
+
+        restitution = np.array(landing.contacts[contact].restitution)
+        shortened = float(rise(series_damping(restitution))) * 2.0 / math.pi
+        mass, of_contact = mass * shortened**2, of_contact * shortened
     time = min(of_pulse, of_contact)
     if not 0.0 < time < math.inf or (modes := leg_modes(landing, contact)) is None:
         return None
-    mass = mass if of_contact <= of_pulse else math.nan
-    return Bending(time, mass, modes, starts=landing.scene.contact_damping is not None)
+    if of_contact <= of_pulse:
+        return Bending(time, mass, modes, step_of_force(landing))
+    pulse = landing.pulse.shape if landing.pulse is not None else ""
+    return Bending(time, math.nan, modes, f"a {pulse} has one: {RINGS}; take a half-sine" if pulse in ABRUPT else "")
+
+
+def step_of_force(landing: PosedLanding) -> str:
+    """Where the force of contacts of finite stiffness has a step, and how to be without; empty if it has none."""
+    from shockpc.impact.contact_rows import row_layout
+
+    remedy = f"one: {RINGS}; take --contact-law damper"
+    if landing.scene.contact_damping is not None:
+        return f"that of --contact-damping starts with {remedy}"
+    rows = row_layout(landing.without_stops.blocks, stands=True)
+    if landing.scene.contact_law == "damper" or rows.restitution.min(initial=1.0) >= STEEP:
+        return ""
+    along = "" if rows.restitution[rows.normal].min(initial=1.0) < STEEP else " along the ground"
+    return f"that of hysteresis with a restitution below {STEEP:g}{along} ends with {remedy}"
 
 
 def bends(found: Bending | None) -> Iterator[Diagnostic]:
@@ -139,6 +175,12 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
             "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
         )
         yield Diagnostic("contact", "bending", need / metal, text)
+
+
+def rings(landing: PosedLanding) -> Iterator[Diagnostic]:
+    """A warning where links bend, and the force of contacts has a step. Args: landing."""
+    if landing.scene.flex and landing.scene.contact_stiffness is not None and (step := step_of_force(landing)):
+        yield Diagnostic("contact", "", None, f"links bend, and a force with a step makes them ring; {step}")
 
 
 def _values(impact: Impact, _: Places) -> Array:
@@ -162,14 +204,23 @@ def _value(k: int) -> Callable[[Impact, Places], Array]:
 
 
 BENDING = tuple(
-    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True,
-        unproven=True)
-    for k, (key, title, unit) in enumerate((
-        ("lowest_bending_for_jumps", "first bending mode of the leg above which jumps are those of rigid links", "Hz"),
-        ("lowest_bending_for_torques", "first bending mode of the leg above which torques are those of rigid links", "Hz"),
-        ("bending_stiffness_for_jumps", "EI of the links of the leg above which jumps are those of rigid links", "N m²"),
-        ("bending_stiffness_for_torques", "EI of the links of the leg above which torques are those of rigid links", "N m²"),
-        ("bending_of_metal", "first bending mode of the leg if its links were bars or tubes of metal with their inertias", "Hz"),
-    ))
-)  # fmt: skip
+    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True, unproven=True)
+    for k, (key, title, unit) in enumerate(
+        (
+            *(
+                (f"{key}_for_{what}", f"{title} above which {what} are those of rigid links, by a force without steps", unit)
+                for key, title, unit in (
+                    ("lowest_bending", "first bending mode of the leg", "Hz"),
+                    ("bending_stiffness", "EI of the links of the leg", "N m²"),
+                )
+                for what in ("jumps", "torques")
+            ),
+            (
+                "bending_of_metal",
+                "first bending mode of the leg if its links were bars or tubes of metal with their inertias",
+                "Hz",
+            ),
+        )
+    )
+)
 """What the first bending mode of the links between contacts and base has to be."""

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
-from shockpc.quantities.bending import Bending, bends
+from shockpc.quantities.bending import Bending, bends, rings
 from shockpc.quantities.of_parts import REMEDIES
 from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
 from shockpc.quantities.ranges import sensor_peaks
@@ -84,30 +84,11 @@ def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
                 yield Diagnostic("contact", name, float(differs[k]), text)
             texts.add(text)
         yield from profile.stiffness.warnings()
-        yield from _rings(profile)
     if math.isfinite(profile.spring_time):
         from shockpc.impact.springs import early_springs
 
         duration = None if profile.stiffness is None else profile.impact_length
         yield from early_springs(profile.landing, profile.spring_time, duration)
-
-
-def _rings(profile: "ShockProfile") -> Iterator[Diagnostic]:
-    """A warning where links that bend ring from a step in the force of a contact, which its law has, and no ground."""
-    scene = profile.scene
-    if not scene.flex or scene.contact_law == "damper":
-        return
-    if scene.contact_damping:
-        step = "starts with a step, that of the contact damping"
-    elif any(contact.kind != "stop" and contact.restitution == 0.0 for contact in profile.landing.contacts):
-        step = "falls to zero in a step at restitution 0"
-    else:
-        return
-    text = (
-        f"the force of a contact {step}, from which links ring, however stiff they are: accelerations and torques may be wrong by "
-        "factors; compare with --contact-law damper, or with a restitution of 0.1 or more"
-    )
-    yield Diagnostic("contact", "law", None, text)
 
 
 def _saturated(profile: "ShockProfile") -> Iterator[Diagnostic]:
@@ -186,6 +167,7 @@ CHECKS: tuple[Callable[["ShockProfile"], Iterable[Diagnostic]], ...] = (
     gained,
     _beyond_the_impulse,
     lambda profile: bends(profile.bending if isinstance(profile.bending, Bending) else None),
+    lambda profile: rings(profile.landing),
     _saturated,
     _overloaded,
     _beyond_stops,
