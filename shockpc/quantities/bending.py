@@ -92,7 +92,7 @@ class Bending(NamedTuple):
             f"the largest torque: EI of {EI[0]} and {EI[1]} N m²"
         )
         if self.step:
-            first += f", by a force without steps; {self.step}"
+            first += f"; this is for forces without steps: {self.step}"
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
