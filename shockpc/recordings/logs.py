@@ -139,8 +139,6 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     positions, rates, sensors = ({name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors))
     if broken := [name for name, x in rates.items() if not _known(x).all()]:
         remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
-    if unused := [name for name, values in others.items() if values.dtype.kind in "fiub"]:
-        remarks.append(f"not of the robot's state: {listed(unused, 6)}")
     rates = {name: x for name, x in rates.items() if name not in broken}
     others = {name: values[rows] for name, values in others.items()}
     segment = np.cumsum(np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time)))

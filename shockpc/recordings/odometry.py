@@ -14,11 +14,11 @@ DETERMINED = 0.02
 """Smallest singular value, in largest ones, with which the feet determine a motion: of feet nearly on a line it is smaller."""
 
 SLIP = 0.15
-"""Speed with which standing feet move against each other from which that is said [m/s]."""
+"""Speed with which standing feet move against each other from which no motion of the base follows from them [m/s]."""
 
 
 def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int) -> tuple[dict[str, float], str]:
-    """The velocities of the base by name, as `TWIST`, in world axes, and what is doubtful of them, or why they are NaN.
+    """The velocities of the base by name, as `TWIST`, in world axes, and why they are NaN.
 
     The rows of all standing feet in all samples have no speed, in the sense of least squares. The angular velocity is that of the
     gyro or of the attitude where the log has one.
@@ -59,6 +59,6 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
     if rank < basis.shape[1]:
         return unknown, f"{len(contacts)} standing feet are too few without a gyro (columns wx_body, wy_body and wz_body)"
     twist = given + basis @ x
-    slips = float(np.abs(A @ twist - b).max())
-    doubt = f"the standing feet move against each other by {slips:.2g} m/s" if slips > SLIP else ""
-    return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), doubt
+    if (slips := float(np.abs(A @ twist - b).max())) > SLIP:
+        return unknown, f"the standing feet move against each other by {slips:.2g} m/s, as if one slips, or by noise (--window)"
+    return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), ""
