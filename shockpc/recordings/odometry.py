@@ -57,8 +57,9 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
     basis = moves if known is not None else np.hstack([turns, moves])
     x, _, rank, _ = np.linalg.lstsq(A @ basis, b - A @ given, rcond=DETERMINED)
     if rank < basis.shape[1]:
-        return unknown, f"{len(contacts)} standing feet are too few without a gyro (columns wx_body, wy_body and wz_body)"
+        feet = "1 standing foot is" if len(contacts) == 1 else f"{len(contacts)} standing feet are"
+        return unknown, f"{feet} too few without a gyro (columns wx_body, wy_body and wz_body)"
     twist = given + basis @ x
     if (slips := float(np.abs(A @ twist - b).max())) > SLIP:
-        return unknown, f"the standing feet move against each other by {slips:.2g} m/s, as if one slips, or by noise (--window)"
+        return unknown, f"the standing feet move against each other by {slips:.2g} m/s: one slips, or positions are noisy"
     return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), ""
