@@ -92,6 +92,22 @@ def test_standing_feet_tell_how_the_base_moves(standing, more):
     np.testing.assert_allclose(rows.landings.table.before.velocity[0], [found.table.columns[f"v{axis}"][0] for axis in "xyz"])
 
 
+def test_a_gyro_with_missing_samples_tells_how_the_base_turns():
+    """Of two samples one, none at the ends of the log, beside an attitude that is too slow for slopes."""
+    columns, n = low_level(("FL", "FR"), attitude=True, gyro=True), np.arange(160)
+    for name in columns:
+        if name in ("qx", "qy", "qz", "qw"):
+            columns[name] = np.where(n % 8 == 0, columns[name], np.nan)
+        elif name.startswith("w"):
+            columns[name] = np.where((n % 2 == 0) & (n > 3) & (n < 150), columns[name], np.nan)
+    found = shockpc.touchdowns(columns, SCENE, robot=walk()[0])
+    assert [one.message for one in found.landings] == [""]
+    for prefix, twist, at in (("", BEFORE, 97), ("after30ms_", AFTER, 129)):
+        rotation = Rotation.from_quat(walk()[2][at, 3:7]).as_matrix()
+        values = [found.table.columns[f"{prefix}{kind}{axis}"][0] for kind in "vw" for axis in "xyz"]
+        np.testing.assert_allclose(values, [*rotation @ twist[:3], *rotation @ twist[3:]], atol=5e-3)
+
+
 @pytest.mark.parametrize(
     ("standing", "more", "reason"),
     [(("FR",), {"gyro": True}, "no foot stands"), (("FL", "FR"), {}, "without a gyro"), (("FL", "FR", "RR"), {}, "without a gyro")],

@@ -17,7 +17,9 @@ SLIP = 0.15
 """Speed with which standing feet move against each other from which no motion of the base follows from them [m/s]."""
 
 
-def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int) -> tuple[dict[str, float], str]:
+def base_velocity(
+    motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int, before: bool
+) -> tuple[dict[str, float], str]:
     """The velocities of the base by name, as `TWIST`, in world axes, and why they are NaN.
 
     The rows of all standing feet in all samples have no speed, in the sense of least squares. The angular velocity is that of the
@@ -28,6 +30,7 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
         contacts: numbers of the feet that stand in these samples.
         begin: first sample.
         end: last one.
+        before: whether a touchdown follows on it.
     """
     robot, unknown, samples = motion.robot, dict.fromkeys(TWIST, np.nan), slice(begin, end + 1)
     contacts = [c for c in contacts if motion.carried(c)]
@@ -49,7 +52,7 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
         rows.append(wrenches.reshape(-1, 6))
         speeds.append((wrenches @ twist_before(state, legs, block.body)[..., None]).ravel())
     A, b = np.concatenate(rows), -np.concatenate(speeds)
-    known, plane, planar = motion.turning(begin, end), motion.landing.plane, motion.landing.base == "planar"
+    known, plane, planar = motion.turning(begin, end, before), motion.landing.plane, motion.landing.base == "planar"
     turns, moves = np.eye(6)[:, :3], np.eye(6)[:, 3:]
     if planar:
         turns, moves = turns @ plane.normal[:, None], moves @ np.stack([plane.e1, plane.e2], axis=1)

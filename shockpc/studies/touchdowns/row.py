@@ -104,7 +104,7 @@ class RowReader:
     ) -> dict[str, float]:
         """Velocities of the base that the log lacks. Args: missing gets `what` and the reason, with the time [ms]."""
         standing = [c for c in feet if c not in self.flags or (self.flags[c].signal[begin : end + 1] > 1.0).all()]
-        velocities, reason = base_velocity(self.motion, standing, begin, end)
+        velocities, reason = base_velocity(self.motion, standing, begin, end, not prefix)
         if reason:
             missing.setdefault(what + reason, {})[time] = None
         return {prefix + key: x for key, x in velocities.items() if key not in self.known}
