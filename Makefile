@@ -44,6 +44,8 @@ gallery: paper .venv/.dev
 	@"$(BIN)/shockpc" sensitivity anymal_b --contact LF_FOOT --at imu_link --out out/sensitivity > /dev/null
 	@"$(BIN)/shockpc" place anymal_b --vary strike-angle=-30:75:8 --out out/place > /dev/null
 	@"$(BIN)/shockpc" fall g1 --out out/fall > /dev/null
+	@"$(BIN)/shockpc" paper --beyond --out out/beyond > /dev/null
+	@cp out/beyond/robots.svg robots/gallery/bending.svg
 	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --drop-height 0.3 --pulse half-sine:15ms \
 		--part "imu_link=half-sine 1500 g 0.5 ms" --part "LF_SHANK=half-sine 50 g 11 ms" --out out/part > /dev/null
 	@mkdir -p out/check && sed -n '/^\[\[case/,/^```/p' shockpc/guide/ci.md | sed '/^```/,$$d' > out/check/budgets.toml

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -63,6 +63,12 @@ def good(capfd: pytest.CaptureFixture[str], *words: object) -> str:
     outcome = run(capfd, *words)
     assert outcome._replace(out="") == Outcome(0, "", ""), outcome.err
     return outcome.out
+
+
+def says(texts: str | Iterable[str], *parts: str) -> bool:
+    """Whether one of some texts, or one line of a text, has all these names and numbers."""
+    lines = texts.splitlines() if isinstance(texts, str) else texts
+    return any(all(part in line for part in parts) for line in lines)
 
 
 def python(code: str, *words: str, **changes: str) -> subprocess.CompletedProcess[str]:

@@ -243,9 +243,7 @@ def test_a_body_that_stays_at_rest_has_no_large_bound():
 def test_a_singular_posture_gets_no_verdict(bend):
     """A shock above 1e6 is refused, with the joint that has to be bent, and the posture is flagged in maps."""
     robot, scene = nearly_straight(bend, 0.0)
-    with pytest.raises(
-        SolveError, match=r'no verdict: .*"hind_knee" at .* has almost no motion along \(0 0 1\).* --set hind_knee=ANGLE'
-    ):
+    with pytest.raises(SolveError, match=r'"hind_knee".*almost no motion.*\(0 0 1\).*--set hind_knee='):
         shock_profile(scene, robot)
     bent = replace(scene, posture=replace(scene.posture, joints_deg={"hind_knee": 10.0}))
     assert shock_profile(bent, robot).shock_com.max() < 10.0
@@ -298,7 +296,7 @@ def test_a_body_that_moves_as_no_robot_moves_is_a_warning(bend, warned):
 
 def test_a_body_without_inertia_that_turns_as_no_robot_turns_is_refused():
     """The neck of iCub carries a mass at a point: nothing resists rotation about the line to it but what rounding leaves."""
-    with pytest.raises(SolveError, match='"neck_2", "head" of robot "iCub" can move, but no mass or inertia resists it'):
+    with pytest.raises(SolveError, match=r'"neck_2", "head".*"iCub".*no mass'):
         shock_profile(Scene(robot="icub", contact="l_sole"), known_robot("icub"))
 
 

@@ -206,7 +206,7 @@ def test_what_is_said_of_the_ground_has_an_effect_or_is_refused(study, option, v
 def test_a_budget_of_numbers_that_do_not_depend_on_the_friction_is_refused(tmp_path):
     text = '[[case]]\nname = "a"\nrobot = "go2"\ncontact = "FL_foot"\nfriction = 0.2\n[[budget]]\nat = "imu"\nmax = 9\nmetric = '
     (tmp_path / "budgets.toml").write_text(f'{text}"shock"\n')
-    with pytest.raises(shockpc.StudyError, match='case "a": the scene gives a friction, which would change nothing here'):
+    with pytest.raises(shockpc.StudyError, match=r'case "a".*friction'):
         shockpc.check_budgets(tmp_path / "budgets.toml")
     (tmp_path / "budgets.toml").write_text(f'{text}"shock_friction"\n')
     assert shockpc.check_budgets(tmp_path / "budgets.toml").exit_code == 0

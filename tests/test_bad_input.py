@@ -368,27 +368,6 @@ entry()
     assert contains(done.stderr, "shockpc: ", words[1], "Permission denied")
 
 
-@pytest.mark.parametrize("name", ["stick.toml", "stick"])
-def test_pipes_are_not_waited_for(capfd, here, name):
-    """Neither as a scene nor as a robot."""
-    os.mkfifo(here / name)
-    assert contains(refusal(capfd, here, "analyze", f"./{name}", "--contact", "foot"), name, "pipe")
-
-
-@pytest.mark.parametrize("name", ["log.mcap", "log.bag", "log/log.mcap"])
-@pytest.mark.parametrize("kind", ["pipe", "device"])
-def test_a_log_is_no_pipe_or_device(capfd, here, name, kind):
-    """Neither waited for nor read without end, in the folder of a bag too."""
-    path = here / name
-    path.parent.mkdir(exist_ok=True)
-    if kind == "pipe":
-        os.mkfifo(path)
-    else:
-        path.symlink_to("/dev/zero")
-    words = ("touchdowns", name.split("/")[0], "stick.urdf", "--contact", "foot")
-    assert contains(refusal(capfd, here, *words), name, "pipe or a device")
-
-
 # Streams
 
 

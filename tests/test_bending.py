@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from shockpc import Scene, shock_profile
+from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.bending import SPECIFIC_STIFFNESS, leg_modes
 from shockpc.landing.joint_options import Joints
-from shockpc.quantities.bending import bending, bends
+from shockpc.landing.resolve import landing_of
+from shockpc.landing.scene import Contact
+from shockpc.quantities.bending import RINGS, bending, bends
+from shockpc.quantities.of_points import point_velocity
 
 TWO_HINGES = 1.1079
 """First frequency of a uniform beam, free at both ends, on two hinges, over the exact one."""
@@ -97,7 +101,6 @@ def test_rotors_lower_the_first_bending_mode(go2):
 def test_the_modes_are_those_of_the_links_that_bend(go2):
     """The same frequency as of the landing whose scene lets these links bend."""
     from shockpc.landing.flexible import flexible_landing
-    from shockpc.landing.resolve import landing_of
 
     modes = leg_modes(go2.landing, 0)
     bends = landing_of(replace(GO2, flex=dict.fromkeys(modes.links, "EI:674")), go2.robot)
@@ -110,6 +113,49 @@ def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_
     closing = landing_report(go2).closing
     (k,) = [k for k, line in enumerate(closing) if "of the finite-stiffness result" in line]
     assert list(closing[k + 1 : k + 3]) == list(go2.bending.lines)
+
+
+@pytest.mark.parametrize(
+    ("given", "steps"),
+    [
+        ({}, True),
+        ({"contact": Contact(frame="FL_foot", restitution=1.0)}, True),  # along the ground it is 0
+        ({"contact": Contact(frame="FL_foot", restitution=0.5, restitution_along="directions")}, False),
+        ({"contact_law": "damper"}, False),
+        ({"contact_damping": 50.0}, True),
+        ({"pulse": "rectangle:1ms"}, True),
+        ({"pulse": "half-sine:1ms"}, False),
+    ],
+)
+def test_forces_with_a_step_ring(given, steps):
+    """The line of rigid links names the remedy, and so does a warning where links bend."""
+    scene = replace(GO2, contact_stiffness=1e4, **given)
+    assert (RINGS in shock_profile(scene).bending.lines[0]) == steps
+    if scene.pulse is None:
+        warned = [str(one) for one in shock_profile(replace(scene, flex={"FL_calf": "EI:674"})).health.warnings]
+        assert any("--contact-law damper" in text for text in warned) == steps
+
+
+def test_dampers_in_series_raise_the_force_sooner(go2):
+    """Of restitution 0, in the time 1/ω and not π/2ω, so that links have to be stiffer."""
+    damped = shock_profile(replace(GO2, contact_law="damper"))
+    np.testing.assert_allclose(_numbers(damped)[:2], math.pi / 2.0 * _numbers(go2)[:2], rtol=1e-9)
+    assert damped.bending.stiffest(3.0) == pytest.approx((2.0 / math.pi) ** 2 * go2.bending.stiffest(3.0))
+
+
+def test_a_step_of_force_opens_a_contact_early(go2):
+    """On very stiff links the base has the jump of rigid ones by a damper; by a step, that when the normal is fully compressed."""
+
+    def jumps(law, flex):
+        found = CompliantLanding(landing_of(replace(GO2, gravity=False, contact_law=law, flex=flex), go2.robot))
+        return found.ends(point_velocity, found.landing.places("body")[:1])[0, :, 0]
+
+    stiff = dict.fromkeys(("FL_calf", "FL_thigh", "FL_hip"), "EI:1e8")
+    compressed, end, impulse = jumps("hysteresis", {})
+    size = np.linalg.norm(impulse)
+    assert np.linalg.norm(compressed - end) > 0.2 * size
+    np.testing.assert_allclose(jumps("hysteresis", stiff)[1], compressed, atol=0.02 * size)
+    np.testing.assert_allclose(jumps("damper", stiff)[1], end, atol=0.02 * size)
 
 
 def test_parts_are_judged_where_their_margin_is_lost():

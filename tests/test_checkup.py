@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import says
 from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, loaded, mjcf, refused, urdf
 from trees import robot_from
 
@@ -143,21 +144,21 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         joint("j", "base", "cross"), joint("k", "cross", "tip"),
         joint("l", "base", "finger"), joint("m", "finger", "nail", "fixed"),
     ): [
-        ("error", 'body "finger"', "no mass here nor on what it carries, so the inertia matrix cannot be inverted; give mass"),
-        ("note", 'body "cross"', "no mass here; the shock follows from what the joints beyond carry"),
+        ("error", 'body "finger"', "no mass here nor on what it carries"),
+        ("note", 'body "cross"', "no mass here"),
     ],
     # Grams read as kilograms, and a stand-in next to nothing.
     arm(base=link("base", "2"), tip=link("tip", "1500")): [
-        ("warning", 'body "tip"', "1500 kg is 750 times the next heaviest; if it is meant in grams, every shock is wrong")
+        ("warning", 'body "tip"', "1500 kg is 750 times the next heaviest")
     ],
     urdf(link("base", "2"), link("tip", "0.01"), link("dust", "1e-7"), joint("j", "base", "tip"), joint("k", "base", "dust")): [
-        ("warning", 'body "dust"', "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it is a placeholder"),
+        ("warning", 'body "dust"', "1e-07 kg is less than a millionth of the robot's 2.01 kg"),
         ("warning", 'link "tip"', "its moments of inertia have a radius of gyration of 3.16 m, and without shapes"),
         ("warning", 'link "dust"', "its moments of inertia have a radius of gyration of 1e+03 m, and without shapes"),
     ],
     # A link that can be seen and weighs nothing is noted; a bare frame is not.
     arm().replace("</robot>", f"{SHELL}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>"): [
-        ("note", 'link "shell"', "shapes but no <inertial>, which is read as no mass")
+        ("note", 'link "shell"', "shapes but no <inertial>")
     ],
     arm(elbow=joint("elbow", "base", "tip", more='<limit lower="1" upper="-1" effort="1" velocity="1"/>')): [
         ("warning", 'joint "elbow"', "its lower limit 1 is above its upper limit -1, so every posture is outside them")
@@ -166,7 +167,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         ("note", 'joint "elbow"', "both its limits are 0, so every other posture is outside them; it is computed all the same")
     ],
     arm(elbow=joint("elbow", "base", "tip", axis="0 2 0")): [
-        ("note", 'joint "elbow"', "its axis 0 2 0 is 2 long, not 1; only its direction is used")
+        ("note", 'joint "elbow"', "its axis 0 2 0 is 2 long, not 1")
     ],
     urdf(
         *map(link, "abc"), joint("lead", "a", "b"),
@@ -232,7 +233,7 @@ def test_inertias_about_the_origin_of_a_link_are_found(tmp_path: Path):
     for about_origin in (True, False):
         found = [one.text for one in check_robot(loaded(tmp_path, bars(about_origin=about_origin))) if one.level == "warning"]
         assert len(found) == about_origin
-        assert all('"bar0", "bar1", "bar2" look as if they were about the links\' origins' in text for text in found)
+        assert all(says(text, '"bar0", "bar1", "bar2"', "origins") for text in found)
 
 
 def test_ten_joints_that_follow_one_are_one_line():

@@ -181,7 +181,7 @@ def test_pairs_go_before_places_and_names(dog):
     assert all(partners["joint"][f"FL_{part}_joint"] == f"RR_{part}_joint" for part in LINKS)
     third = compare([dog, other, dog], pairs=[("FL_hip", "rh_hipassembly"), ("FL_hip", "FR_hip")])
     assert [partners["body"]["FL_hip"] for partners in third.partners] == ["rh_hipassembly", "FR_hip"]
-    with pytest.raises(StudyError, match='"FL_hipp=lf_hip" names no body, joint or point of both designs'):
+    with pytest.raises(StudyError, match=r'"FL_hipp=lf_hip".*no body'):
         compare([dog, other], pairs=[("FL_hipp", "lf_hip")])
 
 
@@ -315,7 +315,7 @@ def test_designs_may_be_scenes(capfd, tmp_path):
 def test_different_joint_models_are_said_to_be_part_of_the_changes(capfd):
     """The drives of Go2 are known and those of A1 are not: nearly all of the change is an effect of that."""
     words = ("compare", "go2", "a1", "--contact", "FL_foot")
-    assert "the joint models differ (A geared, B free), which is part of the changes" in run(capfd, *words).out
+    assert "A geared, B free" in run(capfd, *words).out
     assert "joint models" not in run(capfd, *words, "--joints", "free").out
 
 

@@ -280,9 +280,7 @@ def test_drives_of_a_robot_of_the_catalogue_for_a_copy_of_it(capfd, tmp_path):
     mine = shock_profile(scene, load_robot(file))
     expected = shock_profile(Scene(robot="go1", contact="FL_foot", posture=Posture(reference="neutral")))
     np.testing.assert_allclose(mine.delta_v, expected.delta_v, rtol=0, atol=1e-12)
-    assert "joints are named like those of go1, whose drives --drives go1 takes" in good(
-        capfd, "analyze", file, "--contact", "FL_foot"
-    )
+    assert "--drives go1" in good(capfd, "analyze", file, "--contact", "FL_foot")
     file.write_text(file.read_text().replace("calf_joint", "shin_joint"))
     part = shock_profile(scene, load_robot(file)).landing.joint_model
     assert 'none is named "*_calf_joint"' in part.drives

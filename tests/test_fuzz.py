@@ -1,11 +1,13 @@
 """Hostile inputs through the command line, a fixed few; `make fuzz` runs any number of them."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import hostile
 import pytest
+from commands import ROBOTS, run
 
 from shockpc.cli.app import COMMANDS
 
@@ -32,8 +34,21 @@ def test_a_case_is_a_function_of_its_number(monkeypatch):
     """Tables are written anew for each case, so a case that is repeated by its number has the same bytes."""
     for folder in hostile.CONTINUED:
         monkeypatch.setitem(hostile.UNFINISHED, f"{folder}/rows.csv", b"1,2")
-    for number in range(200):
+    for number in range(60):
         assert hostile.case(number) == hostile.case(number)
+
+
+def test_a_command_leaves_nothing_to_the_next(capfd, tmp_path, monkeypatch):
+    """The fuzzer's commands have a process each; in one process, what others have read or refused changes nothing."""
+    monkeypatch.chdir(shutil.copytree(ROBOTS / "stick", tmp_path / "stick"))
+    urdf, more = (
+        "analyze robot.urdf --contact",
+        ("foot --joints locked", "foot", "nothing", "arm --contact-point lowest --format json"),
+    )
+    lines = ["analyze scene.toml --all", "analyze robot.xml --contact foot", *(f"{urdf} {end}" for end in more)]
+    first = [run(capfd, *line.split()) for line in lines]
+    assert [outcome.code for outcome in first] == [0, 0, 0, 0, 2, 0]
+    assert [run(capfd, *line.split()) for line in reversed(lines)] == first[::-1]
 
 
 @pytest.mark.parametrize("script", ["soak.py", "fuzz.py"])

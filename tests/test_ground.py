@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, run, vector
+from commands import good, run, says, vector
 from robot_texts import body, floating, joint, link, mjcf, urdf
 
 from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
@@ -502,8 +502,8 @@ def test_a_headline_that_finite_stiffness_contradicts():
     """Rotors behind springs count within the contact; behind a very stiff spring they are rigid, not free."""
     soft, stiff = (Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=spring)}) for spring in (100.0, 1e12))
     warnings = contact_warnings(joints=soft, contact_stiffness=K, gravity=False)
-    assert any("shock at imu is 0.0425 at the end of contact on 100000 N/m, and 0.0024" in text for text in warnings)
-    assert any("springs of joints have an effect after 6.6 ms, within the 20.5 ms of contact" in text for text in warnings)
+    assert any(says(text, "imu", "0.0425", "100000 N/m", "0.0024") for text in warnings)
+    assert any(says(text, "6.6 ms", "20.5 ms") for text in warnings)
     assert contact_warnings(joints=soft) == []
     assert any("acts as rigid" in text for text in contact_warnings(joints=stiff))
     assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6, gravity=False))
@@ -587,7 +587,7 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
     assert json.loads(good(capfd, "analyze", *words))["tables"]["contacts"][0]["duration"] > 60.0
     outcome = run(capfd, "analyze", *words, "--spectrum")
     assert (outcome.code, outcome.out) == (3, "")
-    assert "a shock response spectrum is computed of up to 2 s; take stiffer contacts, or leave --spectrum out" in outcome.err
+    assert says(outcome.err, "up to 2 s", "--spectrum")
 
 
 # Refusals, and scenes without either
@@ -682,7 +682,7 @@ def test_a_column_without_values_says_why(capfd, here):
     (here / "log.csv").write_text("vz\n-1\n-2\n")
     robot = ("go2", "--contact", "FL_foot", "--quantity", "peak_force")
     for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("recorded", "log.csv", *robot)):
-        assert "peak_force@FL_foot has no value: the scene gives no contact stiffness" in good(capfd, *words)
+        assert says(good(capfd, *words), "peak_force@FL_foot", "contact stiffness")
     assert "has no value" not in good(capfd, "recorded", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import good, run, says
 from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene, simulated
 
 from shockpc import Joints, Rotor, Scene, StudyError, identify, read_scene, resolve, shock_profile, sweep
@@ -223,7 +223,7 @@ def test_an_unknown_without_influence():
     """A spring gives no impulse in an instant."""
     found = identify(blocks(rng(), 20), TOSSED, {"friction": "0:1.5", "joint-stiffness:hinge_1_to_2": "1:1000:log"})
     assert [one.state for one in found.unknowns] == ["identified", "no influence"]
-    assert "joint-stiffness:hinge_1_to_2 has no influence on what was measured" in found.statements[0]
+    assert says(found.statements[0], "joint-stiffness:hinge_1_to_2", "no influence")
 
 
 def test_unknowns_that_do_the_same(here):
@@ -231,7 +231,7 @@ def test_unknowns_that_do_the_same(here):
     table = leg(rng(), 20, here, true={"armature:rail": 0.5}, noise=0.0)
     found = identify(table, leg_scene(here), {"armature:rail": "0.1:2", "mass:hub": "1:3"})
     assert [one.state for one in found.unknowns] == ["not identifiable"] * 2
-    assert "the data cannot tell armature:rail and mass:hub apart: one changed against the other" in found.statements[0]
+    assert says(found.statements[0], "armature:rail", "mass:hub")
     assert found.errors["after"] < 1e-3
 
 

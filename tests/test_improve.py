@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import run
+from commands import run, says
 from identify_draws import LEG
 from robot_texts import LIMIT, joint, link, urdf
 from scipy.optimize import minimize
@@ -408,7 +408,7 @@ def test_what_cannot_be_improved_says_so(capfd):
         with pytest.raises(StudyError, match=r"through knee_left has no value .* is not determined"):
             improve(cassie, quantity, vary={"knee_left": "-110:-50"}, keep=keep, robot=known_robot("cassie"), starts=0)
     feet = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
-    with pytest.raises(StudyError, match=r"push of the ground at LF_FOOT, .* not determined; --any-ground leaves it out"):
+    with pytest.raises(StudyError, match=r"LF_FOOT.*not determined.*--any-ground"):
         improve(Scene(robot="anymal_b", contact=feet, joints=Joints(model="locked")), vary={"speed": "1:2"}, robot=robot, starts=0)
     with pytest.raises(StudyError, match="never below zero"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["delta_qd@LF_KFE<=-3"])
@@ -522,7 +522,7 @@ def test_ranges_without_the_landing_as_given_are_named():
     vary = {"armature:*_KFE": "0.01:0.1"}
     found = improve(anymal(), "shock@imu_link", vary=vary, robot=known_robot("anymal_b"), starts=0)
     assert found.values[0][1] > found.values[0][0]
-    assert "better than the optimum: it lies outside the range of armature:*_KFE" in improve_report(found).text("table")
+    assert says(improve_report(found).text("table"), "better than the optimum", "outside", "armature:*_KFE")
 
 
 def test_joints_that_differ_as_given_and_have_one_value_are_named():
@@ -530,7 +530,7 @@ def test_joints_that_differ_as_given_and_have_one_value_are_named():
     vary = {"*_KFE": "-30:-20"}
     found = improve(anymal(), "shock@imu_link", vary=vary, robot=known_robot("anymal_b"), starts=0, any_ground=True)
     assert found.values[0][1] > found.values[0][0]
-    assert "better than the optimum: there the joints of *_KFE [deg] differ" in improve_report(found).text("table")
+    assert says(improve_report(found).text("table"), "better than the optimum", "differ", "*_KFE [deg]")
 
 
 def test_a_gradient_counts_end_stops():
@@ -591,7 +591,7 @@ def test_what_is_not_said_is_the_imu_and_the_leg():
     assert [cost.quantity for cost in found.costs] == ["shock@imu_link"]
     assert [one.subject for one in found.costs[0].variations] == ["LF_HAA", "LF_HFE", "LF_KFE"]
     np.testing.assert_allclose(found.costs[0].bounds - found.costs[0].given[:, None], [[-45.0, 45.0]] * 3, rtol=1e-12)
-    assert "by default   quantity shock@imu_link; variables LF_HAA, LF_HFE, LF_KFE" in improve_report(found).text("table")
+    assert says(improve_report(found).text("table"), "by default", "shock@imu_link", "LF_HAA, LF_HFE, LF_KFE")
     named = improve(anymal(point=(Point(frame="LF_HIP"),)), vary=LEGS[:1], robot=known_robot("anymal_b"), starts=0)
     assert [cost.quantity for cost in named.costs] == ["shock@LF_HIP"]
     assert "by default" not in improve_report(named).text("table")

@@ -9,7 +9,7 @@ import dense
 import numpy as np
 import pinocchio as pin
 import pytest
-from commands import run
+from commands import run, says
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
@@ -275,7 +275,7 @@ def test_the_header_says_how_joints_become_free():
     assert "--joints free for free joints" in joint_lines(geared)
     assert "drives none" not in joint_lines(geared)
     sprung = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
-    assert "free, because every drive acts through a spring (drives of anymal_b, derived)" in joint_lines(sprung)
+    assert says(joint_lines(sprung), "free", "spring", "anymal_b, derived")
 
 
 @pytest.mark.parametrize("mass", [0.01, 0.3, 1.0, 3.0, 30.0])
@@ -303,4 +303,4 @@ def test_joints_without_a_solution_have_a_reason(capfd):
     outcome = run(capfd, "analyze", "talos", "--contact", "left_sole_link", "--stance", "right_sole_link", "--flat")
     assert outcome.code == 0
     assert "locked without a solution)" in outcome.out
-    assert '(–: no solution with joints locked: stance "right_sole_link" cannot be stopped' in outcome.out
+    assert says(outcome.out, "(–: ", "locked", '"right_sole_link"')

@@ -103,7 +103,7 @@ def test_a_landing_ends_with_its_last_reference(scene: Scene):
 def test_every_landing_is_solved_once(scene: Scene, module: object, name: str, monkeypatch: pytest.MonkeyPatch):
     """Six landings, whose numbers are then read one after the other: one solution of each, and of each stiffness that is asked."""
     solved, solve = [], getattr(module, name)
-    monkeypatch.setattr(module, name, lambda *given: solved.append(pickle.dumps(given)) or solve(*given))
+    monkeypatch.setattr(module, name, lambda *given, **named: solved.append(pickle.dumps(given)) or solve(*given, **named))
     scenes = [replace(scene, strike=replace(scene.strike, strike_angle_deg=5.0 * k)) for k in range(6)]
     profiles = [shock_profile(one) for one in scenes]
     for _ in range(2):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from commands import STICK, good, run
+from commands import STICK, good, run, says
 from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
@@ -348,7 +348,7 @@ def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
     """The words are of the side of the bound, and the map is drawn."""
     part = ("--part", "trunk_imu=half-sine 50 g 11 ms", "--quantity", "part_margin", "--min", 1e4, "--step", 2, "--out", tmp_path)
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", *part)
-    assert "values of lf_kfe_joint that keep part_margin@trunk_imu at or above 10000" in text
+    assert says(text, "lf_kfe_joint", "part_margin@trunk_imu", "above 10000")
     assert "the best that is feasible is" in text
     document = json.loads((tmp_path / "limits.json").read_text())
     assert (document["max"], document["min"]) == (None, 1e4)
@@ -364,7 +364,7 @@ def test_no_value_allowed_is_an_answer(capfd):
     assert [one.allowed for one in found.limits] == [()]
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 1e-4)
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 0.5)
-    assert "keeps shock@trunk_imu at or below 0.0001 at any of these strike angles; the best that is feasible is" in text
+    assert says(text, "shock@trunk_imu", "below 0.0001", "best")
     best = found.limits[0]
     assert f" {best.best:.3g} at {math.degrees(best.best_at):.4g} deg" in text
     assert found.scan.feasible(0.0, 0.0)[np.argmin(np.abs(found.scan.values - best.best_at))]
@@ -391,7 +391,7 @@ def test_postures_that_level_ground_does_not_allow_are_named(capfd):
     assert inside == expected
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 5)
-    assert f"flat ground does not allow {expected.count(False)} of {len(expected)} postures at the scene's strike" in text
+    assert f"not allow {expected.count(False)} of {len(expected)} postures" in text
 
 
 def test_command(capfd, tmp_path):
@@ -504,7 +504,7 @@ def test_limits_and_sweeps_take_the_same_values(low, high, taken):
 
 def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
     text = run(capfd, "sweep", "hyq", "--contact", "lf_foot", "--vary", "lf_kfe_joint=-150:-10:3", "--out", tmp_path)
-    assert "lf_kfe_joint from -150 to -10 deg leaves the limits of the robot file, -140 to -20 deg" in text.out + text.err
+    assert says(text.out + text.err, "lf_kfe_joint", "-150 to -10 deg", "-140 to -20 deg")
 
 
 @pytest.mark.slow
@@ -548,9 +548,9 @@ def test_a_number_that_does_not_depend_on_what_varies(capfd, maximum, words):
     """The report says so, calls friction no joint, and names quantities that depend on it."""
     given = ("--joint", "friction", "--range", "0.1:0.8", "--step", 0.1, "--at", "trunk_imu", "--max", maximum, "--strikes", "0:30")
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given)
-    assert f"shock@trunk_imu does not depend on friction in this range: {words}" in text
+    assert says(text, "shock@trunk_imu does not depend on friction", words)
     assert "such as shock_friction or peak_force" in text
-    assert "varied       friction from 0.1 to 0.8, scanned in steps of 0.1" in text
+    assert says(text, "friction", "0.1 to 0.8", "steps of 0.1")
     assert "file's limits" not in text
     assert "joint" not in text.partition("varied  ")[2]
     depends = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given[:5], 0.35, "--quantity", "shock_friction@trunk_imu",

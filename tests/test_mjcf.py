@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import says
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, configuration_from_mujoco, load_robot, shock_profile
@@ -336,9 +337,10 @@ def test_keyframes(tmp_path: Path):
     robot = from_text(tmp_path, mjcf(floating(body("b")), after=keys.format("nan 2 3 1 0 0 0 .3")))
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert list(robot.postures) == ["home"]
-    assert [warning for warning in robot.warnings if "keyframe" in warning] == [
-        f'dog.xml: keyframe "{name}" does not hold 8 finite numbers; the posture is left out' for name in ("old", "bad")
-    ]
+    warnings = [warning for warning in robot.warnings if "keyframe" in warning]
+    assert [says(warning, f'"{name}"', "8 finite numbers") for name, warning in zip(("old", "bad"), warnings, strict=True)] == [
+        True
+    ] * 2
 
 
 TWO = mjcf(
@@ -352,10 +354,8 @@ TWO = mjcf(
 def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path):
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
-    assert robot.warnings == (
-        'dog.xml: it holds 3 robots that move independently: "base", with the most joints, is computed, and "box" (9 kg), '
-        '"door" (1 kg) left out',
-    )
+    (warning,) = robot.warnings
+    assert says(warning, "3 robots", '"base", with the most joints', '"box" (9 kg), "door" (1 kg) left out')
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert "door" not in robot.frames
@@ -368,7 +368,7 @@ def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, con
     scene = Scene(robot=str(tmp_path / "dog.xml"), contact="box")
     assert robot_of(Scene(robot=scene.robot), [contact]).links == ("box",)
     profile = shock_profile(scene)
-    assert 'holds 3 robots that move independently: "box", which has the contact, is computed' in profile.robot.warnings[0]
+    assert says(profile.robot.warnings[0], "3 robots", '"box"')
     np.testing.assert_allclose(profile.delta_v, [[0.0, 0.0, 1.0]], atol=1e-15)
     with pytest.raises(UnknownName):
         shock_profile(Scene(robot=scene.robot, contact="window"))
@@ -504,7 +504,7 @@ def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """It is an optional dependency: the message says how to install it."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(RobotError, match=r"^dog\.xml: an MJCF file is read by MuJoCo.* pip install mujoco$"):
+    with pytest.raises(RobotError, match=r"dog\.xml.*pip install mujoco"):
         from_text(tmp_path, READ["actuator gear"])
 
 
@@ -542,7 +542,7 @@ REFUSED = {
     one(at='euler="NaN(1) 0 0"'): r'body "b": euler is "NaN\(1\) 0 0".*finite',
     one(HELD.format("1e200", "1e308 1e308 1e308")): r'body "b": mass is 1e\+200 kg',
     one(at='pos="0 0 1e100"'): r'body "b": pos is 1e\+100 m',
-    one(joints='<joint name="j" armature="-0.1"/>'): 'joint "j" has an armature that is not computed; give one not below zero',
+    one(joints='<joint name="j" armature="-0.1"/>'): 'joint "j" has an armature that is not computed',
     mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): "elements.*20000.*count",
     mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): "2001 links, and up to 2000 are read",
     mjcf(floating(body("other", joints='<joint name="universe"/>'))): 'joint "universe".*rename',
@@ -566,7 +566,7 @@ REFUSED = {
     ),
     # A missing, repeated or outlying part, and an attached model outside.
     mjcf(floating(), '<include file="none.xml"/>'): '"none.xml" is missing: no file',
-    mjcf(floating(), '<include file="a.xml"/>'): 'includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
+    mjcf(floating(), '<include file="a.xml"/>'): 'includes "a.xml" twice',
     mjcf(floating(), '<include file="../secret.xml"/>'): '"../secret.xml" leads to ".*/secret.xml", outside the folders',
     mjcf(floating(), '<asset><model name="s" file="../secret.xml"/></asset>'): '"../secret.xml" leads to ".*/secret.xml"',
     mjcf(

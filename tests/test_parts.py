@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import STICK_WITH_IMU, good, run
+from commands import STICK_WITH_IMU, good, run, says
 from hypothesis import given
 from hypothesis import strategies as st
 from test_escaping import NAMES, SUFFIXES, check_text, read
@@ -49,7 +49,7 @@ def test_velocity_change_of_a_half_sine(g, ms, change):
     assert found.velocity_change == pytest.approx(2.0 * g * GRAVITY * ms * 1e-3 / math.pi, rel=1e-15)
     assert round(found.velocity_change, 1) == change
     assert (found.acceleration, found.both) == (g / 2.0, True)
-    assert "2AT/π of the pulse survived, a lower bound of the critical velocity change" in found.basis
+    assert says(found.basis, "2AT/π", "lower bound")
 
 
 @pytest.mark.parametrize("x", [0.01, 0.2, 0.4, 0.8, 1.3, 7.7])
@@ -220,7 +220,7 @@ def test_a_torque_is_rated_for_a_time(capfd, here):
     (here / "s.toml").write_text(scene + part)
     warned = [one["text"] for one in document(capfd, "s.toml")["health"]["warnings"] if one["kind"] == "part"]
     assert warned[0].startswith("slide carries 94.2 times its momentary torque")
-    assert warned[1].startswith("the impact lasts 5 ms, and the momentary torque of slide is for 1 ms")
+    assert says(warned[1], "5 ms", "torque of slide", "1 ms")
 
 
 def test_joints_without_a_limit_or_a_time_have_no_share(here):
@@ -277,10 +277,8 @@ def test_a_part_of_a_joint_that_cannot_be_judged_says_why(capfd, here):
     (here / "weak.urdf").write_text(COLUMN.replace('effort="50"', 'effort="0"'))
     part = Part(name="gear", joint="slide")
     profile = shock_profile(Scene(robot="weak.urdf", contact="foot", pulse="half-sine:5ms", part=(part,)))
-    assert [one.text for one in profile.health.warnings if one.kind == "part"] == [
-        "gear is not judged: it needs a momentary torque; give the part a momentary_torque, because no effort limit above zero "
-        "of its joint is read from the file"
-    ]
+    (warning,) = (one.text for one in profile.health.warnings if one.kind == "part")
+    assert says(warning, "gear is not judged", "momentary_torque", "no effort limit")
 
 
 @pytest.mark.parametrize("scene", [{"contact_stiffness": K}, {"pulse": "half-sine:5ms"}])
@@ -474,7 +472,7 @@ def test_shock_and_peaks_of_parts_are_columns_of_studies(here):
     stiff = replace(scene, contact_stiffness=K, gravity=False)
     peaks = sweep(stiff, {"speed": "1,2"}, quantities=("part.peak_g@IMU",)).table().columns["part.peak_g@IMU"]
     np.testing.assert_allclose(peaks, shock_profile(stiff).parts[0].peak_g * np.array([1.0, 2.0]), rtol=1e-6)
-    with pytest.raises(StudyError, match=r"peak_g needs the duration of the impact.* or a contact stiffness"):
+    with pytest.raises(StudyError, match=r"peak_g.*duration"):
         sweep(scene, {"speed": "1,2"}, quantities=("part.peak_g@IMU",))
 
 

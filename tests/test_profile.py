@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from commands import says
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import LIMIT, joint, link, urdf
@@ -78,9 +79,7 @@ def test_contacts_that_contradict_one_another_are_refused(e):
         Contact(frame="box", offset=(x, 0.0, -0.1), restitution=r, restitution_along="directions")
         for x, r in ((-0.3, 0.0), (0.3, e))
     ]
-    with pytest.raises(
-        SolveError, match=rf'"box" cannot be stopped in posture "neutral": {0.5 * e:.3g} m/s are left along \(1 0 0\)'
-    ):
+    with pytest.raises(SolveError, match=rf'"box" cannot be stopped.*"neutral".* {0.5 * e:.3g} m/s.*\(1 0 0\)'):
         land(box(), contacts, (0.5, 0.0, -1.0))
     land(box(), contacts)  # straight down nothing contradicts
 
@@ -180,7 +179,7 @@ def test_a_strike_is_the_velocity_it_says(strike, vector):
 
 
 def test_a_scene_without_a_contact_is_refused():
-    with pytest.raises(SceneError, match=r'^no contact is defined; name a link of robot "leg", such as "heel"$'):
+    with pytest.raises(SceneError, match=r'contact.*"leg".*"heel"'):
         land(known_robot("leg"), [])
 
 
@@ -204,10 +203,7 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
     """A bob without mass, or with all of it on its axis: the message names the body and its joint, not the contact."""
     with pytest.raises(SolveError) as refusal:
         land(pendulum(mass, "0", com), [Contact(frame="tip")], posture=TILTED)
-    assert str(refusal.value) == (
-        'body "bob" of robot "r" can move, but no mass or inertia resists it, so the inertia matrix cannot be inverted; give mass '
-        "and inertia in the file (mass on a joint's axis does not resist turning about it), or lock " + '"hinge" with --lock'
-    )
+    assert says(str(refusal.value), 'body "bob" of robot "r"', "no mass or inertia", 'lock "hinge" with --lock')
 
 
 CHAIN = (

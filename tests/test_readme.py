@@ -204,7 +204,8 @@ def texts(drawing):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("out", "drawn", "shown"), [("go2", "shock", "go2"), *((name, name, name) for name in ("compare", "sensitivity"))]
+    ("out", "drawn", "shown"),
+    [("go2", "shock", "go2"), ("beyond", "robots", "bending"), *((name, name, name) for name in ("compare", "sensitivity"))],
 )
 def test_pictures_are_those_of_the_commands(capfd, tmp_path, out, drawn, shown):
     """What `make gallery` would write says the same as what is committed."""

@@ -150,7 +150,7 @@ def test_what_is_left_out_stands_in_the_line_of_the_contact():
 @pytest.mark.parametrize("digits", [2, 4, 6])
 def test_a_strike_along_it_is_refused(digits):
     """The ground cannot stop what the mechanism cannot move."""
-    with pytest.raises(SolveError, match=r"cannot be stopped .* along \(0 1 0\).*leave that direction out"):
+    with pytest.raises(SolveError, match=r"cannot be stopped.*\(0 1 0\)"):
         shock_profile(landing(r := chain(written(digits)), strike=(0.0, 0.2, -1.0)), r)
 
 
@@ -273,7 +273,7 @@ def test_a_contact_that_slides_is_refused_where_only_rounding_moves_it(digits):
     robot = leg_of_a_free_trunk(written(digits))
     upright, lying = (on_a_trunk("fixed", roll, directions=("z",)) for roll in (0.0, 90.0))
     assert shock_profile(upright, robot).health.rank == 1
-    with pytest.raises(SolveError, match=r"cannot be stopped .* along \(0 0 1\)"):
+    with pytest.raises(SolveError, match=r"cannot be stopped.*\(0 0 1\)"):
         shock_profile(lying, robot)
 
 

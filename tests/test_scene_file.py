@@ -230,14 +230,14 @@ MISTAKES = {
     ),
     "contact = 3": "contact has to be a list of tables, each begun with [[contact]], not 3",
     'contact = ["foot", 3]': "contact[1] has to be a table, not 3",
-    "[[contact]]\nframe = 'foot'\n[[contact]]": "contact[1].frame is missing; every contact needs it",
+    "[[contact]]\nframe = 'foot'\n[[contact]]": "contact[1].frame is missing",
     "[[contact]]\nframe = 'f'\ndirections = 'z'": 'contact[0].directions has to be a list, each of its entries "x", "y" or "z" or',
     "[[contact]]\nframe = 'f'\ndirections = ['x', 'w']": f'contact[0].directions[1] has to be "x", "y" or "z" or {NUMBERS} "w"',
     "[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }": (
         "closure[0].b.frame is missing; every loop end needs it; closure[0].b.link: no such key; valid here: frame, offset"
     ),
     "[joints]\nrotor = 1": "joints.rotor has to be a table, each of its values a table, not 1",
-    "[joints]\nrotor = { hip = { gear_ratio = 1 } }": "joints.rotor.hip.inertia is missing; every rotor needs it",
+    "[joints]\nrotor = { hip = { gear_ratio = 1 } }": "joints.rotor.hip.inertia is missing",
     "srdf = 2020-01-01": 'srdf has to be text in quotes, not "2020-01-01"',
     'srdf = "leg': "is not TOML, as a scene file has to be: Illegal character '\\n' (at line 2, column 12)",
     'srdf = "\udcff"': "is not TOML, as a scene file has to be: 'utf-8' codec can't decode byte 0xff in position 22",
@@ -245,7 +245,7 @@ MISTAKES = {
     "robot = 'leg'": "is not TOML, as a scene file has to be: Cannot overwrite a value (at line 2, column 14)",
 }
 WITHOUT_ROBOT = {
-    "": "robot is missing; every scene needs it",
+    "": "robot is missing",
     "robot = 3": "robot has to be text in quotes, not 3",
     "robots = 'leg'": "robot is missing; every scene needs it; robots: no such key; nearest: robot",
     'robot = "a\\u0000.urdf"': '"a\\u0000.urdf" cannot be the path of a file: it holds a NUL character',
@@ -435,7 +435,7 @@ def test_schema_knows_every_key(capfd, here):
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "gravity"}
+        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "contact_law", "gravity"}
         | {"stops", "stop_restitution", "stop_stiffness", "flex"},
         "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},

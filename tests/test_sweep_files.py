@@ -17,7 +17,7 @@ import numpy as np
 import pyarrow.dataset
 import pyarrow.parquet
 import pytest
-from commands import STICK, good, run
+from commands import STICK, good, run, says
 
 from shockpc import Scene
 from shockpc.cli.entry import main
@@ -124,7 +124,7 @@ def test_shock_is_the_same_at_every_speed(capfd, stick, tmp_path):
     rows = pyarrow.dataset.dataset(tmp_path / "out" / "rows").to_table().to_pydict()
     assert rows["shock@body"][1] == pytest.approx(rows["shock@body"][0], rel=1e-14)
     assert rows["delta_v@body"][1] == pytest.approx(3.0 * rows["delta_v@body"][0], rel=1e-14)
-    assert "shock is relative to the strike, and the same at every speed; --quantity delta_v@body gives m/s" in text
+    assert "--quantity delta_v@body" in text
 
 
 def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
@@ -161,12 +161,13 @@ def test_rows_that_cannot_be_computed_have_a_message_and_their_number_is_said(ca
     """The exit code is 3 if none could be computed, or with --strict if one could not."""
     words = ("sweep", stick, "--contact", "foot", "--vary")
     outcome = run(capfd, *words, "strike-angle=0,120", "--out", tmp_path / "out")
-    assert (outcome.code, outcome.err) == (0, "shockpc: 1 of 2 landings could not be computed; the results name them\n")
+    assert (outcome.code, outcome.err.count("\n"), says(outcome.err, "1 of 2 landings")) == (0, 1, True)
     assert run(capfd, *words, "strike-angle=0,120", "--out", tmp_path / "strict", "--strict").code == 3
     assert run(capfd, *words, "strike-angle=120", "--out", tmp_path / "none").code == 3
     assert "not computed: 1 of 2 landings\n  row 1: " in outcome.out
     table = pyarrow.parquet.read_table(tmp_path / "out" / "rows").to_pydict()
-    assert table["message"] == [None, 'contact "foot" does not approach the ground, so there is no impact']
+    assert table["message"][0] is None
+    assert says(table["message"][1], '"foot"', "not approach")
     assert table["shock_com@body"][1] is None
 
 
@@ -328,7 +329,7 @@ def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_
     assert read(out)["row"].to_pylist() == allowed
     assert 0 < len(allowed) < 2000
     left = 2000 - len(allowed)
-    assert f"does not allow {left} of 2000 landings: {left} because a contact would have to be pulled; they are left out" in text
+    assert says(text, f"not allow {left} of 2000 landings: {left} because", "pulled")
     before = files(out)
     for path in ((out / "rows" / f"part-00000.{format_}"), (out / "checksums" / "part-00000.sha256")):
         path.write_bytes(path.read_bytes()[:-3] + b"1\n")
@@ -390,10 +391,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
     good(capfd, "sweep", stick, *SMALL, "--out", out)
     before = files(out)
     again = run(capfd, "sweep", stick, *SMALL, "--out", out)
-    assert (again.code, again.err) == (
-        2,
-        f'shockpc: "{out}" holds a sweep already; continue it with --resume, or name another folder with --out\n',
-    )
+    assert (again.code, says(again.err, f'"{out}"', "--resume", "--out")) == (2, True)
     other = run(capfd, "sweep", stick, *SMALL, "--restitution", "0.5", "--seed", "1", "--out", out, "--resume")
     assert other.code == 2
     assert "which differs in: scene, seed;" in other.err

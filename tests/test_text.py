@@ -398,7 +398,7 @@ def test_stance_feet_are_listed_with_the_total():
     feet = tuple(Contact(frame=f"{leg}_foot") for leg in ("lf", "rf", "lh", "rh"))
     text = as_text(contacts_view(shock_profile(Scene(robot="hyq", contact=feet, joints=Joints(model="locked")))))
     assert re.search(r"\nlf_foot +not unique\n", text) or re.search(r"\nlf_foot +– .*not unique\n", text)
-    assert "(the contact rows are redundant, so only the sum of the impulses is unique)" in text
+    assert "redundant" in text
 
 
 def test_bodies_that_do_not_move_become_one_line():

@@ -73,28 +73,28 @@ def hung(links: str, *joints: str) -> str:
 
 
 NUMBER, NUMBERS = "; it has to be one finite number, such as 0.5", "; it has to be 3 finite numbers, such as 0 0 0.5"
-NAMED_TWICE = 'are called "{}"; names have to be unique, so rename one'
+NAMED_TWICE = 'are called "{}"'
 CIRCLE = "a circle that no root link carries"
 REFUSED = {
-    urdf(): "has no <link>, so there is no robot in it; if it defines macros, give the file that uses them",
-    urdf('<link name="a"/>'): "no link has mass, so the robot has no mass; give at least one link an <inertial>",
-    urdf(link("a", mass="0")): "no link has mass, so the robot has no mass; give at least one link an <inertial>",
-    urdf(link("a"), "<link/>"): "<link> number 2 has no name; give it one",
-    elbow(name=""): "<joint> number 1 has no name; give it one",
+    urdf(): "has no <link>",
+    urdf('<link name="a"/>'): "no link has mass",
+    urdf(link("a", mass="0")): "no link has mass",
+    urdf(link("a"), "<link/>"): "<link> number 2 has no name",
+    elbow(name=""): "<joint> number 1 has no name",
     hung("aa"): "two links " + NAMED_TWICE.format("a"),
     hung("abc", "jab", "jac"): "two joints " + NAMED_TWICE.format("j"),
-    urdf(link("universe")): 'link "universe" has the name that Pinocchio gives to the world; rename it',
-    elbow(name="root_joint"): 'joint "root_joint" has the name that Pinocchio gives to the free base; rename it',
+    urdf(link("universe")): 'link "universe" has the name that Pinocchio gives to the world',
+    elbow(name="root_joint"): 'joint "root_joint" has the name that Pinocchio gives to the free base',
     elbow(child="hand"): 'joint "elbow": its child is link "hand", which does not exist; every joint has to join two links',
     elbow(parent="body"): 'joint "elbow": its parent is link "body", which does not exist; every joint has to join two links',
-    arm().replace('<parent link="base"/>', ""): 'joint "elbow": it names no parent link; every joint has to join two links',
-    hung("ab"): '2 links have no parent: "a", "b"; a robot has one root, so join the others to it',
-    hung("abcdefg"): '7 links have no parent: "a", "b", "c", "d", "e" and 2 more; a robot has one root',
-    hung("ab", "jab", "kba"): f'{CIRCLE} holds "j", "k"; a URDF is a tree, so remove one of these joints',
-    hung("abc", "jbc", "kcb"): f'{CIRCLE} holds "j", "k"; a URDF is a tree, so remove one of these joints',
-    hung("abcd", "jbc", "kcb", "lcd"): f'{CIRCLE} holds "j", "k"; a URDF is a tree, so remove one of these joints',
-    hung("ab", "jbb"): f'{CIRCLE} holds "j"; a URDF is a tree, so remove one of these joints',
-    hung("abc", "jab", "kac", "lbc"): 'link "c" is the child of two joints, "k" and "l"; a URDF is a tree',
+    arm().replace('<parent link="base"/>', ""): 'joint "elbow": it names no parent link',
+    hung("ab"): '2 links have no parent: "a", "b"',
+    hung("abcdefg"): '7 links have no parent: "a", "b", "c", "d", "e" and 2 more',
+    hung("ab", "jab", "kba"): f'{CIRCLE} holds "j", "k"',
+    hung("abc", "jbc", "kcb"): f'{CIRCLE} holds "j", "k"',
+    hung("abcd", "jbc", "kcb", "lcd"): f'{CIRCLE} holds "j", "k"',
+    hung("ab", "jbb"): f'{CIRCLE} holds "j"',
+    hung("abc", "jab", "kac", "lbc"): 'link "c" is the child of two joints, "k" and "l"',
     elbow(kind="ball"): 'joint "elbow" is of type "ball", which URDF does not have; it has "revolute", "continuous", "prismatic"',
     **{
         tip(mass): f'link "tip": <mass> value is "{mass}"{NUMBER}'
@@ -110,25 +110,25 @@ REFUSED = {
     tip(inertia=""): 'link "tip": <inertia> ixx is missing' + NUMBER,
     tip(inertia=INERTIA.replace('ixy="0"', "")): f'link "tip": <inertia> ixy is missing{NUMBER}',
     tip(inertia='<origin xyz="0 0"/>' + INERTIA): f'link "tip": <origin> xyz is "0 0"{NUMBERS}',
-    elbow(axis="0 0 0"): 'joint "elbow": its axis is 0 0 0, so it has no direction; give it one',
+    elbow(axis="0 0 0"): 'joint "elbow": its axis is 0 0 0',
     elbow().replace('xyz="0 1 0"', ""): f'joint "elbow": <axis> xyz is missing{NUMBERS}',
     elbow(axis="0 nan 0"): f'joint "elbow": <axis> xyz is "0 nan 0"{NUMBERS}',
     elbow(f'<origin rpy="0 x 0"/>{LIMIT}'): f'joint "elbow": <origin> rpy is "0 x 0"{NUMBERS}',
-    elbow(f'<origin xyz="0 -1e+25 0"/>{LIMIT}'): 'joint "elbow": <origin> xyz is -1e+25 m, which cannot be computed with',
-    elbow(""): 'joint "elbow" is revolute and has no <limit>, which URDF requires; add one, or make it continuous',
-    elbow("", "prismatic"): 'joint "elbow" is prismatic and has no <limit>, which URDF requires; add one',
-    elbow(LEAD + MIMIC.format("lead")): 'joint "elbow" has several <mimic>, and a joint can follow only one; keep one',
+    elbow(f'<origin xyz="0 -1e+25 0"/>{LIMIT}'): 'joint "elbow": <origin> xyz is -1e+25 m',
+    elbow(""): 'joint "elbow" is revolute and has no <limit>',
+    elbow("", "prismatic"): 'joint "elbow" is prismatic and has no <limit>',
+    elbow(LEAD + MIMIC.format("lead")): 'joint "elbow" has several <mimic>, and a joint can follow only one',
     elbow(f'{LIMIT}<mimic joint="other" multiplier="nan"/>').replace(
         "</robot>", f"{link('third')}{joint('other', 'base', 'third')}</robot>"
     ): f'joint "elbow": <mimic> multiplier is "nan"{NUMBER}',
     elbow("", "planar"): 'joint "elbow": planar with the normal 0 1 0 (1 0 0 where none is written), but Pinocchio moves it',
     urdf(
         link("l0"), *(f"{link(f'l{k}')}{joint(f'j{k}', 'l0', f'l{k}', 'floating', more='')}" for k in range(1, 168))
-    ): "moves with 1008 velocities, and up to 1000 are computed; fix joints that do not matter",
+    ): "moves with 1008 velocities, and up to 1000 are computed",
     # A chain of 600 links is read, as are 2000 links.
-    chain(601): 'link "l600" is the end of a chain of more than 600 links, which is not computed',
+    chain(601): 'link "l600" is the end of a chain of more than 600 links',
     urdf(*(link(f"l{k}") for k in range(2001)), *(joint(f"j{k}", "l0", f"l{k}") for k in range(1, 2001))): (
-        "has 2001 links, and up to 2000 are read; leave out those that neither move nor weigh"
+        "has 2001 links, and up to 2000 are read"
     ),
     # A floating joint has no number that could follow another.
     urdf(*map(link, "abc"), joint("elbow", "a", "b", "floating", "0 0 1", LEAD), joint("lead", "a", "c")): (
@@ -144,7 +144,7 @@ REFUSED = {
             joint(f"j{k}", "x", k, more=LIMIT + MIMIC.format(f"j{at}") * bool(at))
             for k, at in zip("abcd", ("b", "a", "a", ""), strict=True)
         ),
-    ): 'mimic joints "ja", "jb" follow one another in a circle; one of them has to lead',
+    ): 'mimic joints "ja", "jb" follow one another in a circle',
 }
 
 

@@ -1,12 +1,13 @@
 """The oscillations of springs and dampers between two events, in the modes of the springs.
 
-In these modes p are the deflections from rest and υ the velocities, both in √J:
+In these modes p are the deflections from rest and υ the velocities, both in √J. Dampers beside springs make C, those in series with
+springs make R:
 
-    ṗ = σ υ,    υ̇ = −σ p − C υ
+    ṗ = σ υ − R p,    υ̇ = −σ p − C υ
 
-Without dampers (p, υ) rotate by the angles σt. With them, the 2m eigenvectors of the m modes with σ > 0 are those of the quadratic
-eigenproblem λ² + λ C + σ². At a critical damping two of them are parallel: dampers that are larger by 1e-9 then give a motion that
-differs as little.
+Without dampers (p, υ) rotate by the angles σt. With those beside springs, the 2m eigenvectors of the m modes with σ > 0 are those
+of the quadratic eigenproblem λ² + λ C + σ². At a critical damping two of them are parallel: dampers that are larger by 1e-9 then
+give a motion that differs as little.
 """
 
 from typing import NamedTuple
@@ -42,11 +43,13 @@ class Damped(NamedTuple):
     """The eigenvectors of modes with dampers.
 
     Attributes:
-        moves: (d,) which of the modes have a frequency, m of them.
-        A: (2m, 2m) the rates of (p, υ).
+        deflects: (d,) which of the modes have a deflection, p of them: with dampers in series, all.
+        moves: (d,) which of them have a frequency, m of them.
+        A: (p + m, p + m) the rates of (p, υ).
         rate, vectors, inverse: eigenvalues, eigenvectors, and the inverse of their matrix.
     """
 
+    deflects: np.ndarray
     moves: np.ndarray
     A: Array
     rate: ComplexArray
@@ -63,21 +66,24 @@ def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
     return Oscillations(rate, turning, 1j * turning, (np.inf, np.inf))
 
 
-def damped_modes(sigma: Array, dampers: Array) -> Damped:
+def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
     """The eigenvectors of modes with dampers.
 
     Args:
         sigma: (d,) frequencies without dampers [rad/s].
         dampers: (k, d) √c times the velocity of each damper for unit velocities of the modes; zero for modes without frequency.
+        in_series: (l, d) √γ times the deflection of each spring that has a damper in series, for unit deflections of the modes; γ
+            is the rate at which that lets its force decay.
 
     Raises:
         ArithmeticError: they do not span all states.
     """
     moves = sigma > 0.0
-    s, G, m = sigma[moves], dampers[:, moves], int(np.count_nonzero(moves))
-    differ = 1.0 + np.arange(len(G)) / max(len(G), 1)
+    deflects = moves | (len(in_series) > 0)
+    S, G, R = np.diag(sigma)[deflects][:, moves], dampers[:, moves], in_series[:, deflects]
+    differ, differs = (1.0 + np.arange(len(part)) / max(len(part), 1) for part in (G, R))
     for change in CHANGED:
-        A = np.block([[np.zeros((m, m)), np.diag(s)], [np.diag(-s), -(G.T * (1.0 + change * differ)) @ G]])
+        A = np.block([[-(R.T * (1.0 + change * differs)) @ R, S], [-S.T, -(G.T * (1.0 + change * differ)) @ G]])
         rate, vectors = np.linalg.eig(A)
         try:
             inverse = np.linalg.inv(vectors)
@@ -85,19 +91,19 @@ def damped_modes(sigma: Array, dampers: Array) -> Damped:
             continue
         if np.abs(inverse).max(initial=0.0) <= PARALLEL:
             # No oscillation grows.
-            return Damped(moves, A, np.minimum(rate.real, 0.0) + 1j * rate.imag, vectors + 0.0j, inverse + 0.0j)
+            return Damped(deflects, moves, A, np.minimum(rate.real, 0.0) + 1j * rate.imag, vectors + 0.0j, inverse + 0.0j)
     raise ArithmeticError("the oscillations of contacts with dampers cannot be told apart; change the damping slightly")
 
 
 def damped(modes: Damped, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes with dampers, from a deflection (d,) and a velocity (d,)."""
-    moves, A, rate, vectors, inverse = modes
-    state, m = np.concatenate([deflection[moves], velocity[moves]]), int(np.count_nonzero(moves))
+    deflects, moves, A, rate, vectors, inverse = modes
+    state, p = np.concatenate([deflection[deflects], velocity[moves]]), int(np.count_nonzero(deflects))
     # One of each two conjugate ones, twice.
     kept = rate.imag >= 0.0
     deflections, velocities = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
     parts = (vectors * (inverse @ state) * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
-    deflections[moves], velocities[moves] = parts[:m], parts[m:]
+    deflections[deflects], velocities[moves] = parts[:p], parts[p:]
     first = A @ state
     return Oscillations(rate[kept], deflections, velocities, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
 

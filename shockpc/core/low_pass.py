@@ -12,14 +12,15 @@ unit impulse: ω of first order, exp(−π/4) ω = 0.456 ω of second order.
 import functools
 import math
 import re
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import Effort
 from shockpc.core.pulse import SHAPES, Pulse, peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_motion import Segment, StiffMotion, largest_lengths
+
+if TYPE_CHECKING:  # a scene needs only the filter
+    from shockpc.core.stiff_motion import Segment, StiffMotion
 
 LOWEST, HIGHEST = 1e-3, 1e9
 """Frequency of a filter [Hz]."""
@@ -83,7 +84,7 @@ def low_pass_from(text: str) -> LowPass:
     return LowPass(hertz, int(read[3] or 1))
 
 
-def filtered(motion: StiffMotion, low_pass: LowPass, tail: float = 0.0) -> StiffMotion:
+def filtered(motion: "StiffMotion", low_pass: LowPass, tail: float = 0.0) -> "StiffMotion":
     """A motion whose forces are those behind a filter, so that what follows from them is what an accelerometer reads.
 
     Before the impact the filter has settled on the forces of the springs between bodies and of the motors.
@@ -93,6 +94,8 @@ def filtered(motion: StiffMotion, low_pass: LowPass, tail: float = 0.0) -> Stiff
         low_pass: the filter.
         tail: time that is added at the end, without forces [s].
     """
+    from shockpc.core.stiff_motion import Segment
+
     segments = motion.segments
     if tail:
         last, no_waves = segments[-1], np.zeros((len(motion.elements.rows), 0), dtype=complex)
@@ -115,7 +118,7 @@ def filtered(motion: StiffMotion, low_pass: LowPass, tail: float = 0.0) -> Stiff
     return motion._replace(segments=tuple(pieces))
 
 
-def _filtered(segment: Segment, low_pass: LowPass, value: Array, rate: Array) -> tuple[Segment, Array, Array]:
+def _filtered(segment: "Segment", low_pass: LowPass, value: Array, rate: Array) -> tuple["Segment", Array, Array]:
     """A segment behind a filter, and the filtered forces (r,) and their rates at its end. Args: both at its start."""
     pole = low_pass._pole()
     poles = np.array([pole, pole.conjugate()])[: low_pass.order]
@@ -139,6 +142,9 @@ def _filtered(segment: Segment, low_pass: LowPass, value: Array, rate: Array) ->
 @functools.lru_cache(maxsize=256)
 def pulse_reading(pulse: Pulse, low_pass: LowPass) -> float:
     """The largest reading for a pulse that changes a velocity by 1 m/s [1/s]; the saw-tooth has its peak at the end."""
+    from shockpc.core.crossing import Effort
+    from shockpc.core.stiff_motion import Segment, largest_lengths
+
     T = pulse.length
     # Of each shape the constant part, the rate and the amplitude of its oscillation.
     level, rate, wave = {

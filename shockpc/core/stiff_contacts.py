@@ -25,6 +25,9 @@ A viscous damper c beside a spring adds the force −c B_i ẋ; its element has 
 c times the speed of approach. u̇ has −D u more, D = L⁻¹ Σ_i B_iᵀ c_i B_i L⁻ᵀ, and the motion is a sum of oscillations that decay
 (`damped`).
 
+A viscous damper c in series with a spring gives way under its force: ż_i = √κ_i B_i ẋ − (k/c) z_i. That starts and ends at zero,
+without a step, for every restitution; the ground keeps the mark that it has made.
+
 A contact opens where its normal force falls to zero; its tangential springs lose their energy. Where the normal is held or has a
 damper, the contact *slips* first: without tangential forces it may press on the ground again, and then stays closed without
 friction. A contact closes where it opened, with all springs at rest. The ground under a contact with a damper recovers: it
@@ -84,9 +87,27 @@ def damper_restitution(ratio: Array) -> Array:
     e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel 2007, Granular Matter 9:465).
     Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
     """
+    return np.asarray(np.exp(-2.0 * ratio * rise(ratio)))
+
+
+def rise(ratio: Array) -> Array:
+    """ω times the time until the largest force of a mass on a spring and a viscous damper in series: acos ζ / √(1 − ζ²).
+
+    Args: ratio ζ of the damping to the critical one, 2 ζ ω the rate at which the damper lets the force decay.
+    """
     size = np.abs(np.sqrt((1.0 - ratio) * (1.0 + ratio) + 0.0j))
     angle = np.abs(np.arccos(ratio + 0.0j))
-    return np.asarray(np.exp(-2.0 * ratio * np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0)))
+    return np.asarray(np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0))
+
+
+def series_damping(restitution: Array) -> Array:
+    """The damping ratio ζ of a mass on a spring and a viscous damper in series, of a restitution e, until the force is zero.
+
+    e = exp(−πζ / √(1 − ζ²)), and the rate at which the damper lets the force decay is 2 ζ √(k/m). At ζ = 1, e = 0: the force decays
+    without an end, and so does the velocity.
+    """
+    logarithm = 0.0 - np.log(np.maximum(restitution, 1e-300))
+    return np.where(restitution > 0.0, logarithm / np.hypot(np.pi, logarithm), 1.0)
 
 
 def simulate_landing(
@@ -111,7 +132,8 @@ def simulate_landing(
     gravity = np.zeros(len(velocity)) if gravity is None else gravity
     elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
     _check(M, elements, velocity, until, gravity)
-    elements = elements._replace(restitution=np.where(np.asarray(elements.damping) > 0.0, 1.0, elements.restitution))
+    damped = (np.asarray(elements.damping) > 0.0) | (np.asarray(elements.relaxation) > 0.0)
+    elements = elements._replace(restitution=np.where(damped, 1.0, elements.restitution))
     system = system_of(elements, *_coordinates(M, elements.rows), velocity, gravity)
     state = State(system)
     if state.separated:
@@ -163,6 +185,8 @@ def _check(M: Array, elements: Elements, velocity: Array, until: float | None, g
         raise ValueError("a contact has no load before the impact")
     if not np.all(np.asarray(elements.damping) >= 0.0):
         raise ValueError(f"each damping must be zero or above, not {np.min(elements.damping):g}")
+    if not np.all(np.asarray(elements.relaxation) >= 0.0):
+        raise ValueError(f"each relaxation must be zero or above, not {np.min(elements.relaxation):g}")
     if not np.all((elements.restitution >= 0.0) & (elements.restitution <= 1.0)):
         raise ValueError(f"each restitution must lie in [0, 1], not {elements.restitution.tolist()}")
     if sorted(elements.contact[elements.normal].tolist()) != sorted({*elements.contact.tolist()} - {-1}):

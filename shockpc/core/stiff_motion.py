@@ -44,6 +44,8 @@ class Elements(NamedTuple):
         damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none. With one, e has no effect.
         load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
             constant where the stiffness is zero. Contacts have none.
+        relaxation: (r,) rate k / c at which a viscous damper c in series with the spring lets its force decay [1/s]; zero for none.
+            With one, e has no effect.
     """
 
     rows: Array
@@ -53,6 +55,7 @@ class Elements(NamedTuple):
     normal: np.ndarray
     damping: Array | float = 0.0
     load: Array | float = 0.0
+    relaxation: Array | float = 0.0
 
     @staticmethod
     def alike(
@@ -63,9 +66,12 @@ class Elements(NamedTuple):
         normal: np.ndarray | bool = False,
         damping: Array | float = 0.0,
         load: Array | float = 0.0,
+        relaxation: Array | float = 0.0,
     ) -> "Elements":
         """Elements along some rows, with one value for all of them or one for each; by default springs between bodies."""
-        values = (np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load))
+        values = (
+            np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load, relaxation)
+        )
         return Elements(rows, *values)
 
     @staticmethod
@@ -311,7 +317,8 @@ def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, e
         raise ArithmeticError(
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
         )
-    effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
+    # A product of matrices takes a small share of the time of what it multiplies, the more rows the smaller.
+    effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     # Times after the start of each segment, of samples of all of them one after the other, each with both of its ends.

@@ -98,8 +98,14 @@ class State:
     def _excess(self, motion: "Free") -> Array:
         """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
         amplitude = np.abs(motion.wave[TOTAL]).sum(axis=1) * self.slope
-        beyond = motion.rest - motion.start[TOTAL]
+        beyond = motion.rest - motion.start[TOTAL] - self._left
         return np.where(amplitude <= EASED * self.largest, -np.inf, beyond)
+
+    @property
+    def _left(self) -> Array:
+        """Scaled forces (r,) that count as none: of contacts with a damper in series, which may decay without end."""
+        slowly, length = self.system.slowly, self.system.length
+        return np.divide(slowly, length, out=np.zeros_like(length), where=(self.system.relaxation > 0.0) & (length > 0.0))
 
     def modes(self) -> Modes:
         """The modes of the elements that are loaded now, without dampers."""
@@ -144,7 +150,10 @@ class State:
         self.largest = np.where(system.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
         eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & elements.normal & bool(system.pull.any())
         for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * system.push_noise)).tolist():
-            watched.append(Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float(motion.rest[i]), -1.0))
+            watched.append(Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float((motion.rest - self._left)[i]), -1.0))
+        creep = motion.start[RATE] - motion.wave[RATE].real.sum(axis=1)
+        for i in np.flatnonzero((self.phase == LOADING) & elements.normal & ~self.slow & (system.relaxation > 0.0)).tolist():
+            watched.append(Watch(i, EventKind.SLOWS, 0.0, float(creep[i] - system.slowly[i]), -1.0))
         _, signals = self._signals(motion, watched)
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
@@ -153,7 +162,8 @@ class State:
             return None, None
         length, first = first_crossing(rate, signals, horizon, self.effort)
         still = loaded.sigma == 0.0
-        drift, acceleration = (loaded.V @ np.where(still, loaded.V.T @ part, 0.0) for part in (motion.u, loaded.pull))
+        drift = loaded.V @ np.where(still, loaded.V.T @ motion.u, loaded.creep)
+        acceleration = loaded.V @ np.where(still, loaded.V.T @ loaded.pull, 0.0)
         segment = Segment(
             time,
             length,
@@ -189,10 +199,11 @@ class State:
             self.jump = self.jump - loaded.still @ (system.u + self.jump)
         u, z = system.u + self.jump, np.where(loaded.sprung, self.z, 0.0)
         moves = sigma > 0.0
-        inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves)
-        # From the deflection in which they are at rest.
+        deflects = moves if loaded.damped is None else loaded.damped.deflects
+        # From the deflection, and the velocity, at which constant forces leave them.
         velocity, pulled = V.T @ u, V.T @ loaded.pull
-        deflection = np.where(moves, U.T @ z - inverse * pulled, 0.0)
+        deflection, drift = np.where(deflects, U.T @ z - loaded.balanced, 0.0), np.where(moves, loaded.creep, velocity)
+        velocity = velocity - loaded.creep
         oscillations = (
             undamped(sigma, deflection, velocity) if loaded.damped is None else damped(loaded.damped, deflection, velocity)
         )
@@ -200,7 +211,7 @@ class State:
         of_u, of_z, of_held, of_damper = system.W @ V, to_all @ U, held @ V, damper @ V
         forces = to_all @ z + held @ u + loaded.balance
         rest = forces - of_z @ deflection - of_held @ np.where(moves, velocity, 0.0)
-        falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ np.where(moves, 0.0, velocity), np.zeros(len(z))
+        falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ drift, np.zeros(len(z))
         path = np.divide(speed, rate, out=np.zeros_like(speed), where=rate != 0.0)
         of_rate, of_force, of_gap = along(of_u, speed), along(of_z, p) + along(of_held, speed), along(of_u, path)
         rates, push = system.W @ u, np.sqrt(system.elements.stiffness)

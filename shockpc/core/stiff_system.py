@@ -32,7 +32,9 @@ class Loaded(NamedTuple):
         damper: (r, d) from u to the forces of dampers.
         damped: the modes with the dampers that act; None without one.
         pull: (d,) rate at which constant forces change u.
-        U, sigma, V: the modes, of the frequencies sigma (m,).
+        U, sigma, V: the modes, of the frequencies sigma (m,); with dampers in series, as many as there are elements.
+        balanced, creep: (m,) the deflections with which springs balance constant forces, and the velocities at which dampers in
+            series with them then give way.
     """
 
     fixed: np.ndarray
@@ -47,6 +49,8 @@ class Loaded(NamedTuple):
     U: Array
     sigma: Array
     V: Array
+    balanced: Array
+    creep: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +71,7 @@ class System:
         grounded: (r,) which are of contacts.
         lossy: (r,) which are unloaded in another way than they are loaded, or are normals.
         damping: (r,) of the dampers; zero without one.
+        relaxation: (r,) rate at which dampers in series let forces decay; zero without one [1/s].
         viscous: (r,) force of each damper for a unit rate, scaled.
         steady: (r,) constant forces [N, N m].
         noise: size of z and u that counts as rounding.
@@ -89,6 +94,7 @@ class System:
     grounded: np.ndarray
     lossy: np.ndarray
     damping: Array
+    relaxation: Array
     viscous: Array
     steady: Array
     noise: float
@@ -128,10 +134,20 @@ class System:
             to_all[fixed], balance[fixed] = -(least @ F.T) / size[:, None], least @ pull / size
             held[fixed] = -(least @ G.T @ G) / size[:, None]
             F, G, pull = F - F @ still, G - G @ still, pull - still @ pull
-        U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
+        relaxes = sprung & (self.relaxation > 0.0) & dampers
+        U, sigma, Vt = np.linalg.svd(F, full_matrices=bool(relaxes.any()))
+        V, sigma = np.pad(Vt.T, ((0, 0), (0, U.shape[1] - d))), np.pad(sigma, (0, U.shape[1] - d))
         sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
-        of_dampers = damped_modes(sigma, G @ Vt.T) if len(G) else None
-        return Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, Vt.T)
+        moves = sigma > 0.0
+        balanced, creep = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves) * (V.T @ pull), np.zeros_like(sigma)
+        if not (len(G) or relaxes.any()):
+            return Loaded(fixed, sprung, still, to_all, held, balance, damper, None, pull, U, sigma, V, balanced, creep)
+        of_dampers = damped_modes(sigma, G @ V, np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes])
+        if relaxes.any():
+            constant = np.append(np.zeros(len(sigma)), (V.T @ pull)[moves])
+            steady = np.linalg.lstsq(of_dampers.A, -constant, rcond=1e-12)[0]
+            balanced, creep[moves] = steady[: len(sigma)], steady[len(sigma) :]
+        return Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, V, balanced, creep)
 
 
 def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: Array, velocity: Array, gravity: Array) -> System:
@@ -167,6 +183,7 @@ def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: A
         grounded=elements.contact >= 0,
         lossy=elements.normal | (elements.restitution < 1.0),
         damping=damping,
+        relaxation=np.broadcast_to(np.asarray(elements.relaxation, dtype=float), len(W)),
         viscous=damping / np.where(sprung, slope, 1.0),
         steady=steady,
         # What single contacts come to rest at counts like the speed.

@@ -66,6 +66,17 @@ class ContactRows(RowLayout):
     M: Array
     J: Array
 
+    def frequency(self, stiffness: Array, straight: Array) -> float:
+        """The natural frequency ω [rad/s] of the mass m that sticking contacts stop: ω² = Σ k s² / Σ m s² of the speeds s.
+
+        Args:
+            stiffness: (n,) k of the rows [N/m].
+            straight: (h, m) speeds for unit coordinates of what the contacts stop too, as of hinges in links that bend.
+        """
+        rows, speeds = np.vstack([self.J, straight]), np.append(self.speeds, np.zeros(len(straight)))
+        impulse = np.linalg.lstsq(rows @ np.linalg.solve(self.M, rows.T), speeds, rcond=1e-10)[0]
+        return float(np.sqrt((stiffness * self.speeds) @ self.speeds / (speeds @ impulse)))
+
 
 def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     """The rows of contacts and standing feet; of a contact that slides along a direction, the others.

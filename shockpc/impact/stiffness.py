@@ -19,7 +19,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.low_pass import LowPass, filtered
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
-from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
+from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, series_damping, simulate_landing
 from shockpc.core.stiff_motion import Elements, History, StiffMotion
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
@@ -54,7 +54,6 @@ IMPULSE_SHARE = 0.99
 GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
 which on the model without gravity, or with frozen geometry, is doubtful."""
-
 
 DAMPED_SHARE = 0.01
 """Share of the change of velocities from which on the damping of joints counts."""
@@ -169,8 +168,10 @@ class CompliantLanding:
         of_stops = scene.stop_stiffness or self._k
         k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
         damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
+        ratio = np.where(self._strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution))
+        relaxation = 2.0 * ratio * rows.frequency(k, free[self.moving.hinges]) if ratio.any() else ratio
         held = Elements.joined(
-            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping),
+            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation),
             Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
             Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
         )
@@ -318,7 +319,7 @@ class CompliantLanding:
         elements, modes = self.motion.elements, self.motion.modes
         frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
         c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
-        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), elements.restitution[self._normal])
+        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), self._rows.restitution[self._rows.normal])
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
@@ -369,12 +370,13 @@ class CompliantLanding:
 
     @functools.cached_property
     def _compression(self) -> Array:
-        """Largest compression (c,) of each contact along its normal [m]."""
+        """Largest compression (c,) of each contact along its normal, with what dampers in series give way [m]."""
         # It is largest where the normal is unloaded, or at the end.
-        elements, turns = self.motion.elements, self._turns[1]
+        elements, turns, normal = self.motion.elements, self._turns[1], self._normal
         damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
-        force = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)
-        return np.asarray(force[self._normal] / elements.stiffness[self._normal])
+        pressed = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal] / elements.stiffness[normal]
+        way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
+        return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""

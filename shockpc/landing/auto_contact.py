@@ -257,7 +257,9 @@ def _ball(axis: Array) -> Array:
     """Points (n, 3) on the unit ball, on parallels about an axis, which may be zero."""
     length = float(np.linalg.norm(axis))
     axis = axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-    latitude, angle = np.meshgrid(math.pi * np.arange(RINGS) / (RINGS - 1), 2.0 * math.pi * np.arange(AROUND) / AROUND)
+    latitude = math.pi * np.arange(1, RINGS - 1) / (RINGS - 1)
+    angle = 2.0 * math.pi * np.arange(AROUND) / AROUND
     first, second = across(axis)
-    along = np.stack([np.cos(latitude), np.sin(latitude) * np.cos(angle), np.sin(latitude) * np.sin(angle)], axis=-1)
-    return np.unique((along.reshape(-1, 3) @ np.array([axis, first, second])).round(15), axis=0)
+    around = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    parallels = np.cos(latitude)[:, None, None] * axis + np.sin(latitude)[:, None, None] * around
+    return np.concatenate([[axis, -axis], parallels.reshape(-1, 3)])

@@ -2,8 +2,8 @@
 
 import itertools
 import math
+import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.end_stops import is_stop, striking_stop
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
@@ -50,7 +49,7 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
-    scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
+    scene = with_paths(scene, lambda path: os.path.realpath(os.path.expanduser(path)))
     posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
     return with_plane(replace(scene, robot=robot.label, base=base, strike=strike, posture=posture))
 
@@ -84,7 +83,11 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     strikes = any(block.kind == "stop" for block in blocks)
     if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
         raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
-    for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
+    for value, what in (
+        (scene.tangential_stiffness, "a stiffness along the ground"),
+        (scene.contact_damping, "a contact damping"),
+        (scene.contact_law, "a contact law"),
+    ):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
     if k is None and (scene.joints.torque or scene.joints.motors):
@@ -109,6 +112,10 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
         raise SceneError(f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}")
     if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
         raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
+    if scene.contact_damping is not None and scene.contact_law is not None:
+        raise SceneError(
+            "a contact damping and a contact law are given; the law takes its damping from the restitution, so keep one"
+        )
     for contact, block in zip(scene.contact, blocks, strict=True):
         if block.kind == "stop" and mu is not None:
             raise SceneError(f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out')
@@ -206,6 +213,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
     if scene.flex:
+        from shockpc.landing.flexible import flexible_landing
+
         flexible_landing(landing)
     return landing
 

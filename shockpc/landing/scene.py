@@ -324,6 +324,14 @@ class Scene(Record):
         above=0.0,
         varies=True,
     )
+    contact_law: Literal["hysteresis", "damper"] | None = option(
+        None,
+        "How these contacts lose what --restitution says: hysteresis, by default, unloads them with a larger stiffness, and at a "
+        "restitution of zero at once, a step of force which rings in links and springs; damper has a viscous damper in series with "
+        "each spring, whose force starts and ends without a step, and is smaller, the less they return.",
+        RESULTS,
+        "LAW",
+    )
     gravity: bool = option(
         True,
         "Gravity acts while the robot is on contacts of finite stiffness; --no-gravity, or gravity = false, leaves it out.",
@@ -371,6 +379,7 @@ class Scene(Record):
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
             contact_damping: float | None = None,
+            contact_law: Literal["hysteresis", "damper"] | None = None,
             gravity: bool = True,
             ground_tolerance: float = 0.005,
         ) -> None: ...

@@ -3,7 +3,13 @@
 A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. What counts is Tc f1,
 of the first bending mode f1 of the free robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of
 velocity were within 10 % from Tc f1 = 2 on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force
-from 4, the largest torque of a joint from 7 and other torques from 15 on.
+from 4, the largest torque of a joint from 7 and other torques from 15 on. With a damper in series with the contact, its force is
+largest sooner, and Tc is twice the time until then.
+
+That is for forces without a step. By hysteresis, a row of a contact with restitution 0 is held from its largest force on. With
+rigid links its force falls to zero at once, or stays until the others let it go. Links that bend, however stiff, swing about that
+force, with as much amplitude as it changed by: the contact opens within a period of theirs, while the ground still slows the foot
+along its tangents, and torques ring.
 """
 
 import math
@@ -25,7 +31,16 @@ from shockpc.text.printed import few
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
 """Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a joint, are within 10 %."""
 
+STEEP = 0.2
+"""Restitution by hysteresis below which the force of a contact falls so fast that it is a step."""
+
+ABRUPT = "rectangle", "saw-tooth"
+"""Pulses with a step."""
+
 (MASS_STICKING,) = (entry for entry in CONTACTS if entry.key == "mass_sticking")
+
+RINGS = "torques ring, and jumps may differ, however stiff links are"
+"""What a step of force does."""
 
 UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
 
@@ -35,13 +50,15 @@ class Bending(NamedTuple):
 
     Attributes:
         contact_time: Tc [s].
-        mass: of the contact with that [kg]; NaN for a pulse.
+        mass: of the contact with that [kg], less what it is shortened by; NaN for a pulse.
         modes: of the links between its contact and the base.
+        step: where the force has a step, and how to be without; empty if it has none.
     """
 
     contact_time: float
     mass: float
     modes: LegModes
+    step: str = ""
 
     def lowest(self, product: float) -> float:
         """The lowest frequency of the first bending mode [Hz]. Args: product, smallest Tc f1."""
@@ -63,8 +80,11 @@ class Bending(NamedTuple):
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
             f"rigid links: right to some 10 % where the first bending mode of {few(self.modes.links, 3)} in the robot is above "
-            f"{_hertz(lowest[0])} for jumps and accelerometers, {_hertz(lowest[1])} for torques: EI of {EI[0]} and {EI[1]} N m²"
+            f"{_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for torques: EI of {EI[0]} and "
+            f"{EI[1]} N m²"
         )
+        if self.step:
+            first += f", by a force without steps; {self.step}"
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
@@ -99,13 +119,36 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     if landing.scene.flex or not yielding:
         return None
     mass = min(yielding)
+    contact = yielding[mass]
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
+    if landing.scene.contact_law == "damper":
+        from shockpc.core.stiff_contacts import rise, series_damping
+
+        restitution = np.array(landing.contacts[contact].restitution)
+        shortened = float(rise(series_damping(restitution))) * 2.0 / math.pi
+        mass, of_contact = mass * shortened**2, of_contact * shortened
     time = min(of_pulse, of_contact)
-    if not 0.0 < time < math.inf or (modes := leg_modes(landing, yielding[mass])) is None:
+    if not 0.0 < time < math.inf or (modes := leg_modes(landing, contact)) is None:
         return None
-    mass = mass if of_contact <= of_pulse else math.nan
-    return Bending(time, mass, modes)
+    if of_contact <= of_pulse:
+        return Bending(time, mass, modes, step_of_force(landing))
+    pulse = landing.pulse.shape if landing.pulse is not None else ""
+    return Bending(time, math.nan, modes, f"a {pulse} has one: {RINGS}; take a half-sine" if pulse in ABRUPT else "")
+
+
+def step_of_force(landing: PosedLanding) -> str:
+    """Where the force of contacts of finite stiffness has a step, and how to be without; empty if it has none."""
+    from shockpc.impact.contact_rows import row_layout
+
+    remedy = f"one: {RINGS}; take --contact-law damper"
+    if landing.scene.contact_damping is not None:
+        return f"that of --contact-damping starts with {remedy}"
+    rows = row_layout(landing.without_stops.blocks, stands=True)
+    if landing.scene.contact_law == "damper" or rows.restitution.min(initial=1.0) >= STEEP:
+        return ""
+    along = "" if rows.restitution[rows.normal].min(initial=1.0) < STEEP else " along the ground"
+    return f"that of hysteresis with a restitution below {STEEP:g}{along} ends with {remedy}"
 
 
 def bends(found: Bending | None) -> Iterator[Diagnostic]:
@@ -118,6 +161,12 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
             "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
         )
         yield Diagnostic("contact", "bending", need / metal, text)
+
+
+def rings(landing: PosedLanding) -> Iterator[Diagnostic]:
+    """A warning where links bend, and the force of contacts has a step. Args: landing."""
+    if landing.scene.flex and landing.scene.contact_stiffness is not None and (step := step_of_force(landing)):
+        yield Diagnostic("contact", "", None, f"links bend, and a force with a step makes them ring; {step}")
 
 
 def _values(impact: Impact, _: Places) -> Array:
@@ -141,14 +190,23 @@ def _value(k: int) -> Callable[[Impact, Places], Array]:
 
 
 BENDING = tuple(
-    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True,
-        unproven=True)
-    for k, (key, title, unit) in enumerate((
-        ("lowest_bending_for_jumps", "first bending mode of the leg above which jumps are those of rigid links", "Hz"),
-        ("lowest_bending_for_torques", "first bending mode of the leg above which torques are those of rigid links", "Hz"),
-        ("bending_stiffness_for_jumps", "EI of the links of the leg above which jumps are those of rigid links", "N m²"),
-        ("bending_stiffness_for_torques", "EI of the links of the leg above which torques are those of rigid links", "N m²"),
-        ("bending_of_metal", "first bending mode of the leg if its links were bars or tubes of metal with their inertias", "Hz"),
-    ))
-)  # fmt: skip
+    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True, unproven=True)
+    for k, (key, title, unit) in enumerate(
+        (
+            *(
+                (f"{key}_for_{what}", f"{title} above which {what} are those of rigid links, by a force without steps", unit)
+                for key, title, unit in (
+                    ("lowest_bending", "first bending mode of the leg", "Hz"),
+                    ("bending_stiffness", "EI of the links of the leg", "N m²"),
+                )
+                for what in ("jumps", "torques")
+            ),
+            (
+                "bending_of_metal",
+                "first bending mode of the leg if its links were bars or tubes of metal with their inertias",
+                "Hz",
+            ),
+        )
+    )
+)
 """What the first bending mode of the links between contacts and base has to be."""

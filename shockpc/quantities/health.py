@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
-from shockpc.quantities.bending import Bending, bends
+from shockpc.quantities.bending import Bending, bends, rings
 from shockpc.quantities.of_parts import REMEDIES
 from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
 from shockpc.quantities.ranges import sensor_peaks
@@ -167,6 +167,7 @@ CHECKS: tuple[Callable[["ShockProfile"], Iterable[Diagnostic]], ...] = (
     gained,
     _beyond_the_impulse,
     lambda profile: bends(profile.bending if isinstance(profile.bending, Bending) else None),
+    lambda profile: rings(profile.landing),
     _saturated,
     _overloaded,
     _beyond_stops,

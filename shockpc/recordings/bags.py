@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.text.errors import ShockError, StudyError, UnknownName
-from shockpc.text.paths import open_file
+from shockpc.text.paths import open_file, read_file
 from shockpc.text.printed import listed, visible
 
-BAGS = (".bag", ".mcap", ".db3")
-"""Endings of files of messages; a folder is a bag of ROS 2."""
+BAGS = {".bag": b"#ROSBAG V2.0\n", ".mcap": b"\x89MCAP0\r\n", ".db3": b"SQLite format 3\0"}
+"""Endings of files of messages, and what such a file begins with; a folder is a bag of ROS 2."""
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 
@@ -56,9 +56,14 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise StudyError('bags need the package "rosbags"; install it with: pip install rosbags, or give a CSV file') from None
-    # What is no file would be waited for, or read without end.
+    # What is no file would be waited for, or read without end; what is no bag, or its description, may be read as one line.
     for file in [part for part in sorted(path.iterdir()) if part.exists() and not part.is_dir()] if path.is_dir() else [path]:
-        open_file(file, "bag", StudyError).close()
+        if file.suffix == ".yaml":
+            read_file(file, "description of a bag", StudyError)
+        with open_file(file, "bag", StudyError) as bag:
+            begin = BAGS.get(file.suffix.casefold(), b"")
+            if bag.read(len(begin)) != begin:
+                raise StudyError(f'"{file}" cannot be read: it is no {file.suffix} file, or damaged, as it begins otherwise')
     series: dict[tuple[str, tuple[str, ...]], _Series] = {}
     try:
         # Bags of ROS 2 may be without the definitions of their types.

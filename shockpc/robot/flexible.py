@@ -12,7 +12,7 @@ import pinocchio as pin
 from shockpc.core.frozen import frozen
 from shockpc.core.memo import memoized
 from shockpc.core.segments import FINE, Division, Flex, bending_stiffness, divide
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import inertia_fault
@@ -134,7 +134,8 @@ def flexible_robot(
     start, relaxed = (None if part is None else read_only(_straight(new, q, part)) for part in (robot.start, robot.relaxed))
     assert start is not None
     whole = replace(robot, model=new, start=start, relaxed=relaxed, postures={}, loops=())
-    return FlexibleRobot(whole, read_only(stiffness), q, v, segments, divisions)
+    freeze(stiffness, q, v, divisions)
+    return FlexibleRobot(whole, stiffness, q, v, segments, divisions)
 
 
 def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[int, int]]:

@@ -214,7 +214,7 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     above = file.parent.parent
     opened = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
     opened = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), opened)
-    allowed = (opened.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
+    allowed = (opened.resolve(), *given.values(), *(Path(os.path.realpath(entry)) for entry in _ros_package_path()))
     return OpenFolders(file, given, tuple(dict.fromkeys(allowed)), {})
 
 

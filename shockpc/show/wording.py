@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockpc.evaluation.variation import DRIVEN, OF_A_PART, WORDS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
@@ -56,6 +55,8 @@ def at_place(text: str) -> str:
 
 def varied_text(name: str, unit: str) -> str:
     """What a sweep varies, in words. Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values."""
+    from shockpc.evaluation.variation import DRIVEN, OF_A_PART, WORDS
+
     kind, _, target = name.partition(":")
     if kind in OF_A_PART and target:
         what = DRIVEN[kind][0] if kind in DRIVEN else kind.replace("com-", "CoM ").replace("-", " ")

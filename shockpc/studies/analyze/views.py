@@ -265,10 +265,12 @@ def _forces(profile: ShockProfile) -> str:
 
 
 def stiffness_text(profile: ShockProfile) -> str:
-    """The stiffness of contacts and end stops, and the damping, as the scene gives them."""
+    """The stiffness of contacts and end stops, and their damping, as the scene gives them."""
     scene = profile.scene
     along = "" if scene.tangential_stiffness is None else f" ({scene.tangential_stiffness:g} N/m along the ground)"
     stops = "" if scene.stop_stiffness is None else f", end stops of {scene.stop_stiffness:g} N m/rad or N/m"
-    return f"{scene.contact_stiffness:g} N/m{along}{stops}" + (
-        "" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m"
+    return (
+        f"{scene.contact_stiffness:g} N/m{along}{stops}"
+        + ("" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m")
+        + (", dampers in series" if scene.contact_law == "damper" else "")
     )
