@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from commands import good, run, says
 
-from shockpc import Contact, Joints, Part, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
+from shockpc import Contact, Joints, Part, Point, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.selection import select
 from shockpc.studies.fall.body import Rigid
@@ -232,6 +232,15 @@ def test_every_strike_is_a_landing(falls):
         assert one.stop[1] == pytest.approx(1.0 / max(map(abs, rates.values())))
     order = [one.values["delta_v_max"] for one in falls.results]
     assert order == sorted(order, reverse=True)
+
+
+def test_readings_of_a_fall_are_bounds_without_a_stiffness_and_the_report_says_so(figure):
+    """2πf Δv of first order at the sensor."""
+    found = fall(replace(figure, point=(Point(frame="torso"),), imu_bandwidth="50Hz"), headings=("front",))
+    for one in found.results:
+        jump = float(np.linalg.norm(one.profile.value("delta_v", "point")[0]))
+        assert one.values["filtered_peak"] == pytest.approx(100.0 * math.pi * jump / GRAVITY, rel=1e-9)
+    assert any("filtered_peak: at most" in note for sheet in fall_report(found).body(False) for note in getattr(sheet, "notes", ()))
 
 
 def select_all(profile, key):

@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from shockpc import Scene, shock_profile
+from shockpc import Scene, load_robot, shock_profile
 from shockpc.core.low_pass import LowPass, filtered, low_pass_from, pulse_reading
 from shockpc.core.pulse import SHAPES, Pulse
 from shockpc.core.stiff_contacts import simulate_landing
 from shockpc.core.stiff_motion import Elements
 from shockpc.impact.spectra import spectrum
+from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Part, Point
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
 from shockpc.studies.analyze.history import draw_time
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report
+from shockpc.studies.analyze.views import readings_text
 from shockpc.text.errors import SceneError
 
 LANDING = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6)
@@ -105,6 +107,15 @@ def test_a_sensor_and_a_part_have_bandwidths_of_their_own_and_without_one_nothin
     assert np.isnan(shock_profile(LANDING).value("filtered_peak", "point")).all()
 
 
+def test_a_part_is_typed_with_its_bandwidth_and_filters_that_differ_are_named_with_their_sensors():
+    for text in ("200Hz:2", "200 Hz:2", "0.2kHz:2"):
+        part = part_from(load_robot("go2"), "imu", f"half-sine 1500 g 0.5 ms {text}")
+        assert (part.rating, low_pass_from(part.imu_bandwidth)) == ("half-sine 1500 g 0.5 ms", LowPass(200.0, 2))
+    points = (Point(frame="imu", imu_bandwidth="100Hz"), Point(frame="base", imu_bandwidth="50Hz:2"))
+    text = readings_text(shock_profile(Scene(robot="go2", contact="FL_foot", point=points)))
+    assert "(imu: 100 Hz, first order; base: 50 Hz, second order)" in text
+
+
 def test_a_range_is_that_of_what_is_read(landed):
     for scene in (replace(LANDING, range_g=2.0), Scene(robot="go2", contact="FL_foot", range_g=2.0)):
         profile = shock_profile(replace(scene, imu_bandwidth="100Hz"))
@@ -121,7 +132,7 @@ def test_a_bound_is_linear_in_the_jump_of_velocity():
     np.testing.assert_allclose(profile.value("filtered_peak_axes", "point"), np.abs(jumps) * 400.0 * math.pi / GRAVITY, rtol=1e-12)
 
 
-@pytest.mark.parametrize("text", ["200", "200Hz:3", "-1Hz", "nanHz", "Hz", "200 Hz:x", "1e300Hz"])
+@pytest.mark.parametrize("text", ["200", "200Hz:3", "200Hz:", "200hz", "-1Hz", "nanHz", "Hz", "200 Hz:x", "1e300Hz", "1e-4Hz"])
 def test_what_is_no_bandwidth_is_refused(text):
     with pytest.raises(ValueError, match="bandwidth"):
         low_pass_from(text)
@@ -148,7 +159,6 @@ def test_documents_and_figures_have_what_is_read(landed):
     (spectrum,) = [one for one in document["stiffness"]["spectra"]["points"] if one["frame"] == "imu"]
     assert np.shape(spectrum["filtered_response"]) == np.shape(spectrum["response"])
     assert any(name == "reading" for name, _ in report.brief()[0].lines)
-    dashed = [line for line in draw_time(profile).axes[1].get_lines() if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]
-    ((x, y),) = [line.get_data() for line in dashed]
+    ((x, y),) = [line.get_data() for line in draw_time(profile).axes[1].get_lines() if line.get_linestyle() == "-."]
     assert y.max() == pytest.approx(profile.value("filtered_peak", "point").max(), rel=1e-3)
     assert x[-1] == pytest.approx(1e3 * (profile.stiffness.motion.duration + 1.0 / 400.0))

@@ -92,6 +92,22 @@ def test_standing_feet_tell_how_the_base_moves(standing, more):
     np.testing.assert_allclose(rows.landings.table.before.velocity[0], [found.table.columns[f"v{axis}"][0] for axis in "xyz"])
 
 
+def test_a_gyro_with_missing_samples_tells_how_the_base_turns():
+    """Of two samples one, none at the ends of the log, beside an attitude that is too slow for slopes."""
+    columns, n = low_level(("FL", "FR"), attitude=True, gyro=True), np.arange(160)
+    for name in columns:
+        if name in ("qx", "qy", "qz", "qw"):
+            columns[name] = np.where(n % 8 == 0, columns[name], np.nan)
+        elif name.startswith("w"):
+            columns[name] = np.where((n % 2 == 0) & (n > 3) & (n < 150), columns[name], np.nan)
+    found = shockpc.touchdowns(columns, SCENE, robot=walk()[0])
+    assert [one.message for one in found.landings] == [""]
+    for prefix, twist, at in (("", BEFORE, 97), ("after30ms_", AFTER, 129)):
+        rotation = Rotation.from_quat(walk()[2][at, 3:7]).as_matrix()
+        values = [found.table.columns[f"{prefix}{kind}{axis}"][0] for kind in "vw" for axis in "xyz"]
+        np.testing.assert_allclose(values, [*rotation @ twist[:3], *rotation @ twist[3:]], atol=5e-3)
+
+
 @pytest.mark.parametrize(
     ("standing", "more", "reason"),
     [(("FR",), {"gyro": True}, "no foot stands"), (("FL", "FR"), {}, "without a gyro"), (("FL", "FR", "RR"), {}, "without a gyro")],
@@ -112,11 +128,23 @@ def test_a_base_velocity_that_is_not_known_is_not_that_of_the_scene(standing, mo
 
 
 def test_feet_that_slip_are_said():
-    """Beside a foot whose joint drifts the other three give another motion."""
+    """Beside a foot whose joint drifts the other three give another motion: neither is the base's, so its cells are empty."""
     columns = low_level(gyro=True)
     columns["q_RL_calf_joint"] = columns["q_RL_calf_joint"] + 3.0 * columns["time"]
-    (landing,) = shockpc.touchdowns(columns, SCENE, robot=walk()[0]).landings
-    assert "no base velocity: the standing feet move against each other" in landing.message
+    found = shockpc.touchdowns(columns, SCENE, robot=walk()[0])
+    assert "no base velocity: the standing feet move against each other" in found.landings[0].message
+    assert np.isnan([found.table.columns[f"{prefix}v{axis}"][0] for prefix in ("", "after6ms_") for axis in "xyz"]).all()
+    with pytest.raises(StudyError, match="column vx"):
+        shockpc.recorded(found.table, SCENE, robot=walk()[0])
+
+
+def test_flags_that_are_not_known_at_first_are_no_touchdown():
+    """They are those of the first sample that has one."""
+    columns = low_level(attitude=True, gyro=True)
+    columns["FL_foot_contact"] = np.where(np.arange(len(columns["time"])) % 10 < 3, np.nan, columns["FL_foot_contact"])
+    found = shockpc.touchdowns(columns, SCENE, robot=walk()[0])
+    assert [(one.contacts, one.stance) for one in found.landings] == [(("FR_foot",), ("FL_foot", "RL_foot", "RR_foot"))]
+    assert not any("not used" in text for text in found.warnings)
 
 
 def test_two_feet_tell_how_a_planar_base_moves(here):
@@ -171,7 +199,7 @@ def test_jumps_of_an_accelerometer_and_a_gyro(here, refreshed, atol):
             np.testing.assert_allclose([table[f"after{time}ms_{name}.{axis}@body"][0] for axis in "xyz"], jump, atol=atol)
         there = [table[f"after{time}ms_delta_v.{axis}@{at}"][0] for axis in "xyz"]
         np.testing.assert_allclose(there, JUMP + np.cross(TURN, [0.2, 0.0, 0.1]), atol=atol)
-    assert any("repeats each sample 2 times: a new one comes 2000" in text for text in found.warnings) == (refreshed == 2)
+    assert any("is there 2 times: a new one comes 2000" in text for text in found.warnings) == (refreshed == 2)
     study = shockpc.recorded(found.table, scene)
     assert {one.group for one in study.landings.table.measured if "@" in one.name} == {"delta_v", "delta_omega"}
     assert {one.jump[0] > 0.0 for one in study.landings.table.measured if one.name == "delta_v.y@body"} == {False}
@@ -179,8 +207,31 @@ def test_jumps_of_an_accelerometer_and_a_gyro(here, refreshed, atol):
     assert f'no jump of "{at}": an accelerometer is on its body, and no gyro' in lacking.warnings
 
 
+@pytest.mark.parametrize(
+    ("change", "warning"),
+    [
+        (lambda a, _: a / 9.81, 'accelerometer at "body" mostly reads 0.83, as if in g'),
+        (lambda a, _: np.clip(a, -157.0, 157.0), "az@body stays at 157"),
+        (lambda a, t: np.where((t > 0.2005) & (t < 0.2025), np.nan, a), ""),
+    ],
+    ids=["in g", "saturated", "a gap in the impact"],
+)
+def test_jumps_of_an_accelerometer_are_doubted(here, change, warning):
+    """With another unit or at the end of its range with a warning; over missing samples there is no integral."""
+    columns = shaken()
+    assert not [text for text in stepped(here, columns).warnings if "@body" in text or '"body"' in text]
+    changed = {name: change(x, columns["time"]) if name[0] == "a" else x for name, x in columns.items()}
+    found = stepped(here, changed)
+    jumps = [found.table.columns[f"after6ms_delta_v.{axis}@body"][0] for axis in "xyz"]
+    assert np.isnan(jumps).all() == (not warning)
+    assert bool(warning) == any(warning in text for text in found.warnings)
+    assert ("samples are missing" in found.landings[0].message) == (not warning)
+
+
 def test_columns_of_sensors_that_cannot_be(here):
     columns = shaken()
+    turning = {name: np.degrees(x) if name[0] == "w" else x for name, x in columns.items()}
+    assert any('gyro of "body" reads up to' in text for text in stepped(here, turning).warnings)
     with pytest.raises(StudyError, match='lacks "az@body"'):
         stepped(here, {name: x for name, x in columns.items() if name != "az@body"})
     with pytest.raises(UnknownName, match='no frame "bdy"'):

@@ -271,6 +271,8 @@ def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
     peaks = math.pi * np.abs(one.delta_v).max(axis=0) / (2.0 * 5e-3) / 9.80665
     np.testing.assert_allclose(one.margin.peak_g, peaks, rtol=1e-12)
     np.testing.assert_allclose(one.margin.left, 1.0 - peaks / 2.0, rtol=1e-12)
+    behind = shockpc.place({"one": shockpc.Scene(robot="anymal_b", contact="LF_FOOT", imu_bandwidth="200Hz")}).places[0]
+    np.testing.assert_allclose(behind.margin.peak_g, 400.0 * math.pi * np.abs(behind.delta_v).max(axis=0) / 9.80665, rtol=1e-12)
 
 
 def test_a_box_replaces_the_geometry_and_limits_the_surface(tmp_path):

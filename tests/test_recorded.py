@@ -865,6 +865,15 @@ def test_legs_of_a_compass_gait_biped():
         assert (x * y > 0.0).all() or (leg, time) != ("other", "30")
 
 
+def test_names_that_are_numbers_keep_their_digits():
+    """In a table of numbers 1000001 is not 1e+06; a refusal names the row in the same way."""
+    scene, names = Scene(robot="go2", contact="FL_foot"), np.array([1000001.0, 1000002.0, 0.5])
+    rows = shockpc.recorded({"name": names, "vz": np.array([-1.0, -2.0, -3.0])}, scene, ["shock@imu"])
+    assert rows.landings.table.names.tolist() == ["1000001", "1000002", "0.5"]
+    with pytest.raises(StudyError, match='landing "1000001"'):
+        shockpc.recorded({"name": names[:1], "vz": np.array([np.nan])}, scene)
+
+
 # The command
 
 

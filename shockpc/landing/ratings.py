@@ -135,8 +135,8 @@ def part_from(robot: Robot, at: str, rating: str) -> Part:
     """
     matched = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
     if matched is None:
-        pulse, _, last = rating.strip().rpartition(" ")
-        return Part(name=at, at=at, rating=pulse, imu_bandwidth=last) if "Hz" in last else Part(name=at, at=at, rating=rating)
+        read = re.fullmatch(r"(.*s)\s+(\S+\s*Hz\S*)", rating.strip())
+        return Part(name=at, at=at, rating=read[1], imu_bandwidth=read[2]) if read else Part(name=at, at=at, rating=rating)
     torque, unit, length, of_time = matched.groups()
     try:
         values = float(torque), None if length is None else float(length) * UNITS[of_time]

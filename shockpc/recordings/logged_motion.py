@@ -15,6 +15,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import GRAVITY
+from shockpc.recordings.bags import QUATERNION
 from shockpc.recordings.column_names import column_name
 from shockpc.recordings.detection import FEWEST, noise, slope_noise
 from shockpc.recordings.logs import Log
@@ -29,6 +30,9 @@ PARTS: tuple[StatePart, StatePart] = ("joints", "base")
 
 TWIST = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Columns of the velocity and the angular velocity of the base."""
+
+ATTITUDE = (*QUATERNION, "roll", "pitch", "yaw")
+"""Columns of its attitude."""
 
 CHUNK = 4096
 """Samples whose kinematics are computed together."""
@@ -77,9 +81,14 @@ class LoggedMotion:
         named = {name: column_name(name, self.robot) for name in (*log.positions, *log.rates)}
         of_base = {name: one.base for name, one in named.items() if one is not None and one.base and not one.after}
         self._base, self._gyro = set(of_base.values()), {of_base.get(name) for name in log.rates} >= set(TWIST[3:])
+        attitude = [name for name in log.positions if of_base.get(name) in ATTITUDE]
+        self._gyro_period = max((log.period[name] for name in log.rates if of_base.get(name) in TWIST[3:]), default=np.inf)
+        self._slow_attitude = self._gyro and any(log.period[name] > 1.5 * self._gyro_period for name in attitude)
         # What the base's own velocities say counts where there are no positions that say it.
         direct = [name for name in log.rates if of_base.get(name) in TWIST and not self._from_positions(of_base[name])]
         for name in (*log.positions, *direct):
+            if self._slow_attitude and name in attitude:
+                continue
             for part in PARTS if self._whole else PARTS[name in of_base :][:1]:
                 self.period[part] = max(log.period[name], self.period[part] if np.isfinite(self.period[part]) else 0.0)
         self.free = self.robot.free_base and landing.base != "fixed"
@@ -118,8 +127,8 @@ class LoggedMotion:
         return not self._lacking[contact]
 
     def _from_positions(self, key: str) -> bool:
-        """Whether a velocity of the base follows from its position or attitude. Args: key, of `TWIST`."""
-        return self.has("w" if key[0] == "w" else key[1])
+        """Whether a velocity of the base follows from its position, or an attitude as fast as a gyro. Args: key, of `TWIST`."""
+        return self.has(key[1]) if key[0] == "v" else self.has("w") and not self._slow_attitude
 
     @functools.cached_property
     def gyro(self) -> Array | None:
@@ -131,11 +140,15 @@ class LoggedMotion:
         rotation = Rotation.from_quat(self.Q[:, 3:7]).as_matrix() @ self.robot.bodies[0].rotation
         return np.asarray((rotation.swapaxes(1, 2) @ self._rows.before.omega[..., None])[..., 0])
 
-    def turning(self, begin: int, end: int) -> Array | None:
-        """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s]; None where the log has neither."""
-        if self._gyro:
-            return np.asarray(self._rows.before.omega[begin : end + 1].mean(axis=0))
+    def turning(self, begin: int, end: int, before: bool) -> Array | None:
+        """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s]; None where the log has neither.
+
+        Args: the first and last sample; and whether a touchdown follows on the last one.
+        """
         # Between samples of a slower clock, the line to the next one is bent by a touchdown.
+        if self._gyro:
+            end = max(end - before * (round(self._gyro_period / self.interval) - 1), self.run(end)[0])
+            return np.asarray(self._rows.before.omega[min(begin, end) : end + 1].mean(axis=0))
         return self.velocities("base", begin, end)[-3:] if self.has("w") and self.period["base"] < 1.5 * self.interval else None
 
     def run(self, sample: int) -> tuple[int, int]:
@@ -178,7 +191,7 @@ class LoggedMotion:
         v = [v[k] if self.has(axis) else before.velocity[samples, k].mean() for k, axis in enumerate("xyz")]
         q, dq = x[:, 3:].mean(axis=0), slopes[3:]
         omega = 2.0 * (q[3] * dq[:3] - dq[3] * q[:3] + cross(q[:3], dq[:3])) / (q @ q)
-        omega = omega if self.has("w") else before.omega[samples].mean(axis=0)
+        omega = omega if self._from_positions("wx") else before.omega[samples].mean(axis=0)
         return np.array([value for key, value in zip(TWIST, (*v, *omega), strict=True) if self.has(key)])
 
     def uncertainty(self, part: StatePart, window: float) -> float:

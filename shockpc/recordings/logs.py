@@ -25,6 +25,9 @@ from shockpc.text.printed import listed, visible
 GAP = 5.0
 """Time between neighbouring samples, in median ones, from which it is a gap."""
 
+COMPLETE = 0.8
+"""Share of samples with a velocity of the base from which on samples without one are left out; with fewer, the velocity is."""
+
 SLOWEST, FASTEST = 20.0, 1e6
 """Rates below and above which times are taken for those of another unit [Hz]."""
 
@@ -126,7 +129,9 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
         )
     for part in (positions, rates, sensors):
         _fill(time, part, period)
-    lacking = {name: ~_known(x) for name, x in positions.items() if not _known(x).all()}
+    of_base = {name: x for name, x in rates.items() if (one := column_name(name, robot)) is not None and one.base}
+    needed = positions | {name: x for name, x in of_base.items() if _known(x).mean() >= COMPLETE}
+    lacking = {name: ~_known(x) for name, x in needed.items() if not _known(x).all()}
     whole = ~np.any([*lacking.values(), np.zeros(len(time), dtype=bool)], axis=0)
     if lacking:
         remarks.append(f"{np.sum(~whole)} of {len(whole)} samples are left out, with no number near them in {listed(lacking, 6)}")
@@ -139,8 +144,6 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     positions, rates, sensors = ({name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors))
     if broken := [name for name, x in rates.items() if not _known(x).all()]:
         remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
-    if unused := [name for name, values in others.items() if values.dtype.kind in "fiub"]:
-        remarks.append(f"not of the robot's state: {listed(unused, 6)}")
     rates = {name: x for name, x in rates.items() if name not in broken}
     others = {name: values[rows] for name, values in others.items()}
     segment = np.cumsum(np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time)))

@@ -14,11 +14,13 @@ DETERMINED = 0.02
 """Smallest singular value, in largest ones, with which the feet determine a motion: of feet nearly on a line it is smaller."""
 
 SLIP = 0.15
-"""Speed with which standing feet move against each other from which that is said [m/s]."""
+"""Speed with which standing feet move against each other from which no motion of the base follows from them [m/s]."""
 
 
-def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int) -> tuple[dict[str, float], str]:
-    """The velocities of the base by name, as `TWIST`, in world axes, and what is doubtful of them, or why they are NaN.
+def base_velocity(
+    motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int, before: bool
+) -> tuple[dict[str, float], str]:
+    """The velocities of the base by name, as `TWIST`, in world axes, and why they are NaN.
 
     The rows of all standing feet in all samples have no speed, in the sense of least squares. The angular velocity is that of the
     gyro or of the attitude where the log has one.
@@ -28,6 +30,7 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
         contacts: numbers of the feet that stand in these samples.
         begin: first sample.
         end: last one.
+        before: whether a touchdown follows on it.
     """
     robot, unknown, samples = motion.robot, dict.fromkeys(TWIST, np.nan), slice(begin, end + 1)
     contacts = [c for c in contacts if motion.carried(c)]
@@ -49,7 +52,7 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
         rows.append(wrenches.reshape(-1, 6))
         speeds.append((wrenches @ twist_before(state, legs, block.body)[..., None]).ravel())
     A, b = np.concatenate(rows), -np.concatenate(speeds)
-    known, plane, planar = motion.turning(begin, end), motion.landing.plane, motion.landing.base == "planar"
+    known, plane, planar = motion.turning(begin, end, before), motion.landing.plane, motion.landing.base == "planar"
     turns, moves = np.eye(6)[:, :3], np.eye(6)[:, 3:]
     if planar:
         turns, moves = turns @ plane.normal[:, None], moves @ np.stack([plane.e1, plane.e2], axis=1)
@@ -57,8 +60,9 @@ def base_velocity(motion: LoggedMotion, contacts: Sequence[int], begin: int, end
     basis = moves if known is not None else np.hstack([turns, moves])
     x, _, rank, _ = np.linalg.lstsq(A @ basis, b - A @ given, rcond=DETERMINED)
     if rank < basis.shape[1]:
-        return unknown, f"{len(contacts)} standing feet are too few without a gyro (columns wx_body, wy_body and wz_body)"
+        feet = "1 standing foot is" if len(contacts) == 1 else f"{len(contacts)} standing feet are"
+        return unknown, f"{feet} too few without a gyro (columns wx_body, wy_body and wz_body)"
     twist = given + basis @ x
-    slips = float(np.abs(A @ twist - b).max())
-    doubt = f"the standing feet move against each other by {slips:.2g} m/s" if slips > SLIP else ""
-    return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), doubt
+    if (slips := float(np.abs(A @ twist - b).max())) > SLIP:
+        return unknown, f"the standing feet move against each other by {slips:.2g} m/s: one slips, or positions are noisy"
+    return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), ""

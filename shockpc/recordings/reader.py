@@ -50,7 +50,8 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
     except StudyError as refusal:
         if not refusal.rows or "name" not in columns:
             raise
-        raise StudyError(f'landing "{columns["name"][refusal.rows[0]]}", {refusal}', **refusal.data) from None
+        name = _names(columns, landing.robot, len(columns["name"]))[refusal.rows[0]]
+        raise StudyError(f'landing "{name}", {refusal}', **refusal.data) from None
 
 
 def _is_series(columns: Mapping[str, np.ndarray]) -> bool:
@@ -114,7 +115,7 @@ def _names(columns: Mapping[str, np.ndarray], robot: Robot, n: int) -> np.ndarra
     """The names (n,) of the rows, by default their numbers."""
     names = _label(columns, robot, "row")
     cells = range(n) if names is None else names.tolist()
-    return np.array([f"{name:g}" if isinstance(name, float) else str(name) for name in cells])
+    return np.array([f"{name:.15g}" if isinstance(name, float) else str(name) for name in cells])
 
 
 def _times(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:

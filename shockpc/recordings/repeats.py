@@ -46,6 +46,6 @@ def without_repeats(groups: Iterable[tuple[str, Columns, Sequence[str]]], time: 
             columns[name][repeated] = np.nan
         rate = 1.0 / float(np.median(np.diff(time[known])))
         yield (
-            f"{what} repeats each sample {times} times: a new one comes {rate / times:.0f} times a second in {rate:.0f} samples, "
-            "and the others are left out"
+            f"each sample of {what} is there {times} times: a new one comes {rate / times:.0f} times a second in {rate:.0f} "
+            "samples, and the others are left out"
         )

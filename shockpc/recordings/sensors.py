@@ -8,7 +8,7 @@ integral ran before. The line contains gravity and the motion that goes on, and 
 """
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -24,9 +24,11 @@ from shockpc.text.printed import listed
 LINE = 20e-3
 """Time before a touchdown through which the line of the motion goes that is no jump [s]; at least half of it has to be there."""
 
-
 GOOD = 500.0
 """Rate below which an accelerometer has few samples in an impact [Hz]."""
+
+SATURATES, FASTEST_TURN = 19.6, 35.0
+"""Smallest acceleration at which a range may end [m/s²], and angular velocity above the range of usual gyros [rad/s]."""
 
 
 class Sensors:
@@ -60,6 +62,7 @@ class Sensors:
             f'the accelerometer at "{frame}" has {rate:.0f} samples a second: its integral is right if it averages between them'
             for frame in self.accelerometers if (rate := (1.0 + 1e-3) / log.period[f"ax@{frame}"]) < GOOD
         ]  # fmt: skip
+        self.warnings += self._doubts()
         self.warnings += [
             f'no jump of "{place.name}": an accelerometer is on its body, and no gyro'
             for place in self.points if place.body in measured - self.turning.keys()
@@ -67,6 +70,21 @@ class Sensors:
 
     def _samples(self, kind: str, frame: str) -> Array:
         return np.stack([self.log.sensors[f"{kind}{axis}@{frame}"] for axis in "xyz"], axis=1)
+
+    def _doubts(self) -> Iterator[str]:
+        """Values that are those of another unit, or of the end of a range."""
+        for frame in self.accelerometers:
+            a = self._samples("a", frame)
+            if 0.8 < (usual := float(np.nanmedian(np.linalg.norm(a, axis=1)))) < 1.2:
+                yield f'the accelerometer at "{frame}" mostly reads {usual:.2f}, as if in g; its columns are in m/s²'
+            for axis, values in zip("xyz", np.abs(a).T, strict=True):
+                held = values == (largest := np.nanmax(values))
+                if largest > SATURATES and (held[2:] & held[1:-1] & held[:-2]).any():
+                    yield f"a{axis}@{frame} stays at {largest:.4g} m/s², its maximum; if that is its range, jumps are too small"
+        for body, w in self.turning.items():
+            if (fastest := float(np.nanmax(np.abs(w)))) > FASTEST_TURN:
+                name = body_places(self.motion.robot)[body].name
+                yield f'the gyro of "{name}" reads up to {fastest:.3g} rad/s, beyond 2000 deg/s; convert it if it is in degrees'
 
     @functools.cached_property
     def _velocities(self) -> Mapping[str, Array]:
@@ -109,13 +127,16 @@ class Sensors:
         }
 
     def _jump(self, values: Array, rows: tuple[int, int, int, int] | None) -> Array:
-        """The mean (3,) of samples from `begin` to `end` less the line through those since some sample up to the first touch."""
+        """The mean (3,) of samples from `begin` to `end` less the line through those since some sample up to the first touch.
+
+        NaN if any sample is missing, because an integral over it is wrong.
+        """
         if rows is None:
             return np.full(3, np.nan)
         since, first, begin, end = rows
         t = self.log.time - self.log.time[first]
         before = np.arange(max(since, int(np.searchsorted(t, -LINE - 1e-9))), first + 1)
-        known = np.isfinite(values[before]).all()
+        known = np.isfinite(values[before[0] : end + 1]).all()
         if not known or len(before) < FEWEST or t[before[0]] > -0.5 * LINE:
             return np.full(3, np.nan)
         line = np.polynomial.polynomial.polyfit(t[before], values[before], 1)

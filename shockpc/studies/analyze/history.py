@@ -28,8 +28,8 @@ MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
 """Most events that are written, how far apart in time they are at least, as a share of the duration, and minimum step of a force at
 an event along the ground, as a share of the largest force."""
 
-AFTER = 0.03
-"""Time that is shown after the end, as a share of the duration."""
+AFTER, BEYOND = 0.03, 1.5
+"""Time that is shown after the end, as a share of the duration; and until when the peaks of readings are shown, in their times."""
 
 ROOM = 5.6
 """Width of the panels, about [inches]."""
@@ -80,8 +80,9 @@ def draw_time(profile: ShockProfile) -> Figure:
     for k in range(normal.shape[1]):
         rows[0].plot(1e3 * t, normal[:, k], color=CURVES[k % len(CURVES)], linewidth=0.8, linestyle=(0, (4, 2)))
     rows[-1].set_xlabel("time after touchdown [ms]")
-    # What accelerometers read goes on after the end, as long as their filters lag.
-    end = max([motion.duration, *(compliant.filtered(one).duration for one in filters if one is not None)])
+    # What accelerometers read goes on after the end, and may have its peak there.
+    read = [compliant.peaks(DELTA_V.compute, [place], one)[1][0] for place, one in zip(points, filters, strict=True) if one]
+    end = max([motion.duration, *(BEYOND * float(time) for time in read)])
     rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
     left = _write_events(list(rows), _events(profile, compliant))
     words = "dashed: along the normal; dotted: what happens to a contact"

@@ -135,11 +135,18 @@ def points_view(profile: ShockProfile) -> Sheet:
 
 def readings_text(profile: ShockProfile) -> str:
     """What the readings of accelerometers are, behind their filters; empty without one."""
-    places = profile.places("point")
-    filters = dict.fromkeys(str(one) for one in low_passes(profile.landing, places) if one is not None)
+    places, of_filter = profile.places("point"), dict[str, list[str]]()
+    for place, one in zip(places, low_passes(profile.landing, places), strict=True):
+        if one is not None:
+            of_filter.setdefault(str(one), []).append(place.name)
+    if not of_filter:
+        return ""
     bound = ", at most, however stiff the contacts are, while the acceleration keeps its sign"
     at_most = "" if profile.stiffness is not None or profile.landing.pulse else bound
-    return f"behind a low-pass filter of {few(list(filters), 3)}{at_most}" if filters else ""
+    each = "; ".join(f"{few(names, 4)}: {one}" for one, names in of_filter.items())
+    return (
+        f"behind a low-pass filter of {next(iter(of_filter))}" if len(of_filter) == 1 else f"behind low-pass filters ({each})"
+    ) + at_most
 
 
 def _readings_notes(profile: ShockProfile) -> list[str]:

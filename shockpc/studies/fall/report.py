@@ -164,9 +164,13 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
         },
         "first at its stop if rates stay": stops,
     }
+    scene = falls.results[0].profile.scene if falls.results else None
+    bound = any(text.startswith("filtered_peak") for text in falls.quantities)
+    bound = bound and scene is not None and scene.pulse is None and scene.contact_stiffness is None
     notes = [
         "struck links: that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
         "trunk: |Δv| at the heaviest body's centre of mass with free joints, drives and locked joints; any may be the largest",
+        "filtered_peak: at most, for a pulse of any length; a pulse or a contact stiffness gives the reading" * bound,
         *(
             f"{what}: " + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
             for what, named in listings.items()

@@ -130,7 +130,7 @@ def _margins(study: PlaceStudy) -> Sheet:
             along.append((one.name, *one.margin.peak_g, *((None,) * 3 if one.margin.left is None else one.margin.left)))
     header = ("place", *(f"peak {axis} [g]" for axis in "xyz"), *(f"left {axis} [%]" for axis in "xyz"))
     note = "axes: those of the present sensors; for new places those of the body"
-    given = [f"pulse {scene.pulse}"] * (scene.pulse is not None)
+    given = ["at most, for a pulse of any length" if scene.pulse is None else f"pulse {scene.pulse}"]
     given += [f"behind a filter of {scene.imu_bandwidth}"] * (scene.imu_bandwidth is not None)
     title = f"peak acceleration along each axis ({', '.join(given)}{span}; left: share of the range)"
     return Sheet(title, header, along, [note]).known()

@@ -82,7 +82,7 @@ def flags_of(
             raise UnknownName("column", name, numbers, "this log, of numbers that are no state of the robot", "")
         values = numbers[name].astype(float)
         known = np.isfinite(values)
-        values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+        values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), np.argmax(known)))]
         binary = bool(np.isin(values, (0.0, 1.0)).all())
         flags[c] = Flag(name, np.abs(values) / (0.5 if binary else threshold), None if binary else threshold)
     if force is not None and all(flag.force is None for flag in flags.values()):

@@ -80,7 +80,7 @@ class RowReader:
             jumps = self.sensors.jumps(touch.since, touch.first, touch.last, time, window)
             row |= {f"after{1e3 * time:g}ms_{name}": x for name, x in jumps.items()}
             if jumps and np.isnan(list(jumps.values())).any():
-                missing.setdefault("no jumps of sensors {} ms after it: no line before it, or no samples then", {})[
+                missing.setdefault("no jumps of sensors {} ms after it: no line before it, or samples are missing", {})[
                     f"{1e3 * time:g}"
                 ] = None
         return row, "; ".join(text.format(", ".join(times)) for text, times in missing.items())
@@ -104,9 +104,9 @@ class RowReader:
     ) -> dict[str, float]:
         """Velocities of the base that the log lacks. Args: missing gets `what` and the reason, with the time [ms]."""
         standing = [c for c in feet if c not in self.flags or (self.flags[c].signal[begin : end + 1] > 1.0).all()]
-        velocities, doubt = base_velocity(self.motion, standing, begin, end)
-        if doubt:
-            missing.setdefault(what + doubt, {})[time] = None
+        velocities, reason = base_velocity(self.motion, standing, begin, end, not prefix)
+        if reason:
+            missing.setdefault(what + reason, {})[time] = None
         return {prefix + key: x for key, x in velocities.items() if key not in self.known}
 
     def _after(self, row: dict[str, Any], part: StatePart, touch: Touch, time: float, missing: dict[str, dict[str, None]]) -> None:

@@ -222,6 +222,9 @@ class _Finder:
         self.frames = tuple(contact.frame for contact in motion.landing.contacts)
         self.warnings = [*log.remarks, *motion.warnings]
         self.flags = flags_of(log.others, self.frames, flags, force, GRAVITY * motion.robot.mass)
+        used = {flag.column for flag in self.flags.values()}
+        if unused := [name for name, values in log.others.items() if values.dtype.kind in "fiub" and name not in used]:
+            self.warnings.append(f"columns that are not used: {listed(unused, 6)}")
         self.warnings += [
             f'"{self.frames[c]}" is taken to touch where {flag.column} exceeds {flag.force:.3g} N'
             for c, flag in self.flags.items() if flag.force is not None
@@ -319,7 +322,7 @@ class _Finder:
         else:
             text = "few for velocities around a touchdown: jumps of Cassie were off by 7 % at 500 Hz, and by 27 % at 200 Hz"
         if rate < GOOD:
-            self.warnings.append(f"the {part} have {rate:.0f} samples a second, {text}")
+            self.warnings.append(f"the {part} {'has' if part == 'base' else 'have'} {rate:.0f} samples a second, {text}")
         return np.inf if rate < TIMES_ONLY else wanted or max(WINDOW, least)
 
     def _warn_of_noise(self, landings: list[Touchdown], window: float) -> None:
