@@ -55,7 +55,9 @@ DAMPED_SHARE = 0.01
 class CompliantLanding:
     """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
 
-    Links that bend have hinges, which are springs like those of joints, and move only here.
+    What acts is made first (`element_system`), then the motion. All else is read from these: a quantity at the end, its peak, its
+    history, and how the end differs from the impulse model, with warnings. Links that bend have hinges, which are springs like
+    those of joints, and move only here.
 
     Args:
         landing: the landing.
@@ -236,7 +238,10 @@ class CompliantLanding:
 
     @functools.cached_property
     def _impulsive(self) -> Array:
-        """Jumps (n,) of the coordinates in the impulse model."""
+        """Jumps (n,) of the coordinates in the impulse model, which reverses at once the speeds of the rows that act in it.
+
+        These are the rows of contacts, those of stops that act at once, and hinges, which are locked there.
+        """
         elements, to_velocity = self.motion.elements, self.motion.to_velocity
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
