@@ -6,6 +6,7 @@ from dataclasses import replace
 import frame_leg
 import numpy as np
 import pytest
+from commands import good
 
 from shockpc.core.segments import FINE, Flex, bending_frequency, bending_stiffness, chain_inertia, divide, flex_from
 from shockpc.impact.stiffness import CompliantLanding
@@ -22,7 +23,7 @@ from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
-from shockpc.quantities.selection import QUANTITIES
+from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.flexible import flexible_robot
 from shockpc.robot.load import load_robot
 from shockpc.studies.analyze.report import document
@@ -288,3 +289,21 @@ def test_variations():
     for found, thigh in zip(table.columns["peak_force@FL_foot"], (337.0, 674.0), strict=True):
         scene = replace(GO2, flex={"FL_calf": "EI:300", "FL_thigh": f"EI:{thigh}"})
         assert found == pytest.approx(peaks(scene)["FL_foot"], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_measured_rates_identify_the_stiffness(capfd, tmp_path):
+    """Rates after 2 ms, integrated from simulated accelerations with EI = 674, give that back, from a scene with 300."""
+    table, t = ["q_FL_thigh_joint,q_FL_calf_joint,vz,before_FL_calf_joint,after2ms_FL_calf_joint"], np.linspace(0.0, 2e-3, 4001)
+    scene = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6, contact_law="damper", flex={"FL_calf": "EI:674"})
+    for thigh, calf in ((45.0, -80.0), (40.0, -95.0), (57.0, -100.0)):
+        posed = replace(scene, posture=Posture(joints_deg={"FL_thigh_joint": thigh, "FL_calf_joint": calf}))
+        profile = shock_profile(posed)
+        (joint,) = (place for place in profile.places("joint") if place.name == "FL_calf_joint")
+        accelerations = profile.stiffness.history(select("delta_qd").quantity.compute, [joint], t)[:, 0, 0]
+        table.append(f"{np.radians(thigh)},{np.radians(calf)},-1,0,{np.trapezoid(accelerations, t)}")
+    (tmp_path / "landings.csv").write_text("\n".join(table))
+    options = "--contact FL_foot --contact-stiffness 1e6 --contact-law damper --flex FL_calf=EI:300 --unknown flex:FL_calf=100:3000"
+    found = good(capfd, "identify", tmp_path / "landings.csv", "go2", *options.split(), "--format", "json")
+    (unknown,) = json.loads(found)["tables"]["identify"]
+    assert unknown["value"] == pytest.approx(674.0, rel=1e-4)

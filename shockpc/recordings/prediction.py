@@ -346,5 +346,5 @@ def _sticking(scene: Scene) -> Scene:
     contact = tuple(replace(contact, restitution=0.0) for contact in scene.contact)
     return replace(
         scene, contact=contact, friction=None, contact_stiffness=None, tangential_stiffness=None, contact_damping=None,
-        contact_law=None, stop_stiffness=None, gravity=True, joints=replace(scene.joints, torque={}, motors=None),
+        contact_law=None, stop_stiffness=None, flex={}, gravity=True, joints=replace(scene.joints, torque={}, motors=None),
     )  # fmt: skip
