@@ -165,3 +165,18 @@ def test_parts_are_judged_where_their_margin_is_lost():
     profile = shock_profile(scene)
     lost = profile.margin_lost.contact_stiffness
     assert profile.bending.contact_time == pytest.approx(math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost))
+
+
+@pytest.mark.parametrize(
+    ("contact", "model"),
+    [
+        (tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR", "RL", "RR")), "locked"),
+        (Contact(frame="FL_foot", directions=("z",)), "geared"),
+    ],
+)
+def test_contacts_stop_the_mass_of_the_landing(contact, model):
+    """All feet of a robot with locked joints share its mass, less than each alone stops; one that slides stops less too."""
+    profile = shock_profile(replace(GO2, contact=contact, joints=Joints(model=model)))
+    mass = profile.robot.mass / 4.0 if model == "locked" else profile.contacts[0].mass_frictionless
+    assert profile.bending.mass == pytest.approx(mass, rel=1e-9)
+    assert mass < 0.9 * profile.value("mass_sticking", "contact").min()

@@ -61,7 +61,7 @@ COMMANDS = {
     "robots": ("odd.urdf",),
     "batch": ("odd.urdf", "--contact", called(7), "--contact", called(LAST)),
     "compare": ("odd.urdf", "odd.urdf", *LANDING[1:], *SENSORS),
-    "sensitivity": (*LANDING, *SENSORS[:2]),
+    "sensitivity": (*LANDING, *SENSORS[:2], "--strike-angle", "20"),  # straight on, nothing changes it to first order
     "limits": (*LANDING, "--joint", called(LAST, "j"), *SENSORS[:2], "--max", "99", "--step", "20"),
     "place": (*LANDING, "--body", called(21), "--alternatives", "0", *SENSORS),
     "sweep": (*LANDING, "--vary", f"joint:{called(0, 'j')}=0:1:2", *SENSORS),

@@ -118,7 +118,7 @@ def test_forms(text):
     "text",
     ["", "674", "EI", "EI:0", "EI:nan", "EI:1,EI:2", "EI:1,180Hz:free", "180Hz", "180Hz:held", "tube:70e9,0.02", "EA:1e7",
      "EI:1,hinges:0", "tube:70e9,0.021,0.025", "EI:1,hinges:2.5", "EI:1,hinges:99",
-     "EI:1e13", "tube:70e9"],
+     "EI:1e13", "tube:70e9", "tube:70e9,25,21"],
 )  # fmt: skip
 def test_refused_forms(text):
     """Texts that say nothing of a link, or contradict themselves."""
@@ -251,6 +251,8 @@ def test_without_effect():
         shock_profile(replace(GO2, contact_stiffness=None, gravity=True, flex=TUBES))
     with pytest.raises(SceneError, match=r"calf.*EI"):
         resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
+    with pytest.raises(SceneError, match=r"base.*fixed"):
+        shock_profile(replace(GO2, base="fixed", flex={"base": "EI:5000"}))
     with pytest.raises(StudyError, match="flex:FL_calf"):
         sweep(GO2, {"flex:FL_calf": "0.5x:2x:3"}, quantities=["peak_force"])
 

@@ -84,6 +84,8 @@ def flex_from(text: str) -> Flex:
             if not outer > inner:
                 raise ValueError(f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as tube:70e9,0.025,0.021')
             tube = {"EI": math.pi / 64.0 * E * (outer**4 - inner**4), "EA": math.pi / 4.0 * E * (outer**2 - inner**2)}
+            if not max(tube.values()) <= LARGEST:
+                raise ValueError(f'"{text}" gives EI of {tube["EI"]:.3g} N m², above {LARGEST:g}: diameters are in metres, E in Pa')
             stiffness = tube | stiffness  # an EA that is given goes over the tube's
         elif kind == "frequency" and value in ("clamped", "free"):
             flex = flex._replace(frequency=_positive(text, name.removesuffix("Hz")), clamped=value == "clamped")

@@ -17,7 +17,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.robot.elements import Loop
-from shockpc.robot.flexible import FlexibleRobot, flexible_robot
+from shockpc.robot.flexible import LEAVE_OUT, FlexibleRobot, flexible_robot
 from shockpc.text.errors import SceneError
 
 
@@ -106,7 +106,7 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         flexes: how links bend, each with its name or a glob; as the scene says by default.
 
     Raises:
-        SceneError: the scene says nothing of how a link bends.
+        SceneError: the scene says nothing of how a link bends, or the base is fixed to the world and bends.
         UnknownName: a pattern fits no link.
         RobotError: a link cannot bend.
     """
@@ -114,6 +114,9 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
     struck = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance) if block.kind != "stop"]
     ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
     flexible = flexible_robot(robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends)
+    if landing.base == "fixed" and robot.free_base and 0 in flexible.divisions:
+        name = robot.bodies[0].name
+        raise SceneError(f'link "{name}" cannot bend, because it is fixed to the world; {LEAVE_OUT}', bodies=[name])
     blocks = [_on_segments(flexible, block) for block in landing.without_stops.blocks[: contacts + len(landing.stance)]]
     q, zero, joints = flexible.configuration(landing.q), np.zeros(robot.model.nv), landing.joint_model
     whole = flexible.velocities

@@ -1,10 +1,11 @@
 """When links that are taken as rigid are right: from which frequency on their first bending mode makes no difference.
 
-A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. What counts is Tc f1,
-of the first bending mode f1 of the free robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of
-velocity were within 10 % from Tc f1 = 2 on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force
-from 4, the largest torque of a joint from 7 and other torques from 15 on. With a damper in series with the contact, its force is
-largest sooner, and Tc is twice the time until then.
+A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. Several contacts share
+the mass that they stop, so that they last less than each alone. What counts is Tc f1, of the first bending mode f1 of the free
+robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of velocity were within 10 % from Tc f1 = 2
+on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force from 4, the largest torque of a joint from
+7 and other torques from 15 on. With a damper in series with the contact, its force is largest sooner, and Tc is twice the time
+until then.
 
 That is for forces without a step. By hysteresis, a row of a contact with restitution 0 is held from its largest force on. With
 rigid links its force falls to zero at once, or stays until the others let it go. Links that bend, however stiff, swing about that
@@ -37,7 +38,7 @@ STEEP = 0.2
 ABRUPT = "rectangle", "saw-tooth"
 """Pulses with a step."""
 
-(MASS_STICKING,) = (entry for entry in CONTACTS if entry.key == "mass_sticking")
+(EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
 
 RINGS = "torques ring, and jumps may differ, however stiff links are"
 """What a step of force does."""
@@ -74,17 +75,24 @@ class Bending(NamedTuple):
         return self.modes.metal < self.lowest(FOR_JUMPS)
 
     @property
+    def _held(self) -> str:
+        milliseconds = f"{1e3 * self.contact_time:.2g} ms"
+        if math.isnan(self.mass):
+            return f"in a pulse of {milliseconds}"
+        return f"on contacts of {self.mass * (math.pi / self.contact_time) ** 2:.3g} N/m ({milliseconds})"
+
+    @property
     def lines(self) -> tuple[str, str]:
         """What the links have to be, and what metal would reach."""
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
-            f"rigid links: right to some 10 % where the first bending mode of {few(self.modes.links, 3)} in the robot is above "
-            f"{_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for torques: EI of {EI[0]} and "
-            f"{EI[1]} N m²"
+            f"rigid links {self._held}: right to some 10 % if the first bending mode of {few(self.modes.links, 3)}, in the whole "
+            f"robot, is above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and "
+            f"the largest torque: EI of {EI[0]} and {EI[1]} N m²"
         )
         if self.step:
-            first += f", by a force without steps; {self.step}"
+            first += f"; this is for forces without steps: {self.step}"
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
@@ -103,7 +111,7 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
 
     Args:
         landing: the landing.
-        masses: (c,) effective masses of its contacts if they stick [kg].
+        masses: (c,) effective masses of its contacts, each alone [kg].
         stiffness: of the contacts [N/m]; None where only a pulse is given.
 
     Returns: None with neither, where links bend already, and where none bends or no contact yields.
@@ -120,6 +128,12 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
         return None
     mass = min(yielding)
     contact = yielding[mass]
+    if stiffness is not None and len(yielding) > 1:
+        from shockpc.impact.contact_rows import contact_rows
+
+        rows = contact_rows(landing, stands=True)
+        together = rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M)))) ** -2
+        mass = min(mass, together)
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     if landing.scene.contact_law == "damper":
@@ -176,7 +190,7 @@ def _values(impact: Impact, _: Places) -> Array:
     if landing.scene.flex or (k is None and landing.pulse is None):
         return np.full(5, np.nan)
     try:
-        found = bending(landing, evaluate(MASS_STICKING, impact, places)[0, 0], k)
+        found = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
     except RobotError:
         found = None
     if found is None:

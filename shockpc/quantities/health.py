@@ -75,10 +75,10 @@ def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
         impulse, finite = (profile.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
         differs, texts = np.abs(finite - impulse), set[str]()
         for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
-            name = places[k].name
+            name, rigid = places[k].name, "has rigid links and which " * bool(profile.scene.flex)
             text = (
                 f"shock at {name} is {finite[k]:.3g} at the end of contact on {profile.scene.contact_stiffness:g} N/m, and "
-                f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
+                f"{impulse[k]:.3g} in the impulse model, which {rigid}the other tables show: that model does not hold there"
             )
             if text not in texts:  # a part may be at a sensor
                 yield Diagnostic("contact", name, float(differs[k]), text)

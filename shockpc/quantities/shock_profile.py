@@ -382,7 +382,7 @@ class ShockProfile(OfLanding):
         if k is None and self.landing.pulse is None:
             return None
         try:
-            return bending(self.landing, self.value("mass_sticking", "contact"), k)
+            return bending(self.landing, self.value("effective_mass", "contact"), k)
         except RobotError as refusal:
             return str(refusal)
 

@@ -24,6 +24,9 @@ SHORT = 0.5
 ROUNDING = 1e-9
 """Distance [m] by which what is at a hinge may be before it and still moves with the segment behind."""
 
+LEAVE_OUT = "leave it out of flex, with patterns that do not fit it"
+"""What to do with a link that cannot bend."""
+
 
 @frozen()
 class FlexibleRobot:
@@ -201,7 +204,7 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
     one = robot.bodies[body]
     fault = inertia_fault(one.mass, one.inertia) if one.mass > 0.0 else "it has no mass"
     if fault:
-        raise RobotError(f'link "{one.name}" cannot bend, because {fault}; correct its inertia in the file, or leave out its flex')
+        raise RobotError(f'link "{one.name}" cannot bend, because {fault}; correct its inertia in the file, or {LEAVE_OUT}')
     place = _frame(robot, {}, body, 0)
     start = place.actInv(np.zeros(3))
     joints = [robot.model.jointPlacements[robot.bodies[k].joint] for k, parent in enumerate(robot.parents) if parent == body]
@@ -221,4 +224,4 @@ def _divide(robot: Robot, body: int, line: tuple[Array, Array], hinges: int) -> 
     try:
         return divide(one.mass, one.com, one.inertia, *line, hinges)
     except ValueError as refusal:
-        raise RobotError(f'link "{one.name}" cannot bend, because it {refusal}; leave out its flex') from None
+        raise RobotError(f'link "{one.name}" cannot bend, because it {refusal}; {LEAVE_OUT}') from None
