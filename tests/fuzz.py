@@ -27,6 +27,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
@@ -208,6 +209,8 @@ def main(words: list[str] | None = None) -> int:
         write(made.files, given.keep)
         print(f"cd {given.keep}/stick; shockpc", *map(repr, made.words))
         return 0
+    # The threads of libraries are idle, and a fork that waits for one of them would be reported.
+    warnings.filterwarnings("ignore", "This process", DeprecationWarning)
     ended: collections.Counter[int] = collections.Counter()
     running, start, following = 0, time.monotonic(), given.first
     try:

@@ -319,6 +319,24 @@ def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, e
         )
     # A product of matrices takes a small share of the time of what it multiplies, the more rows the smaller.
     effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
+    return _largest_sampled(P, rates, wave, waves, start, lengths, steps)
+
+
+def _largest_sampled(
+    P: Array, rates: ComplexArray, wave: ComplexArray, waves: Array, start: Array, lengths: Array, steps: np.ndarray
+) -> tuple[Array, Array]:
+    """The largest lengths (m,) of vectors and when they are reached: local maxima of samples in n segments, refined.
+
+    Args:
+        P: (m·k, r) what gives the vectors of the forces.
+        rates: (n, j) of the oscillations.
+        wave: (n, r, j) with those of the forces.
+        waves: (n, m, k, j) the same of the vectors.
+        start: (n,) of each segment [s].
+        lengths: (n,) of these [s].
+        steps: (n,) of the samples in each.
+    """
+    count, m, k, _ = waves.shape
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     # Times after the start of each segment, of samples of all of them one after the other, each with both of its ends.

@@ -76,7 +76,7 @@ class State:
         """Whether all contacts are open."""
         return not (self.phase[self.system.grounded] != OPEN).any()
 
-    def _over(self, motion: "Free") -> bool:
+    def _over(self, motion: Free) -> bool:
         """Whether no contact is compressed further or rebounds, and none carries more than constant forces make.
 
         A contact carries no more where its force, which oscillates about what constant forces make, is below that, or oscillates
@@ -95,7 +95,7 @@ class State:
         normal = np.flatnonzero(closed & elements.normal)
         return not np.any(self._excess(motion)[normal] > 4.0 * system.push_noise[normal])
 
-    def _excess(self, motion: "Free") -> Array:
+    def _excess(self, motion: Free) -> Array:
         """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
         amplitude = np.abs(motion.wave[TOTAL]).sum(axis=1) * self.slope
         beyond = motion.rest - motion.start[TOTAL] - self._left
@@ -117,7 +117,7 @@ class State:
         amplitude = np.abs(shape * motion.oscillations.deflection[moves])
         return Modes(sigma[moves] / (2.0 * np.pi), (V.T @ motion.u)[moves] ** 2 / 2.0, participation, amplitude)
 
-    def _closes_again(self, motion: "Free", horizon: float) -> bool:
+    def _closes_again(self, motion: Free, horizon: float) -> bool:
         """Whether an open contact closes within a horizon [s] noticeably, if constant forces change no velocity.
 
         As it would without force: it then goes beyond where it closes by more than a share of its largest compression.
@@ -139,47 +139,45 @@ class State:
         Where the motion may end there is neither once the impact is over. Watched are the rate of what is loaded, the force of what
         is unloaded and the gap of open contacts.
         """
-        system, elements = self.system, self.system.elements
+        system = self.system
         rigid = (self.phase == UNLOADING) & system.rigid
         if rigid.any() and not (self._sprung(rigid).any() or system.pull.any()):
             # Nothing presses what is held on the ground, so that it is released.
-            return None, Watch(int(np.flatnonzero(rigid & elements.normal)[0]), EventKind.OPENS, 0.0, 0.0, 1.0)
-        motion, watched = self._motion(), list(self._watched())
-        (rate, _, velocity, _), loaded = motion.oscillations, motion.loaded
-        total = motion.start[TOTAL]
-        self.largest = np.where(system.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
-        eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & elements.normal & bool(system.pull.any())
-        for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * system.push_noise)).tolist():
-            watched.append(Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float((motion.rest - self._left)[i]), -1.0))
-        creep = motion.start[RATE] - motion.wave[RATE].real.sum(axis=1)
-        for i in np.flatnonzero((self.phase == LOADING) & elements.normal & ~self.slow & (system.relaxation > 0.0)).tolist():
-            watched.append(Watch(i, EventKind.SLOWS, 0.0, float(creep[i] - system.slowly[i]), -1.0))
+            return None, Watch(int(np.flatnonzero(rigid & system.elements.normal)[0]), EventKind.OPENS, 0.0, 0.0, 1.0)
+        motion = self._motion()
+        self.largest = np.where(system.viscous > 0.0, np.maximum(self.largest, -self.slope * motion.start[TOTAL]), self.largest)
+        watched = [*self._watched(), *self._watched_in(motion)]
         _, signals = self._signals(motion, watched)
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
             return None, watched[int(early.argmin())]
         if may_end and self._over(motion) and not self._closes_again(motion, STAYS_OPEN * time):
             return None, None
-        length, first = first_crossing(rate, signals, horizon, self.effort)
+        length, first = first_crossing(motion.oscillations.rate, signals, horizon, self.effort)
+        segment = self._segment(motion, time, length)
+        self.jump, displacement = segment.after(np.asarray(length))
+        self.gap, self.displacement = self.gap + system.W @ (displacement - self.displacement), displacement
+        self.z = motion.forces + changes(length * segment.rate, motion.wave[FORCE])
+        return segment, None if first is None else watched[first]
+
+    def _segment(self, motion: Free, time: float, length: float) -> Segment:
+        """The motion from now on, a time [s], for a length [s]."""
+        loaded, oscillations = motion.loaded, motion.oscillations
         still = loaded.sigma == 0.0
         drift = loaded.V @ np.where(still, loaded.V.T @ motion.u, loaded.creep)
         acceleration = loaded.V @ np.where(still, loaded.V.T @ loaded.pull, 0.0)
-        segment = Segment(
+        return Segment(
             time,
             length,
-            rate,
-            system.steady - self.slope * motion.rest,
+            oscillations.rate,
+            self.system.steady - self.slope * motion.rest,
             -self.slope[:, None] * motion.wave[TOTAL],
-            along(loaded.V, velocity),
+            along(loaded.V, oscillations.velocity),
             drift,
             acceleration,
             self.jump,
             self.displacement,
         )
-        self.jump, displacement = segment.after(np.asarray(length))
-        self.gap, self.displacement = self.gap + system.W @ (displacement - self.displacement), displacement
-        self.z = motion.forces + changes(length * rate, motion.wave[FORCE])
-        return segment, None if first is None else watched[first]
 
     def _sprung(self, rigid: np.ndarray) -> np.ndarray:
         """The rows (r,) with springs that are loaded, with some rows held."""
@@ -214,6 +212,7 @@ class State:
         falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ drift, np.zeros(len(z))
         path = np.divide(speed, rate, out=np.zeros_like(speed), where=rate != 0.0)
         of_rate, of_force, of_gap = along(of_u, speed), along(of_z, p) + along(of_held, speed), along(of_u, path)
+        # Of each signal, in the order of RATE to PUSH, the value at the start and the factors of t, of t² and of the oscillations.
         rates, push = system.W @ u, np.sqrt(system.elements.stiffness)
         start = np.array([rates, forces, self.gap, forces + damper @ u, push * self.gap + system.viscous * rates])
         linear = np.array([falling, zero, drifting, zero, push * drifting + system.viscous * falling])
@@ -274,6 +273,16 @@ class State:
                 yield Watch(i, EventKind.CLOSES, tolerance, 0.0, 1.0)
                 if viscous[i] and gap[i] < -tolerance:
                     yield Watch(i, EventKind.CLEARS, tolerance, 0.0, -1.0)
+
+    def _watched_in(self, motion: Free) -> Iterator[Watch]:
+        """What can happen besides, in a motion: forces that ease to what stays constant, and dampers in series that creep."""
+        system, normal = self.system, self.system.elements.normal
+        eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & normal & bool(system.pull.any())
+        for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * system.push_noise)).tolist():
+            yield Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float((motion.rest - self._left)[i]), -1.0)
+        creep = motion.start[RATE] - motion.wave[RATE].real.sum(axis=1)
+        for i in np.flatnonzero((self.phase == LOADING) & normal & ~self.slow & (system.relaxation > 0.0)).tolist():
+            yield Watch(i, EventKind.SLOWS, 0.0, float(creep[i] - system.slowly[i]), -1.0)
 
     def switch(self, i: int, kind: EventKind) -> EventKind:
         """Let an event happen to element i; what it is in full: a contact that would open may slip first."""

@@ -1,11 +1,10 @@
 """A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in double precision, not proven.
 
-The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed, with
-gravity, the torques of motors and the loads of springs as constant forces. Its motion is linear in the forces of its elements at
-each time: what is linear in the jumps and impulses of an impact (the velocity of a point, the wrench through a joint) is, of the
-accelerations for unit forces, the matrix that gives the same of the motion. Accelerations are those less gravity, as an
-accelerometer measures them. Without forces of the elements a free robot falls freely, with no such acceleration and no load of a
-joint. A fixed base or standing feet hold their robot against gravity, which adds constant accelerations and loads.
+The motion, which `core.stiff_contacts` follows, is linear in the forces of its elements (`stiff_elements`) at each time: what is
+linear in the jumps and impulses of an impact (the velocity of a point, the wrench through a joint) is, of the accelerations for
+unit forces, the matrix that gives the same of the motion. Accelerations are those less gravity, as an accelerometer measures them.
+Without forces of the elements a free robot falls freely, with no such acceleration and no load of a joint. A fixed base or standing
+feet hold their robot against gravity, which adds constant accelerations and loads.
 """
 
 import functools
@@ -19,31 +18,25 @@ from shockpc.core.impulse import Solution
 from shockpc.core.low_pass import LowPass, filtered
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
-from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, series_damping, simulate_landing
-from shockpc.core.stiff_motion import Elements, History, StiffMotion
+from shockpc.core.stiff_contacts import damper_restitution, simulate_landing
+from shockpc.core.stiff_motion import History, StiffMotion
 from shockpc.core.threads import one_thread
-from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
-from shockpc.impact.loads import free_fall, motor_torques, spring_loads
-from shockpc.impact.stops import stop_rows, with_stops
-from shockpc.landing.constraints import ConstraintBlock, block_point
+from shockpc.impact.stiff_elements import element_system
+from shockpc.impact.stops import with_stops
+from shockpc.landing.constraints import block_point
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
-from shockpc.landing.record import spelled
-from shockpc.landing.scene import Contact
 from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
-
-LEAST_HELD = 1e-6
-"""Share of the velocities before the impact along contacts and springs from which what they lack of them is no rounding."""
 
 MANY_EVENTS = 100
 """Number of times that contacts change their state, above which durations are not reliable."""
@@ -62,7 +55,9 @@ DAMPED_SHARE = 0.01
 class CompliantLanding:
     """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
 
-    Links that bend have hinges, which are springs like those of joints, and move only here.
+    What acts is made first (`element_system`), then the motion. All else is read from these: a quantity at the end, its peak, its
+    history, and how the end differs from the impulse model, with warnings. Links that bend have hinges, which are springs like
+    those of joints, and move only here.
 
     Args:
         landing: the landing.
@@ -79,33 +74,24 @@ class CompliantLanding:
     """
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
-        assert landing.scene.contact_stiffness is not None
-        self.landing, self._k = landing, landing.scene.contact_stiffness
-        landing = flexible_landing(landing) if landing.scene.flex else landing
-        self.moving, self._rows = landing, contact_rows(landing, stands=True)
-        self._refuse_turning()
-        rows, c = self._rows, len(landing.contact_places)
-        self._strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
-        self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
+        self.landing, self.moving = landing, flexible_landing(landing) if landing.scene.flex else landing
+        self._system = system = element_system(self.moving)
+        self._rows, self._free, self._stops = system.rows, system.free, system.stops
+        self.number = system.elements.contact
+        self._normal = system.elements.normal & (self.number < len(self.moving.contact_places))
         self._peaks: dict[Any, tuple[Array, Array]] = {}
         self._impacts: dict[float, DoubleImpact] = {}
-        # Stops are contacts that are open at first, where their joint does not move towards them.
-        self._stops, along, speeds = self._further_stops()
-        M, elements, self._velocity, gravity = self._system(along, speeds)
         self._filtered: dict[LowPass, StiffMotion] = {}
-        if self._stops:
-            self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
-        self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
-        self._simulated = functools.partial(simulate_landing, M, elements, self._velocity, gravity=gravity)
         self.motion = self._simulate(until)
 
     def _simulate(self, until: float | None) -> StiffMotion:
         """The motion until a time [s]. Raises: SolveError: it cannot be followed."""
+        system = self._system
         try:
             with one_thread(2 * len(self.number)):
-                return self._simulated(until=until)
+                return simulate_landing(system.inertia, system.elements, system.velocity, gravity=system.gravity, until=until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
-            raise SolveError(f"no verdict for contacts of {self._k:g} N/m: {refusal}") from None
+            raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
 
     def filtered(self, low_pass: LowPass | None) -> StiffMotion:
         """The motion with its forces behind a filter, beyond its end as long as that lags; as it is without one.
@@ -124,97 +110,6 @@ class CompliantLanding:
             motion = self._simulate(motion.duration + tail) if sprung else motion
             self._filtered[low_pass] = filtered(motion, low_pass, 0.0 if sprung else tail)
         return self._filtered[low_pass]
-
-    def _refuse_turning(self) -> None:
-        """Refuse flat contacts that turn before the impact."""
-        before = self.landing.before
-        if np.abs(self._rows.stop).max() > LEAST_HELD * max(np.abs(before.omega).max(), np.abs(before.joint_rates).max()):
-            raise SolveError(
-                "a flat contact turns before the impact, and on contacts of finite stiffness it would have to stop turning at "
-                f"once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
-            )
-
-    def _further_stops(self) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
-        """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where the scene leaves them out."""
-        if not self.landing.scene.stops:
-            return (), np.zeros((0, self.moving.robot.model.nv)), np.zeros(0)
-        stops, along, speeds = stop_rows(self.moving)
-        striking = {block.body for block in self.moving.contacts if block.kind == "stop"}
-        kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
-        return tuple(stops[k] for k in kept), along[kept], speeds[kept]
-
-    def _system(self, along: Array, speeds: Array) -> tuple[Array, Elements, Array, Array]:
-        """The arguments of `simulate_landing`: inertia, elements, velocities before the impact and accelerations of free fall.
-
-        The elements are contacts, further stops, springs of joints, springs between joints and their rotors, and motors; the rotors
-        are the last coordinates.
-
-        Args:
-            along: (k, nv) speeds of further stops for unit joint velocities.
-            speeds: (k,) of them before the impact.
-        """
-        landing, rows, scene, model, free = self.moving, self._rows, self.moving.scene, self.moving.joint_model, self._free
-        c, width = len(landing.contact_places), free.shape[1]
-        springs = np.flatnonzero(model.stiffness > 0.0)
-        geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
-        gravity = free_fall(landing, rows, free)
-        torque = motor_torques(landing, rows, free, gravity)
-        motors = np.flatnonzero(torque)
-        # A motor whose rotor is behind a spring turns the rotor; its spring carries the torque already.
-        behind = np.isin(motors, geared)
-        G = np.eye(len(free)) if rows.equation.G is None else rows.equation.G[0]
-        self._along = np.concatenate([G[springs], G[geared], np.where(behind[:, None], 0.0, G[motors])])
-
-        of_stops = scene.stop_stiffness or self._k
-        k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
-        damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
-        ratio = np.where(self._strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution))
-        relaxation = 2.0 * ratio * rows.frequency(k, free[self.moving.hinges]) if ratio.any() else ratio
-        held = Elements.joined(
-            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation),
-            Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
-            Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
-        )
-        velocity = self._coordinates(held.rows, np.concatenate([rows.speeds, speeds, landing.before.joint_rates[springs]]))
-        M, _, gears, velocity = attach_rotors(rows.M, held.rows, velocity, free[geared], model.rotor[geared])
-        turned = np.zeros((len(motors), len(M)))
-        turned[~behind, :width] = free[motors[~behind]]
-        turned[behind, width + np.searchsorted(geared, motors[behind])] = 1.0
-        elements = Elements.joined(
-            held,
-            Elements.alike(gears, model.drive_stiffness[geared], load=torque[geared]),
-            Elements.alike(turned, 0.0, load=torque[motors]),
-        )
-        return M, elements, velocity, np.append(gravity, np.zeros(len(M) - len(gravity)))
-
-    def _coordinates(self, B: Array, speeds: Array) -> Array:
-        """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
-
-        Where joints are locked at a rate, a contact has a velocity or the ground moves against a fixed base, they are
-        not those of the robot: a motion with constant velocity, in which all of it moves along, changes neither forces nor jumps.
-
-        Args:
-            B: rows of contacts and springs.
-            speeds: of these before the impact.
-
-        Raises:
-            SolveError: no motion of the robot has these speeds.
-        """
-        landing = self.moving
-        before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
-        if landing.robot.free_base:
-            before[:6] = np.linalg.solve(landing.state.J[0, :, :6], moves)
-        as_given = landing.robot.free_base or not moves.any()
-        contacts_move = any(contact.velocity is not None for contact in landing.contacts)
-        if len(self._free) == self._free.shape[1] and as_given and not contacts_move:
-            return before
-        velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
-        velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
-        if np.linalg.norm(B @ velocity - speeds) > LEAST_HELD * np.linalg.norm(speeds):
-            raise SolveError(
-                "no motion of the robot has the velocities before the impact along all contacts and springs; give others"
-            )
-        return np.asarray(velocity)
 
     def _impact(self, jumps: Array, impulse: Array | None = None) -> ColumnImpact:
         """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all rows; of the others none."""
@@ -244,7 +139,9 @@ class CompliantLanding:
         weight = -GRAVITY * landing.scene.gravity * mass_lifted(landing.robot, landing.state)
         if rows.rigid.any():
             rigid = np.flatnonzero(rows.rigid)
-            along = np.concatenate([rows.turn @ equation.J_c[0, :unstopped_rows], equation.J_c[0, unstopped_rows:], self._along])
+            along = np.concatenate(
+                [rows.turn @ equation.J_c[0, :unstopped_rows], equation.J_c[0, unstopped_rows:], self._system.along]
+            )
             along = np.vstack([along, weight if equation.G is None else weight @ equation.G[0]])
             missing = equation.H[0] @ (rows.basis @ np.column_stack([response, falling])[:free]) - along.T
             impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
@@ -302,7 +199,7 @@ class CompliantLanding:
     @functools.cached_property
     def stop_peaks(self) -> dict[str, float]:
         """The peak force or torque of the end stops of each joint that is at one [N, N m]."""
-        rows, n = np.flatnonzero(self._strikes), len(self._rows.normal)
+        rows, n = np.flatnonzero(self._system.strikes), len(self._rows.normal)
         joints, contacts = self.moving.robot.joints, self.moving.contacts
         names = [joints[contacts[self.number[row]].body].name for row in rows.tolist()]
         names += [stop.frame for stop in self._stops]
@@ -341,17 +238,20 @@ class CompliantLanding:
 
     @functools.cached_property
     def _impulsive(self) -> Array:
-        """Jumps (n,) of the coordinates in the impulse model."""
+        """Jumps (n,) of the coordinates in the impulse model, which reverses at once the speeds of the rows that act in it.
+
+        These are the rows of contacts, those of stops that act at once, and hinges, which are locked there.
+        """
         elements, to_velocity = self.motion.elements, self.motion.to_velocity
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
         acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
         hinges = self.moving.hinges  # which are locked
         straight = np.isin(np.flatnonzero(self.moving.joint_model.stiffness > 0.0), hinges)
-        others = np.zeros(len(self._along) - len(straight))
+        others = np.zeros(len(self._system.along) - len(straight))
         acting_rows = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)]
         e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))])
-        speeds = (1.0 + e) * (acting_rows @ self._velocity)
+        speeds = (1.0 + e) * (acting_rows @ self._system.velocity)
         return np.asarray(to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property
@@ -373,7 +273,7 @@ class CompliantLanding:
         """Largest compression (c,) of each contact along its normal, with what dampers in series give way [m]."""
         # It is largest where the normal is unloaded, or at the end.
         elements, turns, normal = self.motion.elements, self._turns[1], self._normal
-        damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
+        damper = np.asarray(elements.damping) * ((self._system.velocity + turns.jump) @ elements.rows.T)
         pressed = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal] / elements.stiffness[normal]
         way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
         return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
@@ -382,7 +282,7 @@ class CompliantLanding:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
         rows = self.motion.elements.rows[self._normal]
         duration = float(self.duration.max())
-        approach = float(-(rows @ self._velocity).min())
+        approach = float(-(rows @ self._system.velocity).min())
         if not self.landing.scene.gravity and (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
             text = (
                 f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds {gravity:.3g} m/s to an "

@@ -59,6 +59,7 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     """
     robot, block, links = landing.robot, landing.contacts[contact], list[int]()
     body = -1 if block.kind == "stop" else block.body
+    # Body 0 of a free robot is its base, which bends only where the contact is on it; of a fixed one it is the first link.
     while body > 0 or (body == 0 and not (links and robot.free_base)):
         links.append(body)
         body = robot.parents[body]

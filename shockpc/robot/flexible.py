@@ -89,8 +89,10 @@ def flexible_robot(
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
     lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
     divisions = {body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()}
-    old, new, joints, springs = robot.model, pin.Model(), {(-1, 0): 0}, dict[int, Array]()
+    old, new = robot.model, pin.Model()
     new.name = old.name
+    # The joints of the new model that move each segment of each body, and the stiffness of those that are hinges.
+    joints, springs = {(-1, 0): 0}, dict[int, Array]()
     for k, segment in _order(robot, divisions):
         body = robot.bodies[k]
         if segment == 0:
@@ -100,10 +102,7 @@ def flexible_robot(
             flex, division = flexes[k], divisions[k]
             place = _frame(robot, divisions, k, segment - 1) * pin.SE3(np.eye(3), division.places[segment - 1])
             number = new.addJoint(joints[k, segment - 1], *_hinge(flex, division, place, f"~{k}.{segment}"))
-            EI = flex.EI
-            if flex.frequency is not None:
-                EI = bending_stiffness(flex.frequency, flex.clamped, _divide(robot, k, lines[k], FINE))
-            springs[number] = np.array([value for value in (EI, EI, flex.GJ, flex.EA) if value is not None]) / division.spacing
+            springs[number] = _springs(robot, k, flex, lines[k]) / division.spacing
             frame = pin.Frame(f"~{k}.{segment}", number, 0, _frame(robot, divisions, k, segment), pin.FrameType.BODY)
             new.addFrame(frame, False)
         joints[k, segment] = number
@@ -122,11 +121,7 @@ def flexible_robot(
     numbers = [joints[k, 0] for k in range(len(robot.bodies))]
     sizes = (new.idx_qs, new.nqs), (new.idx_vs, new.nvs)
     q, v = (np.concatenate([first[n] + np.arange(size[n]) for n in numbers]) for first, size in sizes)
-    for where, names in ((q, ("lowerPositionLimit", "upperPositionLimit")), (v, ("armature", "damping"))):
-        for name in names:
-            values = np.array(getattr(new, name))
-            values[where] = getattr(old, name)
-            setattr(new, name, values)
+    _copy_values(old, new, q, v)
     stiffness = np.zeros(new.nv)
     for number, of_hinge in springs.items():
         stiffness[new.idx_vs[number] + np.arange(len(of_hinge))] = of_hinge
@@ -139,6 +134,23 @@ def flexible_robot(
     whole = replace(robot, model=new, start=start, relaxed=relaxed, postures={}, loops=())
     freeze(stiffness, q, v, divisions)
     return FlexibleRobot(whole, stiffness, q, v, segments, divisions)
+
+
+def _springs(robot: Robot, body: int, flex: Flex, line: tuple[Array, Array]) -> Array:
+    """The bending stiffness of a body about both axes, and those of torsion and stretch that are given [N m², N]."""
+    EI = flex.EI
+    if flex.frequency is not None:
+        EI = bending_stiffness(flex.frequency, flex.clamped, _divide(robot, body, line, FINE))
+    return np.array([value for value in (EI, EI, flex.GJ, flex.EA) if value is not None])
+
+
+def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -> None:
+    """Copy limits, rotors and damping of the joints, whose coordinates are at q and velocities at v in the new model."""
+    for where, names in ((q, ("lowerPositionLimit", "upperPositionLimit")), (v, ("armature", "damping"))):
+        for name in names:
+            values = np.array(getattr(new, name))
+            values[where] = getattr(old, name)
+            setattr(new, name, values)
 
 
 def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[int, int]]:

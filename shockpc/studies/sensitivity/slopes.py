@@ -79,7 +79,7 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     """
     refuse_given_otherwise(landing.scene, varied.kind)
     robot, kind, value = landing.robot, varied.kind, present_value(landing, varied)
-    of_zero, lowest, away = kind in ("mass", "place", "flex", *DRIVEN, *OF_THE_GROUND) or varied.factor, -math.inf, value
+    nonnegative, lowest, away = kind in ("mass", "place", "flex", *DRIVEN, *OF_THE_GROUND) or varied.factor, -math.inf, value
     relative = varied.unit not in ("deg", "m")
     size = step = landing.length if varied.unit == "m" else RADIAN if varied.unit == "deg" else abs(value) or 1.0
     if kind in OF_A_LINK:
@@ -99,7 +99,7 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     if kind == "strike-angle" and landing.plane.level:
         value = math.nan
     step = {"deg": 1.0, "m": MILLIMETRE}.get(varied.unit, 0.01 * step)
-    return Parameter(varied, value, size or 1.0, step, relative, math.copysign(1.0, away or 1.0), 0.0 if of_zero else lowest)
+    return Parameter(varied, value, size or 1.0, step, relative, math.copysign(1.0, away or 1.0), 0.0 if nonnegative else lowest)
 
 
 def _every(landing: PosedLanding) -> Iterator[Variation]:
@@ -139,10 +139,10 @@ class Slope(NamedTuple):
 def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number: Column) -> dict[str, Slope]:
     """The derivatives of the number by the parameters that are wanted: differences of the rows of a sweep beside the landing.
 
-    Of two steps h and h/2 the central differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson); one-sided
-    ones of second order, where less than none would be left of a mass, do the same, off by h³. The error is stated as
-    |D(h) − D(h/2)|, or as the part of the second differences that does not vanish with h, which is that of a kink or a jump, if
-    that is larger. Of most parameters this part is rounding, which is added, and a smaller derivative is zero.
+    Each has the step h of `STEP`, and finer ones as long as its two differences (`_differences`) do not agree and a finer step
+    brings them closer. The error is stated as what these are apart, or as the part of the second differences that does not vanish
+    with h, which is that of a kink or a jump, if that is larger. Of most parameters this part is rounding, which is added, and a
+    smaller derivative is zero.
 
     Args:
         profile: the landing.
@@ -161,24 +161,20 @@ def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number
     one_sided = present - step < lowest
     value, error, noise, todo, messages = np.full(n, np.nan), np.full(n, np.inf), math.inf, np.arange(n), dict[int, str]()
     for k in range(ROUNDS):
-        h, given = step[todo] / FINER**k, np.full((len(todo), 4, n), np.nan)
-        shares = np.where(one_sided[todo, None], FORWARD, CENTRAL)
+        h, sided, given = step[todo] / FINER**k, one_sided[todo], np.full((len(todo), 4, n), np.nan)
+        shares = np.where(sided[:, None], FORWARD, CENTRAL)
         given[np.arange(len(todo)), :, todo] = present[todo, None] + h[:, None] * shares
         table = replace(evaluation, landings=source.at(given.reshape(-1, n))).table().without_defects()
         f = table.values(number).reshape(-1, 4).T
         messages |= {int(todo[i // 4]): text for i, text in table.messages.items()}
-        whole, half = (f[0] - f[3]) / (2.0 * h), (f[1] - f[2]) / h
-        bend, kink = (f[0] - 2.0 * here + f[3]) / h, 2.0 * (f[1] - 2.0 * here + f[2]) / h
-        forward = (4.0 * f[1] - f[0] - 3.0 * f[3]) / h, 2.0 * (4.0 * f[2] - f[1] - 3.0 * f[3]) / h
-        whole, half = (np.where(one_sided[todo], *pair) for pair in zip(forward, (whole, half), strict=True))
-        left = np.where(one_sided[todo], 0.0, np.abs(2.0 * kink - bend))
-        central = np.nan_to_num(left * h)[~one_sided[todo]]
+        whole, half, left = _differences(f, here, h, sided)
+        central = np.nan_to_num(left * h)[~sided]
         if not k or len(central):
             # Of one-sided differences alone it is seen where nothing changes: the row of the landing, and its proven number.
             rounding = float(np.median(central)) if len(central) else np.abs(f[3] - here).max()
             # What is left with the steps of a few parameters may be more than rounding, and is less with finer ones.
             noise = min(noise, ROUNDING * max(EPSILON * abs(here), rounding))
-        rounded = noise / h * np.where(one_sided[todo], ONE_SIDED, 1.0)
+        rounded = noise / h * np.where(sided, ONE_SIDED, 1.0)
         apart = np.maximum(np.abs(whole - half), left) + rounded
         better = apart < error[todo]
         found = (4.0 * half - whole) / 3.0
@@ -195,6 +191,25 @@ def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number
         else:
             slopes[name] = Slope(float(value[i]), float(error[i]))
     return slopes
+
+
+def _differences(f: Array, here: float, h: Array, one_sided: np.ndarray) -> tuple[Array, Array, Array]:
+    """The differences D(h) and D(h/2) of m parameters, and the part of their second differences that does not vanish with h.
+
+    Of central differences (4 D(h/2) − D(h)) / 3 is the derivative, off by h⁴ (Richardson). One-sided ones of second order, where
+    less than none would be left of a mass, do the same, off by h³; of them there is no such part.
+
+    Args:
+        f: (4, m) the number in their rows, at the present value and the step times `CENTRAL` or `FORWARD`.
+        here: the number in the landing.
+        h: (m,) their steps.
+        one_sided: (m,) which have rows on one side only.
+    """
+    central = (f[0] - f[3]) / (2.0 * h), (f[1] - f[2]) / h
+    forward = (4.0 * f[1] - f[0] - 3.0 * f[3]) / h, 2.0 * (4.0 * f[2] - f[1] - 3.0 * f[3]) / h
+    whole, half = (np.where(one_sided, *pair) for pair in zip(forward, central, strict=True))
+    bend, kink = (f[0] - 2.0 * here + f[3]) / h, 2.0 * (f[1] - 2.0 * here + f[2]) / h
+    return whole, half, np.where(one_sided, 0.0, np.abs(2.0 * kink - bend))
 
 
 def _settled(slope: Array, number: float, size: Array) -> Array:

@@ -32,8 +32,24 @@ class Touch(NamedTuple):
     stance: Sequence[int]
 
 
+class Missing:
+    """What a row lacks: texts, each with the times after the touchdown [ms] for which it holds in place of {}."""
+
+    def __init__(self) -> None:
+        self._times = dict[str, dict[str, None]]()  # which keeps their order, and each once
+
+    def add(self, text: str, time: str = "") -> None:
+        """Note what is missing, at a time."""
+        self._times.setdefault(text, {})[time] = None
+
+    def __str__(self) -> str:
+        return "; ".join(text.format(", ".join(times)) for text, times in self._times.items())
+
+
 class RowReader:
-    """Reads the rows of touchdowns.
+    """Reads the rows of touchdowns: posture, velocities before and after, and jumps of sensors.
+
+    Velocities are those of lines through the samples in a window before the touchdown, or around a time after it.
 
     Attributes:
         known: velocities of the base that the log gives.
@@ -52,40 +68,49 @@ class RowReader:
 
     def __call__(self, touch: Touch, after: tuple[float, ...]) -> tuple[dict[str, Any] | None, str]:
         """The row by names of columns, or None; and what is missing. Args: after, times after the touchdown [s]."""
-        motion, t, row, missing = self.motion, self.time, self._posture(touch.first), dict[str, dict[str, None]]()
-        run = motion.run(touch.first)
+        motion, row, missing = self.motion, self._posture(touch.first), Missing()
         for part, window in self.windows.items():
-            names, period = motion.names[part], motion.period[part]
-            if not np.isfinite(window) or not (names or (part == "joints" and self.odometry)):
+            if not np.isfinite(window) or not (motion.names[part] or (part == "joints" and self.odometry)):
                 continue
-            # Between samples of a slower clock, the line to the next one is bent by the touchdown.
-            end = touch.first if period < 1.5 * motion.interval else int(np.searchsorted(t, t[touch.first] - period))
-            begin = max(min(int(np.searchsorted(t, t[end] - window - 1e-9)), end - FEWEST + 1), run[0])
-            if t[end] - t[run[0]] < (FEWEST - 1) * period * (1.0 - 1e-3) or end - begin < FEWEST - 1:
+            samples = self._before(part, touch.first)
+            if samples is None:
                 return None, CUT_OFF
-            row |= self._velocities("", part, begin, end)
+            row |= self._velocities("", part, *samples)
             if part == "joints" and self.odometry:
-                row |= self._by_feet("", touch.stance, begin, end, missing, "no base velocity: ")
+                row |= self._by_feet("", touch.stance, *samples, missing, "no base velocity: ")
             if motion.rail is not None:
-                row[f"before_{motion.rail}"] = rate = self._rail_before(touch.first, begin, end)
+                row[f"before_{motion.rail}"] = rate = self._rail_before(touch.first, *samples)
                 if np.isnan(rate):
                     return None, f'how fast "{motion.rail}" slides is not known: no flight before it that begins upwards'
             for time in after:
                 self._after(row, part, touch, time, missing)
         if self.odometry and np.isinf(self.windows["joints"]):
             row |= {key: np.nan for key in TWIST if key not in row}
-            missing["no base velocity: the joints have too few samples"] = {}
+            missing.add("no base velocity: the joints have too few samples")
         for time in after:
-            window = min(w for w in (*self.windows.values(), 3e-3) if np.isfinite(w))
-            jumps = self.sensors.jumps(touch.since, touch.first, touch.last, time, window)
-            row |= {f"after{1e3 * time:g}ms_{name}": x for name, x in jumps.items()}
-            if jumps and np.isnan(list(jumps.values())).any():
-                missing.setdefault("no jumps of sensors {} ms after it: no line before it, or samples are missing", {})[
-                    f"{1e3 * time:g}"
-                ] = None
-        return row, "; ".join(text.format(", ".join(times)) for text, times in missing.items())
+            row |= self._jumps(touch, time, missing)
+        return row, str(missing)
+
+    def _before(self, part: StatePart, touch: int) -> tuple[int, int] | None:
+        """The first and the last sample of the line before a touchdown; None where the log begins too late for it."""
+        t, period, start = self.time, self.motion.period[part], self.motion.run(touch)[0]
+        # Between samples of a slower clock, the line to the next one is bent by the touchdown.
+        end = touch if period < 1.5 * self.motion.interval else int(np.searchsorted(t, t[touch] - period))
+        begin = max(min(int(np.searchsorted(t, t[end] - self.windows[part] - 1e-9)), end - FEWEST + 1), start)
+        if t[end] - t[start] < (FEWEST - 1) * period * (1.0 - 1e-3) or end - begin < FEWEST - 1:
+            return None
+        return begin, end
+
+    def _jumps(self, touch: Touch, time: float, missing: Missing) -> dict[str, float]:
+        """The jumps that sensors measured until a time after a touchdown [s]."""
+        window, text = min(w for w in (*self.windows.values(), 3e-3) if np.isfinite(w)), f"{1e3 * time:g}"
+        jumps = self.sensors.jumps(touch.since, touch.first, touch.last, time, window)
+        if jumps and np.isnan(list(jumps.values())).any():
+            missing.add("no jumps of sensors {} ms after it: no line before it, or samples are missing", text)
+        return {f"after{text}ms_{name}": x for name, x in jumps.items()}
 
     def _posture(self, sample: int) -> dict[str, Any]:
+        """Where the base is, as far as the log knows, and all joints at a sample."""
         motion, row = self.motion, dict[str, Any]()
         if motion.free:
             row |= {key: motion.Q[sample, k] for k, key in enumerate("xyz") if motion.has(key)}
@@ -95,21 +120,22 @@ class RowReader:
         return row | {f"q_{name}": x for name, x in zip(motion.joints, motion.positions["joints"][sample], strict=True)}
 
     def _velocities(self, prefix: str, part: StatePart, begin: int, end: int) -> dict[str, float]:
+        """The velocities that the log gives, of a line through some samples."""
         names, values = self.motion.names[part], self.motion.velocities(part, begin, end)
         prefix = prefix or ("before_" if part == "joints" else "")
         return {prefix + name: x for name, x in zip(names, values, strict=True)}
 
     def _by_feet(
-        self, prefix: str, feet: Sequence[int], begin: int, end: int, missing: dict[str, dict[str, None]], what: str, time: str = ""
+        self, prefix: str, feet: Sequence[int], begin: int, end: int, missing: Missing, what: str, time: str = ""
     ) -> dict[str, float]:
         """Velocities of the base that the log lacks. Args: missing gets `what` and the reason, with the time [ms]."""
         standing = [c for c in feet if c not in self.flags or (self.flags[c].signal[begin : end + 1] > 1.0).all()]
         velocities, reason = base_velocity(self.motion, standing, begin, end, not prefix)
         if reason:
-            missing.setdefault(what + reason, {})[time] = None
+            missing.add(what + reason, time)
         return {prefix + key: x for key, x in velocities.items() if key not in self.known}
 
-    def _after(self, row: dict[str, Any], part: StatePart, touch: Touch, time: float, missing: dict[str, dict[str, None]]) -> None:
+    def _after(self, row: dict[str, Any], part: StatePart, touch: Touch, time: float, missing: Missing) -> None:
         """Add the velocities at a time after a touchdown [s] to a row; NaN where the log does not reach so far."""
         motion, t, window, text = self.motion, self.time, self.windows[part], f"{1e3 * time:g}"
         run, (begin, end) = motion.run(touch.first), motion.around(t[touch.last] + time, window)
@@ -117,9 +143,9 @@ class RowReader:
         by_feet = part == "joints" and self.odometry
         row |= {prefix + name: np.nan for name in (*motion.names[part], *(TWIST if by_feet else ()))}
         if end > run[1] or t[touch.last] + time + 0.5 * window > t[run[1]] + 1e-9:
-            missing.setdefault("no velocities {} ms after it, where the log ends or has a gap", {})[text] = None
+            missing.add("no velocities {} ms after it, where the log ends or has a gap", text)
         elif begin <= touch.last:
-            missing.setdefault("no velocities {} ms after it, as their samples begin before it", {})[text] = None
+            missing.add("no velocities {} ms after it, as their samples begin before it", text)
         else:
             row |= self._velocities(prefix, part, begin, end)
             if by_feet:
