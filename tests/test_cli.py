@@ -423,6 +423,7 @@ def test_a_shell_completes(shell, here, capfd, monkeypatch):
         "analyze --contact-st": ["--contact-stiffness"],
         "analyze stick.urdf --contact f": ["foot"],
         "analyze stick.urdf --contact foot+f": ["foot+foot"],
+        "analyze stick.urdf --set knee=0.1 --contact=f": ["foot"],
         "limits stick.toml --joint k": ["knee"],
         "limits stick.toml --quantity peak_joint_f": ["peak_joint_force"],
         "recorded log.csv stick.urdf --contact f": ["foot"],
@@ -432,8 +433,9 @@ def test_a_shell_completes(shell, here, capfd, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
     for typed, completions in expected.items():
-        monkeypatch.setenv("COMP_WORDS" if shell == "bash" else "_TYPER_COMPLETE_ARGS", f"shockpc {typed}")
-        monkeypatch.setenv("COMP_CWORD", str(len(typed.split())))
+        words = f"shockpc {typed}".replace("=", "\n=\n") if shell == "bash" else f"shockpc {typed}"
+        monkeypatch.setenv("COMP_WORDS" if shell == "bash" else "_TYPER_COMPLETE_ARGS", words)
+        monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
         assert main([]) == 0
         out, err = capfd.readouterr()
         named = {"bash": "^(.+)$", "fish": "^([^\t\n]+)", "zsh": r'^(?:_arg.*?\(\()?"([^"]+)"'}[shell]

@@ -74,7 +74,7 @@ def _quantities(incomplete: str) -> Iterable[str]:
 
 COMPLETERS: dict[str, Completer] = {
     **dict.fromkeys(("ROBOT", "SCENE", "DESIGN"), _robots),
-    **dict.fromkeys(("FRAME", "BODY"), _frames),
+    **dict.fromkeys(("FRAME", "BODY", "LINK"), _frames),
     "JOINT": _joints,
     "KEY": _quantities,
 }

@@ -4,6 +4,7 @@ import contextlib
 import gc
 import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -91,6 +92,10 @@ def _complete() -> int:
     """Print the completions of what is typed so far, for a shell, and return the exit code."""
     from shockpc.cli.app import app_for
 
+    if broken := os.environ.get("COMP_WORDS"):  # bash breaks --option=value into three words, which are one to what reads them
+        words = os.environ["COMP_WORDS"] = re.sub(r"\s+=\s*", "=", broken)
+        cursor = int(os.environ["COMP_CWORD"]) - len(broken.split()) + len(words.split())
+        os.environ["COMP_CWORD"] = str(cursor)
     os.environ["COLUMNS"] = "10000"  # Rich breaks the help of an option into lines, each of which fish takes for a completion
     try:
         app_for(words_typed()[:1])([], standalone_mode=False, prog_name="shockpc")

@@ -159,6 +159,10 @@ def _sole(robot: Robot, name: str, normal: tuple[float, float, float], tolerance
     if not shapes or (of_body and abs(up @ frame.offset - _low(shapes, up)) > most_inside(robot)):
         return None
     low, tolerance, axes = _low(shapes, up), tolerance + LEVEL, np.array(across(up))
+    semi_axes = np.linalg.norm(shapes[0].rounding, axis=0)
+    # The usual foot is a ball; to represent it by points would take a fiftieth of a short run.
+    if len(shapes) == 1 and len(shapes[0].points) == 1 and semi_axes.min() > max(tolerance, (1.0 - LEVEL) * semi_axes.max()):
+        return None
     points = np.concatenate([_below(shape, up, low + tolerance) for shape in shapes])
     flat = points @ axes.T
     outer = _outer(flat)

@@ -17,7 +17,6 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.segments import Flex
 from shockpc.core.threads import one_thread
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.tolerances import inertia_fault
 
@@ -68,6 +67,8 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     if not slender:
         return None
     names = tuple(robot.bodies[k].name for k in slender)
+    from shockpc.landing.flexible import flexible_landing  # which short runs do not need
+
     bending = flexible_landing(landing.without_stops, tuple((name, Flex(EI=1.0)) for name in names))
     flexible = bending.flexible
     stiffness = np.array(flexible.stiffness)

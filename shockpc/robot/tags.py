@@ -59,7 +59,7 @@ class _Rule(NamedTuple):
     consequence: str = ""
 
 
-@dataclass(slots=True)
+@dataclass(eq=False, repr=False)
 class _Node:
     """A tag at its place in the table; unknown without a rule of its element."""
 

@@ -82,7 +82,8 @@ def analyze(
     file_of = dict(zip(names, files, strict=False))
     saved = {file: scene_text(profiles[name].scene, file.parent) for name, file in file_of.items() if name in profiles}
     remark, first = "", next(iter(profiles.values()))
-    if (joint := together(first.landing)) and not any(
+    prose = output.out is not None or output.format in ("table", "markdown")  # the only places of the remark
+    if (joint := together(first.landing) if prose else None) and not any(
         {contact.frame for contact in scene.contact} == {contact.frame for contact in joint.contact} for scene in scenes
     ):
         with trace.stage("landing on all level feet"), suppress(ShockError):
