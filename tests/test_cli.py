@@ -551,6 +551,7 @@ def test_examples_of_the_help_run(capfd, here, command):
         assert without_folder(words) in ON_PAGES or good(capfd, *words)
 
 
+@pytest.mark.slow
 def test_docstrings_can_be_left_out():
     """Python without docstrings and assertions prints the same table and the same help."""
     for words in (["analyze", "beam", "--contact", "pivot"], ["analyze", "--help"]):

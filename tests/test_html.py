@@ -79,6 +79,7 @@ def rotated(landing, angle, heading, speed):
 
 
 @pytest.mark.parametrize("plane", ["xz", "yz", (1.0, 1.0, 0.0)])
+@pytest.mark.slow
 def test_data_give_the_shock_of_every_strike(moving, plane):
     """Δv = M s + a and the speed that normalises it are those of an analysis with that strike, also with moving joints."""
     profile = shock_profile(replace(MOVING, plane=plane), moving.robot)
@@ -152,6 +153,7 @@ def test_a_box_keeps_its_area_and_has_short_edges():
     assert np.linalg.norm(sides, axis=2).max() <= 1.0 / 30.0
 
 
+@pytest.mark.slow
 def test_large_triangles_are_divided_up_to_a_number():
     """Ten thousand triangles as large as the robot would become millions; a body after them keeps its own."""
     corners = np.random.default_rng(0).normal(size=(30_000, 3))
@@ -528,6 +530,7 @@ def test_tables_without_rows_are_left_out(moving):
 
 
 @BROWSER
+@pytest.mark.slow
 def test_browser_sorts_the_tables_of_a_study(capfd, tmp_path, tmp_path_factory):
     good(capfd, "batch", "bolt", "solo12", "--out", tmp_path)
     with Browser(tmp_path / "report.html", tmp_path_factory.mktemp("browser")) as page:

@@ -76,6 +76,7 @@ def test_predictions_are_those_of_the_landings(kind):
     np.testing.assert_allclose(found.jumps, np.stack([expected[m.key] for m in rows.measured], axis=1), atol=1e-10)
 
 
+@pytest.mark.slow
 def test_energies_count_what_the_base_cannot_do(here):
     """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the smallest for whatever the third does."""
     table = leg(rng(), 4, here, noise=0.0)
@@ -226,6 +227,7 @@ def test_an_unknown_without_influence():
     assert says(found.statements[0], "joint-stiffness:hinge_1_to_2", "no influence")
 
 
+@pytest.mark.slow
 def test_unknowns_that_do_the_same(here):
     """An inertia of the rail and the mass that slides on it."""
     table = leg(rng(), 20, here, true={"armature:rail": 0.5}, noise=0.0)
@@ -251,6 +253,7 @@ def test_landings_in_one_posture_identify_nothing(here):
     assert "not identifiable: the 30 landings are all alike" in found.statements[0]
 
 
+@pytest.mark.slow
 def test_noise_weighs_what_was_measured_and_tells_a_wrong_model():
     """Velocities that no pattern fits are not used; with the true noise nothing is left, with less the model is wrong."""
     table = blocks(rng(1), 40)
@@ -283,6 +286,7 @@ def test_what_was_not_measured_is_not_wrong(here):
 # Measured
 
 
+@pytest.mark.slow
 def test_the_measured_tosses_of_two_blocks():
     """Those with one clear contact: an independent solution found friction 0.19, restitution 0.29 and an error of 0.30."""
     table = read_table(BLOCKS.parent / "elbow_landings.csv")

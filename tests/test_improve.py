@@ -124,6 +124,7 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_gro
     assert any_ground or ground == [1.0] * len(ground)
 
 
+@pytest.mark.slow
 def test_a_constraint_holds_the_optimum_and_is_named():
     robot, scene = known_robot("anymal_b"), anymal()
     free = improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=2)
@@ -177,6 +178,7 @@ def test_the_gradient_of_a_cost_is_that_of_differences(quantity, variables):
         assert cost.gradient(x)[k] * (high - low) == pytest.approx(slope * (high - low), rel=1e-6, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_the_gradient_of_a_cost_is_that_of_symbols():
     cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"), ground=False)
     symbols, x = symbolic(anymal(), ["shock@imu_link"], robot=known_robot("anymal_b")), cost.x0 + 3.0
@@ -256,6 +258,7 @@ def test_a_foot_whose_sole_has_no_shapes_has_the_same_optimum_from_every_seed():
 
 
 @pytest.mark.parametrize("feet", [("left_sole_link",), ("left_sole_link", "right_sole_link")])
+@pytest.mark.slow
 def test_constraints_of_the_ground_are_those_of_feasible(feet):
     """In random postures of a robot whose soles have no shapes; their slopes are those of differences."""
     robot = known_robot("talos")
@@ -601,6 +604,7 @@ def test_what_is_not_said_is_the_imu_and_the_leg():
     assert found.values[0][1] <= found.values[0][0]
 
 
+@pytest.mark.slow
 def test_a_landing_as_given_without_a_value_is_no_measure():
     """A contact that would have to be pulled needs no friction that is a number: 5 % are then those of the optimum."""
     posture = Posture(joints_deg={"LF_HAA": -60.0, "LF_HFE": 80.0, "LF_KFE": -30.0})

@@ -146,6 +146,7 @@ def test_an_input_in_the_folder_of_results_stays(capfd, here, name):
     assert (here / "out" / name).read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_second_run_without_measurements_leaves_none(capfd, here):
     """The files measured.* are results of `recorded`: those of an earlier table do not stay beside the new results."""
     (here / "measured.csv").write_text("knee,before_knee,vz,after_knee\n0.1,0,-1,2\n0.2,0,-1.2,3\n0.3,0,-1.1,2.5\n")

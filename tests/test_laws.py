@@ -99,6 +99,7 @@ def test_where_the_robot_stands_does_not_matter(away, landing):
 
 
 @given(trees.landings(), SEEDS)
+@pytest.mark.slow
 def test_turning_everything_turns_the_answer(landing, seed):
     """Robot, strike, directions and plane turned together: every body has the same jump in its axes."""
     R = trees.random_rotations(np.random.default_rng(seed), 1)[0]

@@ -814,6 +814,7 @@ def test_measured_landings_of_cassie(monkeypatch):
         assert [cell if k == 2 else cell.split()[0] for k, cell in enumerate(found)] == shown
 
 
+@pytest.mark.slow
 def test_measured_tosses_of_two_hinged_blocks():
     """The tables of both READMEs are what the benchmark computes; published are 0.40, 0.376, 0.306."""
     root = Path(__file__).parents[1]

@@ -375,6 +375,7 @@ def kelvin_voigt(M, elements, velocity, gravity, end):
 
 @pytest.mark.parametrize("seed", [1, 4])
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 4.0])
+@pytest.mark.slow
 def test_dampers_in_parallel_agree_with_steps_in_time(seed, ratio):
     """Contacts of springs and dampers, which separate where they would pull and close again, under gravity, beside springs."""
     rng = np.random.default_rng(seed)

@@ -102,6 +102,7 @@ def test_path_with_a_colon_is_no_address(capfd, stick, tmp_path, monkeypatch):
     assert "2 landings" in good(capfd, "recorded", "log:1.parquet", stick, "--contact", "foot")
 
 
+@pytest.mark.slow
 def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
     for format_ in ("parquet", "csv"):
         good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / format_, "--rows", format_)

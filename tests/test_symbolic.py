@@ -147,6 +147,7 @@ def test_nothing_strikes_at_rest():
 
 
 @pytest.mark.parametrize("base", ["free", "fixed", "planar"])
+@pytest.mark.slow
 def test_condition_tells_every_posture_that_is_off(base):
     scene = on("anymal_b", "LF_FOOT", at="frame", base=base, **({"directions": ("x", "z")} if base == "planar" else {}))
     landing = resolve(scene, known_robot("anymal_b"))
@@ -242,6 +243,7 @@ def test_without_casadi(monkeypatch):
     subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True)
 
 
+@pytest.mark.slow
 def test_steps_grow_with_the_length_of_a_chain():
     steps = []
     for n in (10, 20):
