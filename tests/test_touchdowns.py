@@ -155,7 +155,7 @@ def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
     """From the log to measured against predicted jumps on the command line; the figure and the table are written."""
     np.savez(here / "walk.npz", **trotting.log(), tau=np.zeros(len(trotting.time)))
     printed = good(capfd, "touchdowns", "walk.npz", dog_scene.robot, "--contact", "*_foot", "--out", "found")
-    assert 'not of the robot\'s state: "tau"' in printed
+    assert 'columns that are not used: "tau"' in printed
     assert {file.name for file in (here / "found").iterdir()} >= {
         "touchdowns.csv",
         "touchdowns.json",
