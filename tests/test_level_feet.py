@@ -245,7 +245,6 @@ def test_studies_take_the_same_landings_of_a_scene_without_contacts():
 
 def test_the_mean_decides_among_places_that_are_nearly_equal():
     """The largest shock of nine landings, and of every subset of the feet, at the best place (independent bounds)."""
-    pytest.importorskip("clarabel")
     study = shockpc.place(Scene(robot="go2"), alternatives=0)
     (best,) = study.places
     assert study.landings == tuple(GO2)
