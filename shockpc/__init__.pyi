@@ -23,10 +23,10 @@ from .landing.scene_file import read_scene as read_scene
 from .landing.strike import Strike as Strike
 from .profile import shock_maps as shock_maps
 from .profile import shock_profile as shock_profile
-from .quantities.health import Health as Health
 from .quantities.maps import ShockMaps as ShockMaps
 from .quantities.records import Bracket as Bracket
 from .quantities.records import ContactImpulse as ContactImpulse
+from .quantities.records import Health as Health
 from .quantities.records import JointLoad as JointLoad
 from .quantities.records import PartMargin as PartMargin
 from .quantities.records import PointShock as PointShock

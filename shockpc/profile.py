@@ -20,6 +20,7 @@ from shockpc.core.spatial import Array, body_jumps, freeze, in_body_axes
 from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
+from shockpc.judgement.health import health_of
 from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding
@@ -27,7 +28,7 @@ from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
-from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.quantities.shock_profile import Judge, ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import warn
@@ -36,6 +37,9 @@ from shockpc.text.trace import Trace
 
 if TYPE_CHECKING:
     from shockpc.quantities.maps import ShockMaps
+
+JUDGE = Judge(health_of)
+"""Judges every profile."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4
 """Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
@@ -93,7 +97,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
             proof = solve_exactly(landing, equation, solution)
     double_jumps = in_body_axes(jumps, landing.state.rotation)[0]
     freeze(double_jumps)
-    profile = ShockProfile(landing, double_jumps, proof, trace)
+    profile = ShockProfile(landing, double_jumps, proof, trace, JUDGE)
     if landing.scene.v_in == "com" and not profile.v_in > 0.0:
         raise SceneError(
             'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'

@@ -24,6 +24,7 @@ from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
 from shockpc.impact.exact.balls import to_double
 from shockpc.impact.exact.proof import Proof
+from shockpc.judgement.accuracy import double_error
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
@@ -31,7 +32,6 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import configuration
 from shockpc.landing.scene_file import plane_of
-from shockpc.quantities.accuracy import double_error
 
 ROUNDING = 2.3e-16
 X, Y, Z = np.eye(3)

@@ -17,10 +17,10 @@ from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
 from shockpc.bench.soft_and_stiff import STIFFNESSES, stiff_contacts
+from shockpc.judgement.accuracy import double_error
 from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene
 from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile
-from shockpc.quantities.accuracy import double_error
 from shockpc.show.folder import write_report_folder
 from shockpc.show.report import Report
 from shockpc.show.tables import Sheet

@@ -11,7 +11,7 @@ from shockpc import ShockError, ShockProfile, shock_profile
 from shockpc.bench.cases import Trial
 from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
 from shockpc.impact.exact.proof import Proof
-from shockpc.quantities.accuracy import double_error
+from shockpc.judgement.accuracy import double_error
 
 ACCURATE = 1e-9
 """Largest error of a result that counts as accurate, relative to the motion of each body."""

@@ -1,22 +1,21 @@
 """The peaks that an accelerometer would measure, of its range: it saturates along each of its axes apart."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.low_pass import peak_of
 from shockpc.core.spatial import Array
+from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import Impact
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import solved_on
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
 from shockpc.quantities.quantity import Places, Quantity, evaluate
-
-if TYPE_CHECKING:
-    from shockpc.quantities.shock_profile import ShockProfile
 
 AXES = "x", "y", "z"
 
@@ -78,13 +77,13 @@ def _shares(impact: Impact, places: Places) -> Array:
     return np.asarray(largest[None, None] / impact.landing.scene.range_g)
 
 
-def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[SensorPeak]:
+def sensor_peaks(landing: PosedLanding, proof: Proof, places: Sequence[Place]) -> list[SensorPeak]:
     """The largest peak at each point, of all that the scene lets compute; none without a pulse, a stiffness and a bandwidth."""
-    named = profile.proof.read(lambda impact: list(_peaks(impact, places))) if places else []
+    named = proof.read(lambda impact: list(_peaks(impact, places))) if places else []
     largest = []
-    for k, low_pass in enumerate(low_passes(profile.landing, places) if named else ()):
+    for k, low_pass in enumerate(low_passes(landing, places) if named else ()):
         cause, peaks = max(((cause, peaks[k]) for cause, peaks in named), key=lambda one: float(np.nan_to_num(one[1]).max()))
-        axis = AXES[int(peaks.argmax())] if _axes_known(profile.scene, places[k]) else ""
+        axis = AXES[int(peaks.argmax())] if _axes_known(landing.scene, places[k]) else ""
         cause += f", behind a filter of {low_pass}" if low_pass is not None else ""
         largest.append(SensorPeak(float(peaks.max()), axis, cause))
     return largest

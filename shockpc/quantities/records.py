@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -10,10 +10,9 @@ from shockpc.core.most_severe import ExtremeDirections
 from shockpc.core.spatial import Array
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength
+from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import quantities_of, quantity
-
-if TYPE_CHECKING:
-    from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.text.diagnostic import Diagnostic
 
 R = TypeVar("R", bound="NamedTuple")
 
@@ -152,8 +151,42 @@ class Bracket(NamedTuple):
     springs_free: float | None
 
 
+class Health(NamedTuple):
+    """How far to trust a profile: the arithmetic, for the robot as loaded.
+
+    Attributes:
+        rank: number of independent contact and closure rows.
+        rows: number of these rows.
+        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
+        body_error_bounds: the same for every body.
+        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
+        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
+        bits: precision of the ball arithmetic.
+        warnings: each with its consequence.
+    """
+
+    rank: int
+    rows: int
+    error_bound: float
+    body_error_bounds: tuple[float, ...]
+    double_error: float
+    data_sensitivity: float
+    bits: int
+    warnings: tuple[Diagnostic, ...]
+
+
+class Valued(Protocol):
+    """What has places, and values of quantities there: a profile."""
+
+    def places(self, kind: PlaceKind) -> tuple[Place, ...]:
+        """The places of one kind."""
+
+    def values(self, wanted: Quantity, places: Sequence[Place] | None = None) -> Array:
+        """The values of a quantity at some places, by default all of its kind."""
+
+
 def records(
-    record: type[R], profile: "ShockProfile", kind: PlaceKind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
+    record: type[R], profile: Valued, kind: PlaceKind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
 ) -> tuple[R, ...]:
     """A record for each place: its first field is the place's name, others are given, or quantities by their or given keys."""
     names = [place.name for place in (profile.places(kind) if places is None else places)]

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -27,10 +27,9 @@ from shockpc.landing.posture import spelled_out
 from shockpc.landing.ratings import strength, torque_strength
 from shockpc.landing.scene import Scene
 from shockpc.quantities.bending import Bending, bending
-from shockpc.quantities.health import Health, health_of
 from shockpc.quantities.of_parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.records import Bracket, ContactImpulse, JointLoad, PartMargin, PointShock, StanceImpulse, records
+from shockpc.quantities.records import Bracket, ContactImpulse, Health, JointLoad, PartMargin, PointShock, StanceImpulse, records
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.errors import RobotError, SceneError, SolveError
 from shockpc.text.shown import show_page, shown_by
@@ -70,6 +69,16 @@ def _one(values: Array) -> float:
     return float(values[0])
 
 
+class Judge(NamedTuple):
+    """Says of a profile how far to trust it; whoever makes the profile gives it.
+
+    Attributes:
+        health: the arithmetic, with the warnings.
+    """
+
+    health: Callable[["ShockProfile"], Health]
+
+
 @frozen()
 class ShockProfile(OfLanding):
     """The shock of one landing; index i of an array over the bodies is body i of the robot. Its arrays cannot be written to.
@@ -82,12 +91,14 @@ class ShockProfile(OfLanding):
         double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates, as in `Proof`.
         proof: enclosures of the exact solution.
         trace: collects what each part cost.
+        judge: says how far to trust the numbers.
     """
 
     landing: PosedLanding
     double_jumps: Array
     proof: Proof
     trace: Trace
+    judge: Judge
 
     def __repr__(self) -> str:
         return f"ShockProfile(landing={self.landing!r})"
@@ -408,7 +419,7 @@ class ShockProfile(OfLanding):
     def health(self) -> Health:
         """How far to trust the numbers, with the warnings."""
         with one_thread(self.robot.model.nv), self.trace.stage("accuracy and warnings"):
-            return health_of(self)
+            return self.judge.health(self)
 
     @property
     def impact_length(self) -> float | None:

@@ -5,11 +5,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 
 import numpy as np
 
+from shockpc.judgement.accuracy import SHARE
 from shockpc.landing.constraints import slices_of
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.scene import Base
 from shockpc.landing.scene_file import sideways
-from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised

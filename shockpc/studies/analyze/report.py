@@ -190,7 +190,7 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
         lines.insert(1 + bool(known), ("reading", f"{few(readings, 4)} {readings_text(profile)}"))
     if (limit := profile.scene.range_g) is not None:
         moving = [place for place in profile.places("point") if place.body >= 0]
-        peaks_of = zip(moving, sensor_peaks(profile, moving), strict=False)
+        peaks_of = zip(moving, sensor_peaks(profile.landing, profile.proof, moving), strict=False)
         ranges = [f"{place.name} {rounded(peak.peak)} of {limit:g} g ({peak})" for place, peak in peaks_of]
         lines[-1:-1] = [("range", few(ranges, 4, "; "))] * bool(ranges)
     return lines

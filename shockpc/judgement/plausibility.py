@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +11,10 @@ from shockpc.landing.posture import reference_name, set_joints
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
 from shockpc.quantities.heights import levels, on_ground
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
-
-if TYPE_CHECKING:
-    from shockpc.quantities.shock_profile import ShockProfile
 
 STRAIGHT = 0.02
 """A limb cannot move its end in a direction in which the joints move it by less than this share of what they do elsewhere [1]."""
@@ -32,7 +29,7 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 """Mass of a robot beyond which its file may give grams [kg]; reflected inertia [kg m²] that no robot below the second mass has."""
 
 
-def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def heights(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings about geometry below the contacts, and about contacts and standing feet that flat ground cannot touch together.
 
     A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the smallest semi-axis of
@@ -81,7 +78,7 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic("height", first, low, text)
 
 
-def straight(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def straight(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of limbs that are straight in the neutral posture, which was taken because the robot has no other."""
     landing, robot, posture = profile.landing, profile.robot, profile.scene.posture
     chosen = {posture.reference, reference_name(robot, None)} != {"neutral"} or "neutral" in robot.postures
@@ -109,7 +106,7 @@ def straight(profile: "ShockProfile") -> Iterator[Diagnostic]:
         )
 
 
-def angles(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def angles(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of degrees that look like radians, and of radians beyond a whole turn."""
     robot, posture = profile.robot, profile.scene.posture
     turns = {joint.name for joint in robot.single_joints if joint.kind != "prismatic"}
@@ -128,7 +125,7 @@ def angles(profile: "ShockProfile") -> Iterator[Diagnostic]:
             yield Diagnostic("unit", name, value, text)
 
 
-def inertias(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def inertias(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning of links with moments of inertia that no body within the robot has: placeholders, or another unit."""
     links = sorted(inflated_inertias(profile.robot), key=lambda one: -one[1])
     if links:
@@ -140,7 +137,7 @@ def inertias(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic("inertia", "+".join(name for name, _ in links), links[0][1], text)
 
 
-def masses(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def masses(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of masses that look like grams, and of reflected inertias that look like kg cm²."""
     robot = profile.robot
     if robot.mass > HEAVY:
@@ -159,7 +156,7 @@ def masses(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic("unit", "armature", most, text)
 
 
-def pulled(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of contacts and standing feet that the ground would have to pull."""
     friction = profile.friction
     for number, size in enumerate(profile.value("pull", "contact").tolist()):
@@ -174,7 +171,7 @@ def pulled(profile: "ShockProfile") -> Iterator[Diagnostic]:
             yield Diagnostic("contact", name, -size, text)
 
 
-def slipping(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of contacts and standing feet that need more friction to stick than the scene gives."""
     if (given := profile.scene.friction) is None:
         return
@@ -189,7 +186,7 @@ def slipping(profile: "ShockProfile") -> Iterator[Diagnostic]:
             yield Diagnostic("contact", block.name, friction, text)
 
 
-def gained(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def gained(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where restitution would make kinetic energy, which no impact does."""
     (made,) = profile.value("energy_made", "robot").tolist()
     if made > 0.0:

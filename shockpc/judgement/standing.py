@@ -1,19 +1,16 @@
 """Whether a robot whose base nobody turned stands on its feet, or lies: on its side as its file has it, or with its legs spread."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.bent_legs import ends_leg
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.geometry import body_outline
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
-
-if TYPE_CHECKING:
-    from shockpc.quantities.shock_profile import ShockProfile
 
 BESIDE = 0.1
 """Distance of the centre of mass from the support of three feet or more, as a share of its height, up to which they carry it."""
@@ -22,7 +19,7 @@ TURNS = {(0, 1): "0,90,0", (0, -1): "0,-90,0", (1, 1): "-90,0,0", (1, -1): "90,0
 """What turns the axis of the base along which all feet lie, and its sign, downward: roll, pitch, yaw [deg]."""
 
 
-def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def lying(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where the feet are not below the belly, or do not have the centre of mass above them.
 
     The belly is the lowest point of the base; without geometry it is its centre of mass. One or two feet may have the centre of

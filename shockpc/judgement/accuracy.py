@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 from itertools import compress
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,8 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import quantity
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.diagnostic import Diagnostic
-
-if TYPE_CHECKING:
-    from shockpc.quantities.shock_profile import ShockProfile
 
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
@@ -55,7 +52,7 @@ def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
     return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > RESTING_SHARE * size.max(initial=0.0)], initial=0.0))
 
 
-def nearly_singular(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def nearly_singular(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings where the strike moves a body implausibly fast, or strikes in other directions have no verdict in its posture."""
     landing, proof, gyration = profile.landing, profile.proof, profile.robot.gyration
     # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
@@ -77,7 +74,7 @@ def nearly_singular(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic("posture", "", most, text)
 
 
-def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
     choice, blocks = profile.choice, profile.landing.blocks
     loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in blocks])
@@ -90,12 +87,12 @@ def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic("posture", profile.robot.name, choice.discarded, text)
 
 
-def contact_impulses(profile: "ShockProfile") -> Array:
+def contact_impulses(profile: ShockProfile) -> Array:
     """Sizes (n,) of the impulses of contacts and standing feet [N s]; 0 where there is none."""
     return np.asarray(np.nan_to_num(np.linalg.norm(profile.value("impulse", "contact"), axis=1)))
 
 
-def oversized(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning of the number furthest above what the robot's mass and speed allow, whatever its cause."""
     landing, scene, inertia = profile.landing, profile.scene, profile.landing.joint_model.armature
     turning = np.any(landing.state.J[0, :3], axis=0)
@@ -123,7 +120,7 @@ def oversized(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic(kind, subject, times, text)
 
 
-def strained(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning of the largest impulse through a joint, where neither that of the contacts nor an end stop explains it."""
     names, sizes = [place.name for place in profile.places("joint")], profile.value("joint_impulse", "joint").tolist()
     name, most = max(zip(names, sizes, strict=True), key=lambda item: item[1], default=("", 0.0))
@@ -137,7 +134,7 @@ def strained(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield Diagnostic("size", name, most, text)
 
 
-def _small_differences(profile: "ShockProfile") -> Iterator[tuple[Quantity, list[Place], Array]]:
+def _small_differences(profile: ShockProfile) -> Iterator[tuple[Quantity, list[Place], Array]]:
     """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
     impulse = contact_impulses(profile)
     pressed = impulse > RESTING_SHARE * impulse.max(initial=0.0)
@@ -148,7 +145,7 @@ def _small_differences(profile: "ShockProfile") -> Iterator[tuple[Quantity, list
 
 
 @memoized()
-def data_sensitivity(profile: "ShockProfile") -> tuple[float, tuple[Diagnostic, ...]]:
+def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ...]]:
     """How far a change of every datum in its last digit moves the jumps of the bodies [1], and warnings above `SENSITIVE`."""
     proof, others = profile.proof, list(_small_differences(profile))
     length, bodies = proof.landing.robot.rotation_lengths, proof.landing.robot.bodies

@@ -2,24 +2,22 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from shockpc.judgement.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
+from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
+from shockpc.judgement.standing import lying
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
-from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
 from shockpc.quantities.bending import Bending, bends, rings
 from shockpc.quantities.of_parts import REMEDIES
-from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
 from shockpc.quantities.ranges import sensor_peaks
+from shockpc.quantities.records import Health
 from shockpc.quantities.selection import quantity
-from shockpc.quantities.standing import lying
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline
 from shockpc.text.diagnostic import Diagnostic, by_cause
-
-if TYPE_CHECKING:
-    from shockpc.quantities.shock_profile import ShockProfile
 
 CLEARLY_BEYOND = 1e-6
 """Share of the largest rate with which a joint moves beyond an end stop from which on that is no rounding of double precision."""
@@ -29,31 +27,7 @@ DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 the smallest difference of which one does [1]."""
 
 
-class Health(NamedTuple):
-    """How far to trust a profile: the arithmetic, for the robot as loaded.
-
-    Attributes:
-        rank: number of independent contact and closure rows.
-        rows: number of these rows.
-        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
-        body_error_bounds: the same for every body.
-        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
-        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
-        bits: precision of the ball arithmetic.
-        warnings: each with its consequence.
-    """
-
-    rank: int
-    rows: int
-    error_bound: float
-    body_error_bounds: tuple[float, ...]
-    double_error: float
-    data_sensitivity: float
-    bits: int
-    warnings: tuple[Diagnostic, ...]
-
-
-def health_of(profile: "ShockProfile") -> Health:
+def health_of(profile: ShockProfile) -> Health:
     """How far to trust a profile; its warnings are those of `CHECKS`, one for each cause, those of the largest effect first."""
     proof = profile.proof
     return Health(
@@ -68,7 +42,7 @@ def health_of(profile: "ShockProfile") -> Health:
     )
 
 
-def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
     if profile.stiffness is not None:
         places = [*profile.bracketed, *profile.landing.mounted]
@@ -91,20 +65,20 @@ def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
         yield from early_springs(profile.landing, profile.spring_time, duration)
 
 
-def _saturated(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
     places, limit = profile.places("point"), profile.scene.range_g
     if profile.landing.pulse is not None and not places:
         text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
         yield Diagnostic("sensor", "", None, text)
     moving = [place for place in places if place.body >= 0]
-    for place, peak in zip(moving, sensor_peaks(profile, moving) if limit is not None else (), strict=False):
+    for place, peak in zip(moving, sensor_peaks(profile.landing, profile.proof, moving) if limit is not None else (), strict=False):
         if limit is not None and peak.peak > limit:
             text = f'"{place.name}" would see {peak.peak:.3g} g {peak}, beyond its range of {limit:g} g; its reading saturates'
             yield Diagnostic("sensor", place.name, peak.peak, text)
 
 
-def _overloaded(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def _overloaded(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of parts that are not judged, that have a margin below 1, or whose torque is rated for a shorter time."""
     length = profile.impact_length
     for one in profile.parts:
@@ -124,7 +98,7 @@ def _overloaded(profile: "ShockProfile") -> Iterator[Diagnostic]:
             yield Diagnostic("part", one.part, length, text)
 
 
-def _beyond_stops(profile: "ShockProfile") -> Iterator[Diagnostic]:
+def _beyond_stops(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of joints at a limit that the impact drives beyond it, where their end stops are left out."""
     robot, rates = profile.robot, profile.landing.before.joint_rates + profile.delta_qd
     sides = at_stops(robot, profile.q[None], profile.landing.joint_model, limits=True)[0]
@@ -148,7 +122,7 @@ def _beyond_stops(profile: "ShockProfile") -> Iterator[Diagnostic]:
             yield Diagnostic("limits", joint.name, rate, text)
 
 
-CHECKS: tuple[Callable[["ShockProfile"], Iterable[Diagnostic]], ...] = (
+CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     oversized,
     lying,
     lambda profile: (Diagnostic("robot", profile.robot.name, None, text) for text in profile.robot.warnings),
