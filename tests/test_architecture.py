@@ -1,7 +1,9 @@
 """What linters cannot tell: public names, and what is imported before it is needed. For the rest see pyproject.toml."""
 
+import ast
 import fnmatch
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -28,6 +30,28 @@ def test_top_level_and_license():
     found = {name for name in found if not any(fnmatch.fnmatch(name, pattern) for pattern in ignored)}
     assert found == {"pyproject.toml", "README.md", "Makefile", "shockpc", "robots", "tests"}
     assert (PACKAGE / "LICENSE").read_text(encoding="utf-8").startswith("BSD 2-Clause License\n")
+
+
+def test_docstrings_name_modules_that_are_there_and_no_name_is_given_twice():
+    """A text such as `core.coulomb` is a module, or a name in one; a second value of a constant would hide the first."""
+    rooms = "|".join(path.name for path in PACKAGE.iterdir() if (path / "__init__.py").is_file() and path.name != "robot")
+    gone, twice = [], []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        for name in re.findall(rf"`((?:{rooms})(?:\.\w+)+)`", text):
+            place = PACKAGE.joinpath(*name.split("."))
+            gone += [(path.name, name)] * (
+                not any(p.exists() for p in (place, place.with_suffix(".py"), place.parent.with_suffix(".py")))
+            )
+        given = [
+            one.id
+            for node in ast.parse(text).body
+            if isinstance(node, ast.Assign)
+            for one in node.targets
+            if isinstance(one, ast.Name)
+        ]
+        twice += [(path.name, name) for name in given if given.count(name) > 1]
+    assert (gone, twice) == ([], [])
 
 
 REPORT = "import sys, json; print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})), file=sys.stderr)"

@@ -159,16 +159,18 @@ def test_numbers_of_either_sign_need_both_limits_and_may_drift_in_neither_direct
     """A joint's rate that jumps down is as severe as one that jumps up; a baseline tolerance holds on both sides."""
     write(here, CASE, budget(at="knee", metric="delta_qd", max=1.0))
     assert "may be of either sign; give both min and max" in refusal(capfd)
+    (here / "landing.toml").write_text(SCENE.replace("knee = 20", "knee = -20"))
     names = ("delta_qd", "copc.x")
     write(here, CASE, *(budget(at="*", metric=name, baseline_tolerance="1%") for name in names))
     good(capfd, "check", "--baseline", "base.json", "--update-baseline")
-    for factor in (0.98, 1.02):
+    for factor, status in ((0.98, "exceeded"), (0.995, "passed"), (1.005, "passed"), (1.02, "exceeded")):
         before = json.loads((here / "base.json").read_text())
+        assert min(entry["value"] for entry in before["values"] if entry["metric"] == "delta_qd") < 0.0
         for entry in before["values"]:
             entry["value"] *= factor
         (here / "changed.json").write_text(json.dumps(before))
-        outcomes = document(capfd, "--baseline", "changed.json", code=1)["tables"]["check"]
-        assert {one["status"] for one in outcomes} == {"exceeded"}
+        outcomes = document(capfd, "--baseline", "changed.json", code=int(status == "exceeded"))["tables"]["check"]
+        assert {one["status"] for one in outcomes} == {status}
 
 
 def test_strike_angles_superpose(here):
@@ -298,6 +300,7 @@ def test_budgets_in_a_pyproject(capfd, here):
         (CASE + "strik = { speed = 2 }\n" + PASSES, ("case[0].strik: no such key; nearest: strike",)),
         (CASE + "strike = { sped = 2 }\n" + PASSES, ("case[0].strike.sped: no such key; nearest: speed",)),
         (CASE + "strike_angle_deg = 15\n" + PASSES, ("case[0].strike_angle_deg has to be a list", "not 15")),
+        ("baseline = 3\n" + CASE + PASSES, ("baseline has to be text in quotes, not 3",)),
         (CASE + CASE + PASSES, ('two cases have the name "land"',)),
         ('[[case]]\nname = "land"\n' + PASSES, ("case[0] has neither a scene nor a robot",)),
         ('[[case]]\nscene = "landing.toml"\n' + PASSES, ("case[0].name is missing; every case needs it",)),
@@ -829,6 +832,28 @@ def test_a_budget_of_a_baseline_alone_is_skipped_without_one(capfd, here):
     assert document(capfd)["counts"] == {"passed": 1, "exceeded": 0, "not_computed": 0, "skipped": 1}
 
 
+def test_a_check_that_compares_nothing_is_refused(capfd, here):
+    """It ended with exit code 0: budgets with only a baseline_tolerance have no limit without a baseline."""
+    write(here, CASE, budget(at="foot", metric="effective_mass", baseline_tolerance="5%"))
+    assert "there is no baseline to compare with" in refusal(capfd)
+
+
+@pytest.mark.parametrize("file", ["budgets.toml", "pyproject.toml"])
+def test_the_file_of_budgets_may_name_the_baseline(capfd, here, file):
+    """Its path is relative to that file; --baseline replaces it."""
+    (here / "gate").mkdir()
+    wanted = budget(at="foot", metric="effective_mass", baseline_tolerance="5%")
+    text = (CASE.replace("landing.toml", "../landing.toml") + wanted).replace("[[", "[[tool.shockpc." * (file[0] == "p") or "[[")
+    path = write(here / "gate", "[tool.shockpc]\n" * (file[0] == "p") + 'baseline = "base.json"\n', text, name=file)
+    assert f'no baseline "{here / "gate" / "base.json"}"' in refusal(capfd, path)
+    good(capfd, "check", path, "--update-baseline")
+    base = json.loads((here / "gate" / "base.json").read_text())
+    assert document(capfd, path)["counts"]["passed"] == 1
+    base["values"][0]["value"] /= 1.1
+    (here / "other.json").write_text(json.dumps(base))
+    assert document(capfd, path, "--baseline", "other.json", code=1)["counts"]["exceeded"] == 1
+
+
 def test_keys_of_a_case_replace_those_of_its_scene_one_by_one(here):
     """A speed in the case left out the strike angle of the file without a word."""
     (here / "landing.toml").write_text(SCENE + "[strike]\nstrike_angle_deg = 30\n[joints]\narmature = { knee = 0.1, '*' = 0.2 }\n")
@@ -966,7 +991,7 @@ def test_the_file_of_the_help_is_valid(here):
     """The example in the help of the command is a file of budgets."""
     lines = [line[2:] for line in EPILOG.splitlines() if line.startswith("  ")]
     table = tomllib.loads("\n".join(lines))
-    assert set(table) == {"case", "budget"}
+    assert set(table) == {"baseline", "case", "budget"}
     path = Path(write(here, "\n".join(lines)))
     assert [case.name for case in read_budgets(path).cases] == ["land-front"]
 

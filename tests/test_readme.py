@@ -15,6 +15,8 @@ import yaml
 from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
 
 from shockpc.evaluation.variation import WORDS
+from shockpc.robot.catalogue import ROBOT_SUFFIXES
+from shockpc.robot.meshes import FORMATS as MESHES
 
 README = Path(__file__).parent.parent / "README.md"
 PAGES = (README, *sorted((README.parent / "shockpc" / "guide").glob("*.md")))
@@ -195,6 +197,17 @@ def test_files_for_continuous_integration_are_whole():
     (hook,) = yaml.safe_load((README.parent / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
     assert hook["entry"] == "shockpc check"
     assert [one["id"] for repo in hooks["repos"] for one in repo["hooks"]] == [hook["id"]]
+    # Without a point in it, what is no hash is a branch to pre-commit, which does not support branches.
+    assert all(re.fullmatch(r"[0-9a-f]{7,40}", repo["rev"]) for repo in hooks["repos"])
+
+
+def test_the_hook_runs_for_every_file_that_a_check_reads():
+    """Suffixes in both cases: SolidWorks writes .STL; and the baseline of the guide."""
+    (hook,) = yaml.safe_load((README.parent / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
+    suffixes = (*(f".{mesh}" for mesh in MESHES), *ROBOT_SUFFIXES, ".srdf")
+    names = [f"arm/part{case}" for suffix in suffixes for case in (suffix, suffix.upper())]
+    assert [name for name in (*names, "base.json", "budgets.toml") if not re.search(hook["files"], name)] == []
+    assert not re.search(hook["files"], "controller.cpp")
 
 
 def texts(drawing):

@@ -222,12 +222,14 @@ class Budgets(NamedTuple):
         cases: the landings.
         budgets: their limits.
         lines: the line at which each budget begins; empty if that is not known.
+        baseline: the file of earlier numbers that it names; None if it names none.
     """
 
     path: Path | None
     cases: tuple[Case, ...]
     budgets: tuple[Budget, ...]
     lines: tuple[int, ...]
+    baseline: Path | None = None
 
 
 def budgets_file(folder: Path) -> Path:
@@ -256,7 +258,10 @@ def budgets_schema() -> dict[str, Any]:
         "title": "shockpc budgets",
         "$defs": case.pop("$defs"),
         "type": "object",
-        "properties": {name: {"type": "array", "items": kind} for name, kind in kinds.items()},
+        "properties": {
+            "baseline": {"type": "string"},
+            **{name: {"type": "array", "items": kind} for name, kind in kinds.items()},
+        },
         "required": ["case", "budget"],
         "additionalProperties": False,
     }
@@ -274,12 +279,13 @@ def read_budgets(path: Path) -> Budgets:
         if nested:
             table = _table(_table(table.get("tool", {}), "tool").get("shockpc"), "[tool.shockpc]")
             prefix = "tool.shockpc."
-        keys = ("case", "budget", "part")
+        keys = ("case", "budget", "part", "baseline")
         faults = [unknown_key(f"{prefix}{key}", key, keys) for key in table if key not in keys]
         parts = converted(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
         parts = () if faults else parts
         entries = {key: _entries(table.get(key, []), f"{prefix}{key}", faults) for key in ("case", "budget")}
         folder = path.resolve().parent
+        baseline = converted(table.get("baseline"), str | None, f"{prefix}baseline", faults)
         cases = [_case(entry, parts, folder, f"{prefix}case[{k}]", faults) for k, entry in enumerate(entries["case"])]
         budgets = [_budget(entry, f"{prefix}budget[{k}]", faults) for k, entry in enumerate(entries["budget"])]
         if faults:
@@ -293,7 +299,13 @@ def read_budgets(path: Path) -> Budgets:
                 raise StudyError(f'two cases have the name "{printable(name)}"; rename one of them')
         lines = _lines(read_file(path, "budgets file", StudyError).decode("utf-8-sig"), f"{prefix}budget")
         known = tuple(budget for budget in budgets if budget is not None)
-        return Budgets(path, tuple(case for case in cases if case is not None), known, lines if len(lines) == len(known) else ())
+        return Budgets(
+            path,
+            tuple(case for case in cases if case is not None),
+            known,
+            lines if len(lines) == len(known) else (),
+            None if baseline is None else folder / usable_path(baseline),
+        )
 
 
 def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: str, faults: list[str]) -> Case | None:

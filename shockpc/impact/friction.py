@@ -3,7 +3,7 @@
 A contact that is stopped along one direction of the ground alone has friction along that one. A flat contact does not tilt, nor
 twist if it is stopped in all directions, as in Eq. 4: its moments are as large as that takes, whatever the friction.
 
-The inertia and the rows of a landing in its posture go to the solver of `core.friction`, in the velocities with which its loops
+The inertia and the rows of a landing in its posture go to the solver of `core.coulomb`, in the velocities with which its loops
 stay closed.
 """
 

@@ -163,6 +163,7 @@ ENERGY_LOST = Quantity("energy_lost", "robot", "kinetic energy lost", "J", "grea
 
 NEEDS_TILT = Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1",
     "neither", _needs_tilt, missing=GAINS, role="tilt")  # fmt: skip
+"""A column of sweeps beside `feasible`, by which landings on some of several level feet are kept."""
 
 ROBOT = (
     Quantity("mass", "robot", "mass", "kg", "neither", _mass),
@@ -189,7 +190,3 @@ ROBOT = (
     _health("data_sensitivity", "effect of the last digit of the data"),
     _health("bits", "precision of the proof", "bit", "neither"),
 )  # fmt: skip
-
-NEEDS_TILT = Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1",
-    "neither", _needs_tilt, missing=GAINS, role="tilt")  # fmt: skip
-"""A column of sweeps beside `feasible`, by which landings on some of several level feet are kept."""

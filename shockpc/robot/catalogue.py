@@ -61,7 +61,9 @@ _RENAMED: dict[str, tuple[str, ...]] = {
     "ur_description/urdf/ur10_robot.urdf": ("ur10", "ur10_robot"),
     "ur_description/urdf/ur10_joint_limited_robot.urdf": ("ur10_limited", "ur10_joint_limited_robot"),
 }
-_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf", ".toml")
+ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf", ".toml")
+"""How the names of files of robots end, and of scenes."""
+
 _SHARE = "share/example-robot-data"
 
 
@@ -138,7 +140,7 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
     has_separator = len(path.parts) > 1 or "/" in name_or_path or name_or_path in (".", "..")
     if (has_separator or path.suffix) and os.path.exists(path):
         return path, None
-    if has_separator or path.suffix.casefold() in _SUFFIXES:
+    if has_separator or path.suffix.casefold() in ROBOT_SUFFIXES:
         remedy = "Give the path of a robot file, or the name of a known robot: shockpc robots"
         raise RobotError(f'no file "{name_or_path}" (looked in {Path.cwd()}). {remedy}')
     wanted = _normalised(name_or_path)

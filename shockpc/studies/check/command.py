@@ -20,6 +20,9 @@ _in_baseline = group("Baseline")
 EPILOG = """\b
 A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]]
 and [[tool.shockpc.budget]]:
+  baseline = "base.json"          # earlier numbers; --baseline replaces it
+
+\b
   [[case]]
   name = "land-front"
   scene = "landing.toml"          # any key of a scene, such as robot, posture
@@ -38,8 +41,8 @@ and [[tool.shockpc.budget]]:
                                   # contacts; FRAME:x,y,z is a point
   metric = "shock"                # any that shockpc quantities lists
   max = 0.25                      # or min
-  baseline_tolerance = "5%"       # how much worse than in --baseline; with or
-                                  # without max and min
+  baseline_tolerance = "5%"       # how much worse than in the baseline; with
+                                  # or without max and min
   severity = "error"              # or "warning", with which the check passes
 
 \b
@@ -83,8 +86,10 @@ def check(
     budgets: Path | None = argument(
         "A file of budgets (TOML). [default: budgets.toml here, or tool.shockpc in the pyproject.toml]", "BUDGETS", path
     ),
-    baseline: Path | None = _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path),
-    update_baseline: bool = _in_baseline("Write the numbers into the --baseline file instead of comparing with it."),
+    baseline: Path | None = _in_baseline(
+        "Numbers of an earlier design, to compare with. [default: what the budgets' file names]", "FILE", path
+    ),
+    update_baseline: bool = _in_baseline("Write the numbers into the baseline's file instead of comparing with it."),
     format_: tuple[tuple[str, Path | None], ...] = in_output(
         "What is reported: table (default), json, csv, markdown, junit or github (annotations, and a table in the job's summary); "
         "on standard output, or in a file.",
@@ -95,7 +100,7 @@ def check(
 ) -> int:
     from shockpc.cli.output import exit_code, write_report
     from shockpc.cli.progress import progress
-    from shockpc.evaluation.budgets import budgets_file
+    from shockpc.evaluation.budgets import budgets_file, read_budgets
     from shockpc.show.files import destination, write_file
     from shockpc.studies.check.baseline import baseline_text
     from shockpc.studies.check.report import append_summary, check_report
@@ -107,12 +112,14 @@ def check(
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
         listed = " and ".join(printed)
         raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
+    given = read_budgets(budgets or budgets_file(Path.cwd()))
+    baseline = baseline or given.baseline
     if update_baseline:
         if baseline is None:
             raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
         writable(baseline, "--baseline")
     earlier = None if update_baseline else baseline
-    checked = check_budgets(budgets or budgets_file(Path.cwd()), earlier, update_baseline, partial(progress, "landings computed"))
+    checked = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
     targets = [destination(file) for file in (*(file for _, file in formats), baseline if update_baseline else None) if file]
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')

@@ -191,23 +191,32 @@ def check_budgets(
 
     Args:
         given: the landings and their limits, or the path of a file of budgets.
-        baseline: numbers to compare with, or the path of their file.
+        baseline: numbers to compare with, or the path of their file; in place of the file that the budgets name.
         renewing: whether the numbers become the new baseline, so that it is no omission that there is none.
         progress: called with the number of landings; what it gives is called with the name of a case after each landing.
 
     Raises:
-        StudyError: a file cannot be read, a scene, a robot or a name in a budget is not valid, or the baseline is of another
-            scene. A landing that has no solution is no error: its outcomes say why.
+        StudyError: a file cannot be read, a scene, a robot or a name in a budget is not valid, the baseline is of another
+            scene, or every budget needs a baseline and there is none. A landing that has no solution is no error: its
+            outcomes say why.
     """
     given = given if isinstance(given, Budgets) else read_budgets(Path(given))
+    if baseline is None and not renewing:
+        baseline = given.baseline
     baseline = baseline if baseline is None or isinstance(baseline, Baseline) else read_baseline(Path(baseline))
+    limited = any(budget.max is not None or budget.min is not None for budget in given.budgets)
+    if baseline is None and not renewing and not limited:
+        raise StudyError(
+            "every budget has a baseline_tolerance alone, and there is no baseline to compare with; name it with --baseline, or "
+            'by baseline = "base.json" at the top of the budgets\' file'
+        )
     cases: dict[str, Any] = {}
     planned = list(_plan(given, baseline, renewing, cases))
     notes = [f'case "{printable(case.name)}" has no budget' for case in given.cases if case.name not in cases]
     if any(budget.percentile is not None for budget in given.budgets):
         notes.append("percentiles are of random designs in double precision")
     if baseline is None and not renewing and any(budget.baseline_tolerance for budget in given.budgets):
-        notes.append("without a baseline no baseline_tolerance was checked; name it with --baseline")
+        notes.append("without a baseline no baseline_tolerance was checked; name it with --baseline, or in the budgets' file")
     done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
     outcomes: list[Outcome] = []
     profiles: dict[str, ShockProfile] = {}
