@@ -208,6 +208,84 @@ def test_a_rotor_without_one_finite_number_each_is_refused(mass, ratio):
         )
 
 
+# What is known of the drives
+
+
+def intervals(robot, joints):
+    """Of each joint: low, armature, high, and the status of its source."""
+    model = joint_model(robot, joints)
+    status = {name: source.status for source in model.sources for name in source.joints}
+    return {
+        joint.name: (*(float(a[joint.v.start]) for a in (model.low, model.armature, model.high)), status.get(joint.name))
+        for joint in robot.single_joints
+        if joint.kind != "free"
+    }
+
+
+INF = float("inf")
+ROD = '<joint name="rod" axis="0 1 0"/>'
+MOTORS = """<actuator><motor joint="hip" gear="10" ctrllimited="true" ctrlrange="-2 2"/>
+<position joint="knee" forcelimited="true" forcerange="-{} {}"/></actuator>"""
+
+
+def limb(*efforts, armatures=()):
+    """A chain of joints j0, j1, … with effort limits, and reflected inertias of the first of them."""
+    parts = [link("l0")]
+    for k, effort in enumerate(efforts):
+        dynamics = "".join(f'<dynamics armature="{number}"/>' for number in armatures[k : k + 1])
+        more = BELOW.replace(LIMIT, f'<limit lower="-1" upper="1" effort="{effort}" velocity="1"/>{dynamics}')
+        parts += [link(f"l{k + 1}"), joint(f"j{k}", f"l{k}", f"l{k + 1}", more=more)]
+    return robot_from(urdf(*parts))
+
+
+@pytest.mark.parametrize(
+    ("efforts", "armatures", "expected"),
+    [
+        # One number for joints of different effort is a setting; for equal joints, or of each joint its own, it is a drive.
+        ((20, 50), (0.1, 0.1), [(0.0, 0.1, INF, "simulation model")] * 2),
+        ((20, 20), (0.1, 0.1), [(0.1, 0.1, 0.1, "file")] * 2),
+        ((20, 50), (0.1, 0.3), [(0.1, 0.1, 0.1, "file"), (0.3, 0.3, 0.3, "file")]),
+        ((0, 0), (0.1, 0.1), [(0.1, 0.1, 0.1, "file")] * 2),
+        # An armature says nothing of another joint; a joint without effort limit among others with one has no motor.
+        ((20, 50), (0.1,), [(0.1, 0.1, 0.1, "file"), (0.0, 0.0, INF, "unknown")]),
+        ((20, 0), (), [(0.0, 0.0, INF, "unknown"), (0.0, 0.0, 0.0, None)]),
+        ((20, 0), (0.1, 0.1), [(0.1, 0.1, 0.1, "file")] * 2),
+        ((0, 0), (), [(0.0, 0.0, INF, "unknown")] * 2),
+    ],
+)
+def test_what_a_file_says_of_its_drives(efforts, armatures, expected):
+    assert list(intervals(limb(*efforts, armatures=armatures), Joints()).values()) == expected
+
+
+def test_effort_limits_of_an_mjcf_are_those_of_its_actuators():
+    """A motor's control is its force, a force range limits every actuator, and gears multiply both; rods have no motor."""
+    driven = '<joint name="{}" axis="0 1 0" armature="0.01"/>'
+    bodies = [body("b", joints=driven.format("hip")), body("c", joints=driven.format("knee")), body("d", joints=ROD)]
+    motors = MOTORS.format(20, 20), MOTORS.format(50, 50)
+    alike, apart = (robot_from(mjcf(floating(*bodies), after=text), ".xml") for text in motors)
+    assert [dict(robot.motors) for robot in (alike, apart)] == [{"hip": 20.0, "knee": 20.0}, {"hip": 20.0, "knee": 50.0}]
+    assert list(intervals(alike, Joints()).values()) == [(0.01, 0.01, 0.01, "file")] * 2 + [(0.0, 0.0, 0.0, None)]
+    assert list(intervals(apart, Joints()).values())[:2] == [(0.0, 0.01, INF, "simulation model")] * 2
+
+
+def test_what_a_scene_states_is_exact():
+    """Free, locked, or given joints; a rotor of known inertia behind a spring is free for an instant."""
+    robot = limb(20, 50, armatures=(0.1, 0.1))
+    assert set(intervals(robot, FREE).values()) == {(0.0, 0.0, 0.0, None)}
+    assert set(intervals(robot, LOCKED).values()) == {(0.1, 0.1, 0.1, None)}
+    assert set(intervals(robot, geared(0.2)).values()) == {(0.2, 0.2, 0.2, "given")}
+    soft = Joints(rotor={"*": Rotor(inertia=1e-3, gear_ratio=10.0, stiffness=200.0)})
+    assert set(intervals(robot, soft).values()) == {(0.0, 0.0, 0.0, "given")}
+    assert set(intervals(robot, replace(soft, model="rigid")).values()) == {(0.1, 0.1, 0.1, "given")}
+
+
+@pytest.mark.parametrize("name", ["a1", "go2", "talos", "anymal_b", "cassie", "icub", "hyq", "g1", "romeo"])
+def test_the_interval_of_every_joint_holds_its_armature(name):
+    robot = known_robot(name)
+    for low, armature, high, _ in intervals(robot, Joints()).values():
+        assert 0.0 <= low <= armature <= high
+
+
 # Refused
 
 PAIR = urdf(

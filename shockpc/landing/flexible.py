@@ -128,6 +128,8 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         rotor=whole(joints.rotor),
         unknown=whole(joints.unknown),
         torque=whole(joints.torque, np.nan),
+        low=whole(joints.low),
+        high=whole(joints.high),
     )
     values = {part.name: getattr(landing, part.name) for part in fields(PosedLanding)}
     values |= {

@@ -9,7 +9,7 @@ more than this one.
 import functools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -17,15 +17,43 @@ from shockpc.core.spatial import Array
 from shockpc.landing.joint_options import Joints
 from shockpc.robot.drives import drives_like, drives_of, read_drives
 from shockpc.robot.elements import Drive, Drives
+from shockpc.robot.motors import passive
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
 from shockpc.text.paths import inputs, is_path
 from shockpc.text.printed import listed
 
+Status = Literal["given", "file", "published", "derived", "identified", "simulation model", "unknown"]
+"""How well the drive of a joint is known: as its source says, or given by the scene, or a number of the robot's file."""
+
+NOTHING = "nothing is known"
+"""What is said of a joint with a motor of which neither file, drives nor scene give a drive, a spring or a lock."""
+
+SETTING = "the robot's file, one number for joints of different effort: a setting of a simulator"
+"""What is said of joints as in `simulator_settings`."""
+
+
+class DriveSource(NamedTuple):
+    """How well the drives of some joints are known, and from what.
+
+    Attributes:
+        joints: their names.
+        status: how well they are known.
+        text: the source, in words.
+    """
+
+    joints: tuple[str, ...]
+    status: Status
+    text: str
+
 
 class JointModel(NamedTuple):
     """What every joint does, as arrays.
+
+    Where `low` and `high` are the same, `armature` is exact. So it is of joints that are free or
+    locked because the scene says so, of joints without a motor, and of rotors of known inertia
+    behind springs, which are free for an instant.
 
     Attributes:
         armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base and behind springs.
@@ -37,6 +65,10 @@ class JointModel(NamedTuple):
         drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has them.
         unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a drive, a spring or a lock.
         torque: (nv,) of the motors on contacts of finite stiffness [N m, N]; NaN where the scene gives none.
+        low: (nv,) smallest reflected inertia that what is known allows [kg m², kg]; at most `armature`.
+        high: (nv,) largest one, at least `armature`; infinite, which is a joint that is held, where nothing is known. Both are
+            `armature` where `locked` is.
+        sources: how well the drives of all joints with a motor are known that are neither locked nor free by the scene.
     """
 
     armature: Array
@@ -48,6 +80,9 @@ class JointModel(NamedTuple):
     drives: str
     unknown: np.ndarray
     torque: Array
+    low: Array
+    high: Array
+    sources: tuple[DriveSource, ...]
 
     @property
     def springs(self) -> np.ndarray:
@@ -79,61 +114,129 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio, a drive on a floating joint,
             "geared" without any reflected inertia, "free" with one, or a joint locked apart from the one that it follows.
     """
-    nv, driven, free = robot.model.nv, robot.actuated_dofs, joints.model == "free"
+    free, driven = joints.model == "free", robot.actuated_dofs
     if free and (inertias := [*joints.armature, *joints.rotor]):
         raise SceneError(
             f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is given; "
             'leave out model = "free" (--joints free), or the armature and rotor',
             joints=inertias,
         )
-    armature = np.where(driven & (not free), robot.model.armature, 0.0)
-    rotor, stiffness, drive_stiffness, torque = np.zeros(nv), np.zeros(nv), np.full(nv, np.inf), np.full(nv, np.nan)
-    known = np.full(nv, free or joints.drives == "none" or robot.model.armature.any())
-    for name, k in robot.springs.items():
-        v = _velocities(robot, name)
-        stiffness[v], known[v] = k, True
     drives, given = _drives(robot, joints), _given(robot, joints)
-    for name, drive in (*drives.by_joint.items(), *given):
-        v, inertia, spring = _velocities(robot, name), drive.reflected or 0.0, drive.drive_stiffness
-        armature[v], rotor[v], drive_stiffness[v] = (inertia, 0.0, np.inf) if spring is None else (0.0, inertia, spring)
-        if drive.stiffness is not None:
-            stiffness[v] = drive.stiffness
-        known[v] = True
-    of_drives = robot.velocities(drives.by_joint)
-    for name, _ in given:
-        of_drives[_velocities(robot, name)] = False
+    found = _Found(robot, free, joints.drives == "none")
+    for name, drive in drives.by_joint.items():
+        found.take(name, drive, drive.status or "given", drive.source or drives.label)
+    for pattern, drive in given:
+        found.take(pattern, drive, "given", "the scene")
     for pattern, k in joints.stiffness.items():
-        v = _velocities(robot, pattern)
-        stiffness[v], known[v] = _positive("the stiffness of joint", pattern, k), True
+        found.spring(pattern, _positive("the stiffness of joint", pattern, k))
+    torque = np.full(robot.model.nv, np.nan)
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    model = JointModel(
-        armature=armature,
-        locked=_locked(robot, joints, [pattern for pattern, _ in given]),
-        name="",
-        stiffness=stiffness,
-        drive_stiffness=drive_stiffness,
-        rotor=rotor,
-        drives="",
-        unknown=driven & ~known & ~robot.velocities(robot.followers),
-        torque=torque,
-    )
-    model = _with_rigid_springs(robot, model) if joints.model == "rigid" else model
-    locked = model.locked
-    _refuse_split_followers(robot, locked)
-    if joints.model == "geared" and not (model.armature + model.rotor)[driven & ~locked].any():
+    model = found.model(_locked(robot, joints, [pattern for pattern, _ in given]), torque, joints.model == "rigid")
+    _refuse_split_followers(robot, model.locked)
+    if joints.model == "geared" and not (model.armature + model.rotor)[driven & ~model.locked].any():
         raise SceneError(
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
+    of_drives = robot.velocities(drives.by_joint)
+    for name, _ in given:
+        of_drives[_velocities(robot, name)] = False
     return model._replace(
-        name=_named(model.armature[driven], locked[driven]),
-        stiffness=np.where(locked, 0.0, model.stiffness),
-        drive_stiffness=np.where(locked, np.inf, model.drive_stiffness),
-        rotor=np.where(locked, 0.0, model.rotor),
-        drives=drives.label if (of_drives & ~locked).any() else "",
-        unknown=model.unknown & ~locked,
+        name=_named(model.armature[driven], model.locked[driven]),
+        drives=drives.label if (of_drives & ~model.locked).any() else "",
     )
+
+
+class _Found:
+    """What is found of the joints while their sources are read; what is read later goes over what was read before.
+
+    Attributes:
+        inertia: (nv,) reflected inertia, behind a spring or not [kg m², kg]; zero where it is not known.
+        low, high: (nv,) its ends [kg m², kg].
+        stiffness, drive_stiffness: (nv,) as in `JointModel`.
+        origin: status and text of what gives a joint its drive, by name.
+    """
+
+    def __init__(self, robot: Robot, free: bool, alone: bool) -> None:
+        """What the robot's file gives. Args: free: whether no joint has a drive; alone: whether there are none but the file's."""
+        self.robot = robot
+        self.inertia = np.where(robot.actuated_dofs & (not free), robot.model.armature, 0.0)
+        self.low, self.high = np.array(self.inertia), np.array(self.inertia)
+        self.stiffness, self.drive_stiffness = np.zeros(robot.model.nv), np.full(robot.model.nv, np.inf)
+        self.origin: dict[str, tuple[Status, str]] = {}
+        without = passive(robot)
+        for joint in () if free else robot.single_joints:
+            if self.inertia[joint.v].any() and joint.name in robot.settings:
+                self.low[joint.v], self.high[joint.v] = 0.0, np.inf
+                self.origin[joint.name] = ("simulation model", SETTING)
+            elif self.inertia[joint.v].any():
+                self.origin[joint.name] = ("file", "the robot's file")
+            elif not (alone or joint.kind == "free" or joint.name in robot.followers or without[joint.v].any()):
+                self.high[joint.v] = np.inf
+                self.origin[joint.name] = ("unknown", NOTHING)
+        for name, k in robot.springs.items():
+            self.spring(name, k)
+
+    def take(self, pattern: str, drive: Drive, status: Status, text: str) -> None:
+        """Take a drive of some joints."""
+        v = _velocities(self.robot, pattern)
+        self.inertia[v], (self.low[v], self.high[v]) = drive.reflected or 0.0, drive.interval
+        self.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
+        if drive.stiffness is not None:
+            self.stiffness[v] = drive.stiffness
+        for name in _driven(self.robot, pattern):
+            self.origin[name] = (status, text)
+
+    def spring(self, pattern: str, k: float) -> None:
+        """Take a spring of some joints. A joint of which nothing else is known has its spring in the place of a motor."""
+        self.stiffness[_velocities(self.robot, pattern)] = k
+        for name in _driven(self.robot, pattern):
+            if self.origin.get(name) == ("unknown", NOTHING):
+                self.high[self.robot.joint(name).v] = 0.0
+                del self.origin[name]
+
+    def model(self, locked: np.ndarray, torque: Array, rigid: bool) -> JointModel:
+        """The joint model without its name. Args: locked (nv,), torque (nv,), and whether springs do not yield.
+
+        Raises:
+            SceneError: springs are rigid, and the rotor behind one is not known.
+        """
+        sprung, behind = (self.stiffness > 0.0) & ~locked, np.isfinite(self.drive_stiffness) & ~locked
+        if rigid and (lacking := behind & ~sprung & (self.inertia == 0.0)).any():
+            names = listed(joint.name for joint in self.robot.single_joints if lacking[joint.v].any())
+            raise SceneError(
+                f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor (--rotor)"
+            )
+        if rigid:
+            locked, behind = locked | sprung, np.zeros_like(behind)
+        armature = np.where(behind, 0.0, self.inertia)
+        # A rotor of known inertia gives no impulse through its spring; of one that is not known, its source has the interval.
+        exact = locked | (behind & (self.inertia > 0.0))
+        sources = self._sources(locked)
+        unknown = [name for source in sources if source.status == "unknown" for name in source.joints]
+        return JointModel(
+            armature=armature,
+            locked=locked,
+            name="",
+            stiffness=np.where(locked, 0.0, self.stiffness),
+            drive_stiffness=np.where(behind, self.drive_stiffness, np.inf),
+            rotor=np.where(behind, self.inertia, 0.0),
+            drives="",
+            unknown=self.robot.velocities(unknown),
+            torque=torque,
+            low=np.where(exact, armature, self.low),
+            high=np.where(exact, armature, self.high),
+            sources=sources,
+        )
+
+    def _sources(self, locked: np.ndarray) -> tuple[DriveSource, ...]:
+        """One record for all joints that have their drives from the same. Args: locked (nv,), of which none is told."""
+        names_by_origin: dict[tuple[Status, str], list[str]] = {}
+        for joint in self.robot.single_joints:
+            if joint.name in self.origin and not locked[joint.v].any():
+                names_by_origin.setdefault(self.origin[joint.name], []).append(joint.name)
+        return tuple(DriveSource(tuple(names), *origin) for origin, names in names_by_origin.items())
 
 
 def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
@@ -176,30 +279,10 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
     return given
 
 
-def _with_rigid_springs(robot: Robot, model: JointModel) -> JointModel:
-    """The model where no spring yields: joints with one are locked, and rotors behind one count.
-
-    Raises:
-        SceneError: the rotor behind a spring is not known.
-    """
-    sprung, behind = (model.stiffness > 0.0) & ~model.locked, np.isfinite(model.drive_stiffness) & ~model.locked
-    if (lacking := behind & ~sprung & (model.rotor == 0.0)).any():
-        names = listed(joint.name for joint in robot.single_joints if lacking[joint.v].any())
-        raise SceneError(
-            f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor (--rotor)"
-        )
-    return model._replace(
-        armature=model.armature + np.where(behind, model.rotor, 0.0),
-        locked=model.locked | sprung,
-        rotor=np.zeros_like(model.rotor),
-        drive_stiffness=np.full_like(model.drive_stiffness, np.inf),
-    )
-
-
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
     """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
     zero = np.zeros(len(armature))
-    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0, zero + np.nan)
+    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0, zero + np.nan, armature, armature, ())
 
 
 def _drives(robot: Robot, joints: Joints) -> Drives:

@@ -24,6 +24,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
 from shockpc.landing.scene import Part
 from shockpc.landing.strike import GRAVITY
+from shockpc.robot.motors import UNLIMITED
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
@@ -37,9 +38,6 @@ CHANGES = {"half-sine": "2AT/π", "saw-tooth": "AT/2", "haversine": "AT/2", "rec
 
 CONCLUSIVE = 1.2
 """Velocity change of a pulse survived over the critical one, from which on half of its peak is below the critical acceleration."""
-
-UNLIMITED = 1e300
-"""Effort from which a limit of a file is none [N m, N]."""
 
 
 class Strength(NamedTuple):

@@ -120,9 +120,11 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         RobotError: a body becomes too heavy or too light to compute with.
     """
     model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
+    settings = robot.settings
     for change in changes:
         if change.what == "armature":
             drives = _change_armature(robot, model, drives, change)
+            settings -= set(() if change.factor else robot.match_joints(change.pattern))
         elif change.what == "place":
             for name in robot.match("joint", change.pattern, _joint_frames(robot)):
                 _change_place(robot, model, name, change)
@@ -132,7 +134,7 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
             warnings += tuple(_small_parts(robot, model, change, links))
             for link in links:
                 _change_link(model, link, change)
-    robot = replace(robot, model=model, change_warnings=warnings, default_drives=drives)
+    robot = replace(robot, model=model, change_warnings=warnings, default_drives=drives, settings=settings)
     for body in robot.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
@@ -187,7 +189,9 @@ def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, chan
         )
     if change.factor:
         for name, drive in of_joints.items():
-            by_joint[name] = replace(drive, armature=change.number * (drive.reflected or 0.0), rotor_inertia=None)
+            low, high = drive.interval
+            inertia, ends = change.number * (drive.reflected or 0.0), (change.number * low, change.number * high)
+            by_joint[name] = replace(drive, armature=inertia, rotor_inertia=None, range=ends)
     model.armature[chosen] = model.armature[chosen] * change.number if change.factor else change.number
     return None if drives is None else drives._replace(by_joint=by_joint)
 

@@ -20,7 +20,7 @@ from shockpc.text.paths import read_file
 from shockpc.text.printed import listed
 from shockpc.text.toml import converted, reading
 
-PUBLIC = ("published", "derived")
+PUBLIC = ("published", "derived", "identified")
 """Status of drives that are taken unless the scene says otherwise."""
 
 
@@ -145,8 +145,15 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
 
 
 def default_drives(robot: Robot) -> Drives | None:
-    """The published and derived drives of a robot of the catalogue; None where its file gives reflected inertia."""
+    """The drives that are known of a robot of the catalogue; None where there are none.
+
+    They go over the reflected inertia of its file where that is a setting of a simulator, and not over any other.
+    """
     known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
-    if not known or robot.model.armature.any():
+    if not known:
         return None
-    return drives_of(robot, known, f"drives of {robot.source.name}, {_status(known)}")
+    drives = drives_of(robot, known, "")
+    of_file = {joint.name for joint in robot.single_joints if robot.model.armature[joint.v].any()} - robot.settings
+    by_joint = {name: drive for name, drive in drives.by_joint.items() if name not in of_file}
+    label = f"drives of {robot.source.name}, {_status(list(by_joint.values()))}"
+    return Drives(label, by_joint) if by_joint else None

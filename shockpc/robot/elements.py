@@ -15,6 +15,9 @@ KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composit
 KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
+IDENTIFIED = 0.2
+"""Share by which identified inertias of drives of one type differ: ANYmal D's twelve, by one standard deviation."""
+
 FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
 FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
 """Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
@@ -160,7 +163,9 @@ class Drive:
         gear_ratio: turns of the rotor for one of the joint [1].
         drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
         stiffness: of a spring of the joint itself [N m/rad, N/m].
-        status: published; derived from parts that are published; identified from measured landings; or of a simulation model.
+        range: smallest and largest inertia at the joint that the source allows [kg m², kg]; the reflected inertia alone by default.
+        status: published; derived from parts that are published; identified from measured landings; of a simulation model; or
+            unknown, where a source gives something, and not the inertia.
         source: where it is from.
     """
 
@@ -171,7 +176,8 @@ class Drive:
     gear_ratio: float | None = None
     drive_stiffness: float | None = None
     stiffness: float | None = None
-    status: Literal["published", "derived", "identified", "simulation model"] | None = None
+    range: tuple[float, float] | None = None
+    status: Literal["published", "derived", "identified", "simulation model", "unknown"] | None = None
     source: str = ""
 
     @property
@@ -180,6 +186,22 @@ class Drive:
         if self.rotor_inertia is None or self.gear_ratio is None:
             return self.armature
         return self.rotor_inertia * self.gear_ratio**2
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Smallest and largest inertia at the joint that what is known allows, infinite for a joint that is held [kg m², kg].
+
+        Without a range it is the reflected inertia alone. Two numbers say less than they seem to: one of a simulation model, which
+        nobody measured, and one that is identified, which spreads by a fifth between drives of one type.
+        """
+        if self.range is not None:
+            return self.range
+        if self.reflected is None:
+            return 0.0, 0.0 if self.drive_stiffness is None else math.inf
+        if self.status == "simulation model":
+            return 0.0, math.inf
+        spread = IDENTIFIED if self.status == "identified" else 0.0
+        return (1.0 - spread) * self.reflected, (1.0 + spread) * self.reflected
 
 
 class Drives(NamedTuple):

@@ -15,6 +15,7 @@ from shockpc.robot.drives import default_drives
 from shockpc.robot.elements import Mimic
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
 from shockpc.robot.formats import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
+from shockpc.robot.motors import simulator_settings
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.srdf import read_srdf
 from shockpc.robot.tolerances import LIMIT_SLACK, refuse_number
@@ -149,7 +150,8 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     placed = robot.source.kind == "mjcf" and name in postures and np.array_equal(postures[name][joints], robot.start[joints])
     if (name == "neutral" or placed) and (bent := bent_legs(robot)) is not None:
         postures[BENT] = read_only(bent)
-    # A second copy of the robot would have to find them again.
+    # A second copy of the robot would have to find what it is made of again.
+    vars(robot)["settings"] = simulator_settings(robot)
     vars(robot)["default_drives"] = default_drives(robot)
     return robot
 

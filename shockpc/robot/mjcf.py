@@ -116,7 +116,8 @@ def build(source: RobotSource, chosen: RobotBodies) -> Robot:
     springs, gear_ratios = _springs_and_ratios(m, joints)
     start, relaxed = read_only(start), read_only(np.array(m.qpos_spring[order])) if springs else None
     mimics = _mimics(m, equalities)
-    return replace(robot, start=start, loops=loops, mimics=mimics, springs=springs, relaxed=relaxed, gear_ratios=gear_ratios)
+    robot = replace(robot, start=start, loops=loops, mimics=mimics, springs=springs, relaxed=relaxed)
+    return replace(robot, gear_ratios=gear_ratios, motors=_motors(m, joints))
 
 
 def _welds_base(loop: Loop) -> bool:
@@ -246,6 +247,25 @@ def _springs_and_ratios(m: Any, joints: Sequence[int]) -> tuple[dict[str, float]
         if joint in joints and m.jnt_type[joint] >= _SLIDE and gear != 1.0 and not armature[m.jnt_dofadr[joint]]:
             ratios[m.joint(joint).name] = gear
     return springs, ratios
+
+
+def _motors(m: Any, joints: Sequence[int]) -> dict[str, float]:
+    """What the actuators of joints can exert, by joint; infinite where the file gives no limit [N m, N].
+
+    The force of an actuator is limited by its forcerange; that of a motor, whose force is its control, by its ctrlrange too. Its
+    gear multiplies it.
+    """
+    motors: dict[str, float] = {}
+    for number in np.flatnonzero(m.actuator_trntype <= 1):
+        joint, force = int(m.actuator_trnid[number, 0]), np.inf
+        if m.actuator_forcelimited[number]:
+            force = np.abs(m.actuator_forcerange[number]).max()
+        if m.actuator_ctrllimited[number] and m.actuator_gaintype[number] == m.actuator_biastype[number] == 0:
+            control = np.abs(m.actuator_ctrlrange[number]).max()
+            force = min(force, abs(m.actuator_gainprm[number, 0]) * control)
+        if joint in joints and m.jnt_type[joint] >= _SLIDE:
+            motors[m.joint(joint).name] = float(force * abs(m.actuator_gear[number, 0]))
+    return motors
 
 
 def _equalities(m: Any) -> Iterator[Equality]:

@@ -77,7 +77,10 @@ class Robot:
         springs: stiffness of the joints that the file gives a spring at the joint [N m/rad, N/m].
         relaxed: (nq,) configuration in which these springs are without force; None where the file gives none.
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
-        default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.
+        motors: what the actuators of an MJCF can exert, by joint; infinite without a limit [N m, N].
+        settings: joints whose reflected inertia is a setting of a simulator, as in `simulator_settings`.
+        default_drives: of a robot of the catalogue, for joints of which the file gives no reflected inertia or a setting of a
+            simulator; None where none are known.
         welded: whether the file welds the base, which could move freely, to the world; its postures have it where it is held.
         imus: names of the places that the file says are those of IMUs, whatever they are called.
     """
@@ -93,6 +96,8 @@ class Robot:
     springs: Mapping[str, float] = field(default_factory=dict)
     relaxed: Array | None = None
     gear_ratios: Mapping[str, float] = field(default_factory=dict)
+    motors: Mapping[str, float] = field(default_factory=dict)
+    settings: frozenset[str] = frozenset()
     default_drives: Drives | None = None
     welded: bool = False
     imus: tuple[str, ...] = ()

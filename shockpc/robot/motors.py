@@ -1,0 +1,49 @@
+"""Which joints have a motor, and what it can exert, as a robot's file says."""
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.robot.robot import Robot
+
+UNLIMITED = 1e300
+"""Effort limit from which on it is none [N m, N]; Pinocchio writes the largest double."""
+
+SAME = 1e-6
+"""Relative difference up to which two numbers of a file are the same."""
+
+
+def efforts(robot: Robot) -> Array:
+    """What the motors (nv,) can exert: the effort limit, of an MJCF also of its actuators; NaN where none is given [N m, N]."""
+    limit = np.array(robot.model.upperEffortLimit, dtype=float)
+    for name, effort in robot.motors.items():
+        v = robot.joint(name).v
+        limit[v] = np.where((limit[v] > 0.0) & (limit[v] < UNLIMITED), limit[v], effort)
+    limit[~((limit > 0.0) & (limit < UNLIMITED))] = np.nan
+    return limit
+
+
+def passive(robot: Robot) -> np.ndarray:
+    """Which joint velocities (nv,) are of joints without a motor: the file gives motors or effort limits, and none of this joint.
+
+    A file that gives none at all, such as many that CAD programs write, says nothing of any joint.
+    """
+    driven = np.isfinite(efforts(robot)) | robot.velocities((*robot.motors, *robot.gear_ratios))
+    if not (driven & robot.actuated_dofs).any():
+        return np.zeros(robot.model.nv, dtype=bool)
+    return np.asarray(robot.actuated_dofs & ~driven & (robot.model.armature == 0.0))
+
+
+def simulator_settings(robot: Robot) -> frozenset[str]:
+    """The joints whose reflected inertia in the file is one number for joints of different effort.
+
+    Motors that exert different torques have different rotors or gears, so such a number is a setting of a simulator.
+    """
+    armature, effort = robot.model.armature, efforts(robot)
+    settings: set[str] = set()
+    joints = {joint.name: joint.v.start for joint in robot.single_joints if joint.kind != "free" and armature[joint.v].any()}
+    for number in {float(armature[v]) for v in joints.values()}:
+        alike = {name: v for name, v in joints.items() if abs(armature[v] - number) <= SAME * number}
+        known = [effort[v] for v in alike.values() if np.isfinite(effort[v])]
+        if known and max(known) > min(known) * (1.0 + SAME):
+            settings |= set(alike)
+    return frozenset(settings)
