@@ -7,17 +7,18 @@ import frame_leg
 import numpy as np
 import pytest
 from commands import good
+from robot_texts import LIMIT, joint, link, urdf
 
 from shockpc.core.segments import FINE, Flex, bending_frequency, bending_stiffness, chain_inertia, divide, flex_from
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Contact, Joints, Posture, Scene
+from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene
 from shockpc.landing.scene_file import read_scene, scene_text
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.strike import GRAVITY, Strike
 from shockpc.paper.beyond_leg import leg_scene
-from shockpc.paper.frame_leg import urdf
+from shockpc.paper.frame_leg import urdf as tubes_urdf
 from shockpc.profile import shock_profile
 from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
@@ -161,7 +162,7 @@ def peaks(scene, until=None):
 def tube_leg(folder, stiffness, hinges):
     """The leg of frame elements, of rigid segments."""
     file = folder / "leg.urdf"
-    file.write_text(urdf())
+    file.write_text(tubes_urdf())
     return leg_scene(str(file), stiffness, hinges)
 
 
@@ -220,6 +221,69 @@ def test_stiff_links_are_rigid():
     rigid, stiff = peaks(scene, 0.03), peaks(replace(scene, flex={"*": "EI:3e5,EA:1e9,GJ:3e5"}), 0.03)
     assert rigid.keys() == stiff.keys()
     np.testing.assert_allclose(list(stiff.values()), list(rigid.values()), rtol=5e-3, atol=4e-3)
+
+
+STRUCK = replace(
+    GO2,
+    contact=Contact(frame="FL_foot", restitution=0.5),
+    contact_stiffness=1e5,
+    contact_law="damper",
+    gravity=True,
+)
+LOADED = {
+    "standing": {"joints": Joints(drives="go2", motors="standing")},
+    "standing feet": {"stance": ("RR_foot",)},
+    "fixed base": {"base": "fixed", "strike": Strike(joint_velocities={"FL_calf_joint": 4.0})},
+    "motor": {"joints": Joints(drives="go2", torque={"FL_calf_joint": 20.0})},
+}
+"""Landings in which gravity or motors load joints before touchdown."""
+
+
+@pytest.mark.parametrize("case", LOADED)
+def test_stiff_links_carry_what_rigid_ones_carry(case):
+    """Peaks, and jumps beyond the fall, are those of rigid links: hinges carry from the start what they carried before."""
+    scene = replace(STRUCK, **LOADED[case])
+    stiff = replace(scene, flex={"*_calf": "EI:1e9", "*_thigh": "EI:1e9"})
+    found = peaks(stiff)
+    for name, value in peaks(scene).items():
+        assert found[name] == pytest.approx(value, rel=0.01, abs=0.02), name
+    rigid, bent = (shock_profile(one).value("shock_separated", "point") for one in (scene, stiff))
+    np.testing.assert_allclose(bent, rigid, rtol=0.01)
+
+
+def test_an_arm_that_bends_under_its_weight(tmp_path):
+    """Force, acceleration, torques and the jump of an arm on a fixed base, as of an independent simulation in steps of time."""
+    rod = link("LINK", "1", '<origin xyz="0.25 0 0"/><inertia ixx="1e-4" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/>')
+    rod = rod.format(1.0 / 48.0 + 5e-5)
+    file = tmp_path / "arm.urdf"
+    file.write_text(
+        urdf(
+            '<link name="world"/><link name="tip"/><link name="imu"/>',
+            *(rod.replace("LINK", name) for name in ("up", "fore")),
+            joint("j1", "world", "up", more=LIMIT + '<origin xyz="0 0 1"/>'),
+            joint("j2", "up", "fore", more=LIMIT + '<origin xyz="0.5 0 0"/>'),
+            joint("at_tip", "fore", "tip", "fixed", more='<origin xyz="0.5 0 0"/>'),
+            joint("at_imu", "up", "imu", "fixed", more='<origin xyz="0.4 0 0"/>'),
+        )
+    )
+    scene = Scene(
+        robot=str(file),
+        base="fixed",
+        contact=Contact(frame="tip", restitution=0.5),
+        posture=Posture(joints_deg={"j1": 20.0, "j2": 30.0}),
+        strike=Strike(joint_velocities={"j1": 1.0}),
+        joints=Joints(armature={"*": 0.05}),
+        point=(Point(frame="imu"),),
+        contact_stiffness=1e4,
+        contact_law="damper",
+        flex={"up": "EI:300", "fore": "EI:300"},
+    )
+    found = peaks(scene)
+    wanted = [49.566, 4.8607, 9.7318, 6.5048]
+    np.testing.assert_allclose([found[name] for name in ("tip", "imu", "j1", "j2")], wanted, rtol=1e-4)
+    profile = shock_profile(scene)
+    (imu,) = (k for k, place in enumerate(profile.places("point")) if place.name == "imu")
+    assert profile.value("shock_separated", "point")[imu] == pytest.approx(0.5447, rel=2e-3)
 
 
 def test_what_stays():

@@ -46,6 +46,8 @@ class Elements(NamedTuple):
             constant where the stiffness is zero. Contacts have none.
         relaxation: (r,) rate k / c at which a viscous damper c in series with the spring lets its force decay [1/s]; zero for none.
             With one, e has no effect.
+        straight: (r,) whether a spring between bodies is one that keeps a link straight. What is left of a contact's force is
+            compared with that of a robot in which these are rigid.
     """
 
     rows: Array
@@ -56,6 +58,7 @@ class Elements(NamedTuple):
     damping: Array | float = 0.0
     load: Array | float = 0.0
     relaxation: Array | float = 0.0
+    straight: np.ndarray | bool = False
 
     @staticmethod
     def alike(
@@ -67,12 +70,11 @@ class Elements(NamedTuple):
         damping: Array | float = 0.0,
         load: Array | float = 0.0,
         relaxation: Array | float = 0.0,
+        straight: np.ndarray | bool = False,
     ) -> "Elements":
         """Elements along some rows, with one value for all of them or one for each; by default springs between bodies."""
-        values = (
-            np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load, relaxation)
-        )
-        return Elements(rows, *values)
+        values = stiffness, restitution, contact, normal, damping, load, relaxation, straight
+        return Elements(rows, *(np.broadcast_to(value, len(rows)) for value in values))
 
     @staticmethod
     def joined(*groups: "Elements") -> "Elements":

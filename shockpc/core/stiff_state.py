@@ -104,7 +104,7 @@ class State:
     @property
     def _left(self) -> Array:
         """Scaled forces (r,) that count as none: of contacts with a damper in series, which may decay without end."""
-        slowly, length = self.system.slowly, self.system.length
+        slowly, length = self.system.slowly, self.system.rigid_length
         return np.divide(slowly, length, out=np.zeros_like(length), where=(self.system.relaxation > 0.0) & (length > 0.0))
 
     def modes(self) -> Modes:

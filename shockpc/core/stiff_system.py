@@ -66,6 +66,7 @@ class System:
         u: (d,) at the impact.
         pull: (d,) rate at which constant forces change u.
         length: (r,) of the rows of W.
+        rigid_length: (r,) the same of a robot whose links stay straight.
         sprung: (r,) which elements have a spring.
         rigid: (r,) which are held once they are unloaded.
         grounded: (r,) which are of contacts.
@@ -89,6 +90,7 @@ class System:
     u: Array
     pull: Array
     length: Array
+    rigid_length: Array
     sprung: np.ndarray
     rigid: np.ndarray
     grounded: np.ndarray
@@ -166,7 +168,10 @@ def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: A
     damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(W))
     steady = np.where(sprung, 0.0, np.asarray(elements.load))
     pull, speed, single = free + W.T @ steady, float(np.linalg.norm(u)), slope * length
-    rate = W @ u
+    rate, rigid_length = W @ u, length
+    bends = np.broadcast_to(elements.straight, len(W))
+    if bends.any():
+        rigid_length = np.linalg.norm(W - W @ np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends], axis=1)
     approaches = elements.normal & (rate < -1e-13 * length * speed)
     return System(
         elements=elements,
@@ -178,6 +183,7 @@ def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: A
         u=u,
         pull=pull,
         length=length,
+        rigid_length=rigid_length,
         sprung=sprung,
         rigid=elements.restitution == 0.0,
         grounded=elements.contact >= 0,
@@ -190,5 +196,5 @@ def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: A
         noise=NEGLIGIBLE * (speed + float(np.linalg.norm(pull)) / float(single[elements.normal].min())),
         fastest=float(single.max()),
         approaches=approaches,
-        slowly=EASED * float(np.max(-rate[approaches] / length[approaches], initial=0.0)) * length,
+        slowly=EASED * float(np.max(-rate[approaches] / rigid_length[approaches], initial=0.0)) * rigid_length,
     )

@@ -3,7 +3,12 @@
 Before touchdown the robot falls freely. Motors then need no torque to hold a posture, but for what loaded springs press on them:
 these torques they keep by default. They do not carry the weight, so the robot begins to collapse, which has little effect in
 milliseconds.
+
+Links that bend are straight at touchdown and do not vibrate: their hinges carry from the start what they carry in a robot of
+rigid links that falls with the same forces.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +17,44 @@ from shockpc.impact.contact_rows import ContactRows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.strike import GRAVITY
+
+
+class ConstantForces(NamedTuple):
+    """The constant forces of a landing in m coordinates.
+
+    Attributes:
+        gravity: (m,) accelerations under gravity only [rad/s², m/s²].
+        fall: (m,) the same while links stay straight, as before touchdown.
+        torque: (nv,) of the motors [N m, N].
+        load: (nv,) of the springs of joints and of hinges at touchdown [N m, N].
+    """
+
+    gravity: Array
+    fall: Array
+    torque: Array
+    load: Array
+
+
+def constant_forces(landing: PosedLanding, rows: ContactRows, free: Array) -> ConstantForces:
+    """The constant forces of a landing. Args: as of `free_fall`.
+
+    With forces p on the coordinates, and motions N of the coordinates that leave hinges straight, a robot of rigid links
+    accelerates by a = N (Nᵀ M N)⁻¹ Nᵀ p. The loads f of the hinges are those with which the others do so too: Sᵀ f = M a − p, with
+    the rates S of the hinges.
+    """
+    gravity, load, hinges = free_fall(landing, rows, free), spring_loads(landing), landing.hinges
+    if not len(hinges):
+        return ConstantForces(gravity, gravity, motor_torques(landing, rows.M, rows.J, free, gravity), load)
+    S = free[hinges]
+    _, sizes, motions = np.linalg.svd(S)
+    N = motions[int(np.count_nonzero(sizes > 1e-9 * sizes[0])) :].T
+    M = N.T @ rows.M @ N
+    fall = np.linalg.solve(M, N.T @ rows.M @ gravity)
+    torque = motor_torques(landing, M, rows.J @ N, free @ N, fall)
+    p = rows.M @ gravity + free.T @ (torque + load)
+    a = N @ np.linalg.solve(M, N.T @ p)
+    load[hinges] = np.linalg.lstsq(S.T, rows.M @ a - p, rcond=1e-9)[0]
+    return ConstantForces(gravity, N @ fall, torque, load)
 
 
 def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
@@ -44,7 +87,7 @@ def spring_loads(landing: PosedLanding) -> Array:
     return np.asarray(-model.stiffness * model.deflection(landing.robot, landing.q))
 
 
-def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity: Array) -> Array:
+def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravity: Array) -> Array:
     """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or those that hold what is loaded.
 
     In flight, the default, these are the smallest with which the loads of springs accelerate the robot as little as
@@ -54,8 +97,9 @@ def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity
 
     Args:
         landing: the landing.
-        rows: its coordinates, contacts and inertia.
-        free: (nv, m) joint velocities for unit rates of the coordinates.
+        M: (m, m) inertia of its coordinates.
+        J: (n, m) speeds along the rows of contacts for unit rates of the coordinates.
+        free: (nv, m) joint velocities for these.
         gravity: (m,) accelerations of free fall.
     """
     model = landing.joint_model
@@ -63,10 +107,10 @@ def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity
     loads = free.T @ spring_loads(landing)
     standing = landing.scene.joints.motors == "standing"
     if (standing or loads.any()) and landing.scene.joints.motors != "none":
-        drives, inverse = _motors(landing), np.linalg.inv(np.linalg.cholesky(rows.M))
-        force: Array = np.zeros(len(rows.J))
-        missing = inverse @ -(rows.M @ gravity * standing + loads)
-        by_force, by_torque = inverse @ rows.J.T, inverse @ free[drives].T
+        drives, inverse = _motors(landing), np.linalg.inv(np.linalg.cholesky(M))
+        force: Array = np.zeros(len(J))
+        missing = inverse @ -(M @ gravity * standing + loads)
+        by_force, by_torque = inverse @ J.T, inverse @ free[drives].T
         if standing:
             # In motions of the robot as one rigid body, springs and torques do no work.
             still = np.linalg.lstsq(free, np.eye(len(free))[:, :6], rcond=None)[0]

@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.stiff_contacts import attach_rotors, series_damping
 from shockpc.core.stiff_motion import Elements
 from shockpc.impact.contact_rows import ContactRows, contact_rows
-from shockpc.impact.loads import free_fall, motor_torques, spring_loads
+from shockpc.impact.loads import constant_forces
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.landing import PosedLanding
@@ -38,6 +38,7 @@ class ElementSystem:
         elements: in this order.
         velocity: (n,) of the coordinates before the impact.
         gravity: (n,) their accelerations of free fall.
+        fall: (n,) the same while links stay straight, as before touchdown.
     """
 
     rows: ContactRows
@@ -49,6 +50,7 @@ class ElementSystem:
     elements: Elements
     velocity: Array
     gravity: Array
+    fall: Array
 
 
 def element_system(landing: PosedLanding) -> ElementSystem:
@@ -65,8 +67,8 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
     springs = np.flatnonzero(model.stiffness > 0.0)
     geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
-    gravity = free_fall(landing, rows, free)
-    torque = motor_torques(landing, rows, free, gravity)
+    constant = constant_forces(landing, rows, free)
+    torque = constant.torque
     motors = np.flatnonzero(torque)
     # A motor whose rotor is behind a spring turns the rotor; its spring carries the torque already.
     behind = np.isin(motors, geared)
@@ -77,7 +79,9 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     held = Elements.joined(
         _of_contacts(landing, rows, free, strikes),
         Elements.alike(of_stops @ free, _stop_stiffness(landing), scene.stop_restitution or 0.0, numbers, True),
-        Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
+        Elements.alike(
+            free[springs], model.stiffness[springs], load=constant.load[springs], straight=np.isin(springs, landing.hinges)
+        ),
     )
     speeds = np.concatenate([rows.speeds, stop_speeds, landing.before.joint_rates[springs]])
     velocity = _coordinates(landing, free, held.rows, speeds)
@@ -92,8 +96,9 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     )
     if stops:
         rows = replace(rows, equation=replace(landing, acting=stops).equation(landing.state))
-    gravity = np.append(gravity, np.zeros(len(M) - len(gravity)))
-    return ElementSystem(rows, free, strikes, stops, along, M, elements, velocity, gravity)
+    rotors = np.zeros(len(M) - width)
+    gravity, fall = np.append(constant.gravity, rotors), np.append(constant.fall, rotors)
+    return ElementSystem(rows, free, strikes, stops, along, M, elements, velocity, gravity, fall)
 
 
 def _stop_stiffness(landing: PosedLanding) -> float:

@@ -128,7 +128,7 @@ class CompliantLanding:
         """Of each element the accelerations for its unit force as jumps; those of gravity; then the jumps of `ends`.
 
         Those of gravity are, less gravity, those of a fall that a fixed base, standing feet and loops constrain; all come with what
-        holds these. All else is linear in the forces. The jumps of `ends` are those beyond this fall.
+        holds these. All else is linear in the forces. The jumps of `ends` are those beyond the fall with straight links.
         """
         rows, equation, response = self._rows, self._rows.equation, self.motion.response
         landing, free, unstopped_rows = self.moving, self._free.shape[1], len(rows.rigid)
@@ -146,7 +146,7 @@ class CompliantLanding:
             missing = equation.H[0] @ (rows.basis @ np.column_stack([response, falling])[:free]) - along.T
             impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
-        beyond = [turns.jump[k] - times[k] * falling for k in (times.index(self.compressed), -1)]
+        beyond = [turns.jump[k] - times[k] * self._system.fall for k in (times.index(self.compressed), -1)]
         linear = self._impact(np.column_stack([response, falling, *beyond, self._impulsive]), impulse)
         if landing.scene.gravity:
             linear.jumps[..., 3:, r] += GRAVITY * landing.state.rotation[:, :, 2]
@@ -318,7 +318,7 @@ class CompliantLanding:
         robot. Compared are the lengths √(vᵀ M v) of this change and of that by the impact.
         """
         M, robot, duration, end = self._rows.M, self.moving.robot, self.motion.duration, self._turns[1]
-        jump = (end.jump[-1] - duration * self.motion.gravity)[: len(M)]
+        jump = (end.jump[-1] - duration * self._system.fall)[: len(M)]
         moved = self.displacements(np.array([self.motion.duration]))[0]
         impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse
