@@ -1,6 +1,8 @@
 """The shock of a batch of states from inertias and Jacobians, as a simulator has them: against maps in doubles and profiles."""
 
+import importlib
 import importlib.util
+import sys
 
 import numpy as np
 import pinocchio as pin
@@ -47,7 +49,10 @@ def batch(joints, n=20, feet=FEET):
     return landing, Q, tuple(map(np.array, zip(*rows, strict=True)))
 
 
-@pytest.mark.parametrize("library", ["numpy", "torch"] if TORCH else ["numpy"])
+LIBRARIES = ["numpy", "torch"] if TORCH else ["numpy"]
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
 def test_shock_is_that_of_maps(library):
     for joints in (Joints(armature={"*": 0.02}), Joints(model="free", locked=("*_HAA", "RH*"))):
         landing, Q, arrays = batch(joints)
@@ -62,7 +67,7 @@ def test_shock_is_that_of_maps(library):
         np.testing.assert_allclose(single.shock, found.shock, rtol=2e-3)
 
 
-@pytest.mark.parametrize("library", ["numpy", "torch"] if TORCH else ["numpy"])
+@pytest.mark.parametrize("library", LIBRARIES)
 def test_feet_that_do_not_strike_and_restitution(library):
     """A foot that is left out of a state is as if it were not there; what rebounds has a larger impulse; rows may be one normal."""
     _, Q, arrays = batch(Joints(), n=4)
@@ -87,3 +92,92 @@ def test_dependent_rows_are_told():
         once.shock[0, 0], shock_maps(landing, batch(Joints(), n=1)[1]).shock("imu_link", STRIKE)[0], rtol=1e-9
     )
     assert (once.pivot > 1e-3).all()
+
+
+def drawn(states=4, contacts=2, nv=8):
+    """Random inertias, Jacobians and velocities."""
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(states, nv, nv))
+    jacobians = (rng.normal(size=(states, count, 3, nv)) for count in (contacts, 1))
+    return (root @ root.transpose(0, 2, 1) + nv * np.eye(nv), *jacobians, rng.normal(size=(states, nv)))
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+@pytest.mark.parametrize("spoilt", range(4))
+def test_a_state_that_cannot_be_computed_is_nan_and_changes_no_other(library, spoilt):
+    """NaN in any array, and an inertia without mass; in float32 a block of dependent rows raised for the whole batch."""
+    arrays = drawn()
+    clean = shock_of(library, *arrays)
+    for value in (np.nan, 0.0) if spoilt == 0 else (np.nan,):
+        wrong = [part.copy() for part in arrays]
+        wrong[spoilt][1] = value
+        found = shock_of(library, *wrong)
+        assert np.isnan(found.shock[1]).all()
+        for part, expected in zip(found, clean, strict=True):
+            np.testing.assert_array_equal(np.delete(part, 1, 0), np.delete(expected, 1, 0))
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_dependent_rows_of_many_states_raise_nothing(library):
+    """Four corners of a sole: twelve rows, six of them independent; in float32 one of 200 states raised, and so did the batch."""
+    M, J_c, J_p, v = (part.astype(np.float32) for part in drawn(200, 4, 6))
+    corner = np.array([[0.1, 0.05, -0.3], [0.1, -0.05, -0.3], [-0.1, 0.05, -0.3], [-0.1, -0.05, -0.3]], dtype=np.float32)
+    J_c[..., :3] = np.eye(3)
+    J_c[..., 3:] = np.cross(np.eye(3)[None, :, None], corner[:, None, None])[..., 0, :].transpose(0, 1, 2)
+    found = shock_of(library, M, J_c, J_p, v)
+    assert (np.isnan(found.pivot) | (found.pivot < 3e-4)).all()
+
+
+def test_the_pivot_bounds_the_least_eigenvalue():
+    """Of a matrix A with a unit diagonal: λ_min ≤ min 1 / (A⁻¹)_kk ≤ n λ_min, because (A⁻¹)_kk ≤ 1 / λ_min ≤ tr A⁻¹."""
+    M, J_c, J_p, v = drawn(50)
+    rows = J_c.reshape(50, 6, 8)
+    A = rows @ np.linalg.solve(M, rows.mT)
+    scale = np.linalg.diagonal(A) ** -0.5
+    least = np.linalg.eigvalsh(A * scale[..., None] * scale[:, None])[:, 0]
+    pivot = batched_shock(np, M, J_c, J_p, v).pivot
+    assert (pivot >= least * (1.0 - 1e-9)).all()
+    assert (pivot <= 6.0 * least).all()
+
+
+def test_arrays_of_other_shapes_and_types_are_refused():
+    """Integers as masks and a column of speeds gave other numbers without a word."""
+    M, J_c, J_p, v = drawn()
+    arrays = {"M": M, "J_c": J_c, "J_p": J_p, "v": v}
+    for name, value, said in (
+        ("locked", np.zeros(8, np.uint8), "locked has the type uint8; it has to be bool"),
+        ("contacts", np.ones((4, 2), int), "contacts has the type int64; it has to be bool"),
+        ("contacts", np.ones((2, 4), bool), r"contacts has the shape \(2, 4\); with J_c \(4, 2, 3, 8\) it has to be \(4, 2\)"),
+        ("v_in", np.ones((4, 1)), r"v_in has the shape \(4, 1\).* it has to be \(4,\)"),
+        ("restitution", np.ones((4, 2)), r"it has to be \(4, 2, 1\)"),
+        ("J_p", J_p[:, 0], r"J_p has the shape \(4, 3, 8\); it needs 4 dimensions"),
+        ("v", v.astype(np.float32), "v has the type float32; it has to be float64, as M has"),
+        ("M", M.astype(int), "M has the type int64 and J_c float64"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            batched_shock(np, **(arrays | {name: value}))
+
+
+def test_without_pytorch_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    monkeypatch.delitem(sys.modules, "shockpc.torch", raising=False)
+    with pytest.raises(ImportError, match=r'pip install "shockpc\[torch\]"'):
+        importlib.import_module("shockpc.torch")
+
+
+@pytest.mark.skipif(not TORCH, reason="needs PyTorch")
+def test_no_number_is_read_from_the_device():
+    """A program that asks for a number, or whether a matrix is singular, waits for the device: none of the operations does."""
+    from torch.utils._python_dispatch import TorchDispatchMode
+
+    names = []
+
+    class Recorded(TorchDispatchMode):
+        def __torch_dispatch__(self, func, types, args=(), kwargs=None):
+            names.append(func.name())
+            return func(*args, **(kwargs or {}))
+
+    with Recorded():
+        shock_of("torch", *drawn(), locked=np.zeros(8, bool))
+    assert any("solve_ex" in name for name in names)
+    assert [name for name in names if any(word in name for word in ("check_errors", "scalar_dense", "nonzero", "eigh"))] == []
