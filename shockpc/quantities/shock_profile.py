@@ -336,15 +336,7 @@ class ShockProfile(OfLanding):
 
         It is the impulse of the ground for an approach of 1 m/s along the normal, without rebound.
         """
-        landing, blocks = self.landing, self.landing.contacts
-        ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
-        if len(ends) > 1 or blocks[0].kind == "stop":
-            return math.nan
-        up, along = landing.up, self.proof.impulse[:, :3] @ -landing.up
-        pushed = [
-            (block.forces @ up) @ along[rows][: len(block.forces)] for block, rows in zip(blocks, slices_of(blocks), strict=True)
-        ]
-        return float(sum(pushed)) / (1.0 + blocks[0].restitution)
+        return mass_of_contacts(self.landing, self.proof.impulse)
 
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:
@@ -453,3 +445,19 @@ class ShockProfile(OfLanding):
     def _directions(self, kind: PlaceKind) -> ExtremeDirections:
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
         return ExtremeDirections(*(self.value(key, kind) for key in keys))
+
+
+def mass_of_contacts(landing: PosedLanding, impulse: Array) -> float:
+    """The effective mass of all contacts of a landing, as `ShockProfile.effective_mass`.
+
+    Args:
+        landing: the landing.
+        impulse: (nc, 3 or 4) impulses along all rows, whose first columns are those for 1 m/s along world x, y and z [N s].
+    """
+    blocks = landing.contacts
+    ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
+    if len(ends) > 1 or blocks[0].kind == "stop":
+        return math.nan
+    up, along = landing.up, impulse[:, :3] @ -landing.up
+    pushed = [(block.forces @ up) @ along[rows][: len(block.forces)] for block, rows in zip(blocks, slices_of(blocks), strict=True)]
+    return float(sum(pushed)) / (1.0 + blocks[0].restitution)

@@ -1,0 +1,346 @@
+"""The range of a number over the drives: its smallest and largest value for all inertias that what is known of the joints allows.
+
+Of what is linear in the jumps and impulses, or a length of that, both follow from the one solution that is there, by the law of
+`core.drive_box`: the largest value over drives that are independent of one another is at a corner of their intervals, which a climb
+finds; the smallest is sought. Effective masses, and the energy lost, only grow with inertia, so that theirs are at the smallest and
+at the largest inertias. All others are computed anew at some corners, and so are all numbers where end stops act, friction, or
+contacts of finite stiffness: the range is then that of samples.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.drive_box import DriveBox
+from shockpc.core.impulse import Solution
+from shockpc.core.inertia import solve_inertia
+from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
+from shockpc.impact.exact.arithmetic import SingularError
+from shockpc.impact.friction import jumps_of
+from shockpc.impact.impact import ColumnImpact, DoubleImpact
+from shockpc.impact.solve import solve_exactly, solve_in_doubles
+from shockpc.impact.stops import with_stops
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Place, joint_places
+from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.selection import Selection, quantity
+from shockpc.quantities.shock_profile import ShockProfile, mass_of_contacts
+from shockpc.text.errors import SceneError, SolveError
+
+Kind = Literal["corners", "exact", "samples"]
+
+NEARLY = 0.05
+"""Share of the way to an end of a range that joints which do not decide account for, together; and of the range, of an end."""
+
+
+class Range(NamedTuple):
+    """The smallest and the largest value of a number over the drives.
+
+    Attributes:
+        smallest: in the unit of the number.
+        largest: likewise.
+        kind: "corners": the largest is at a corner of the intervals, as far as a climb found it, and the smallest is sought; of a
+            component, both are at corners. "exact": both are those of the smallest and the largest inertias. "samples": those of
+            some corners.
+    """
+
+    smallest: float
+    largest: float
+    kind: Kind
+
+
+class _Linear(NamedTuple):
+    """What a number follows from that is linear in jumps and impulses.
+
+    Attributes:
+        quantity: the linear one.
+        place: where.
+        axis: of the component that the number grows with; None for the length.
+        signed: whether the number is that component with its sign, else the magnitude.
+    """
+
+    quantity: Quantity
+    place: Place
+    axis: int | None = None
+    signed: bool = False
+
+
+class _Response(NamedTuple):
+    """How a landing responds to the drives, with the contacts held.
+
+    Attributes:
+        box: the drives that are not known exactly.
+        columns: (n,) their joint velocities.
+        solution: of Eq. 4 as modelled, then of unit impulses on each of these joints.
+        impact: the same as an impact for each.
+    """
+
+    box: DriveBox
+    columns: np.ndarray
+    solution: Solution
+    impact: ColumnImpact
+
+
+def has_range(landing: PosedLanding) -> bool:
+    """Whether some drive of a landing is not known exactly."""
+    model = landing.joint_model
+    return bool(np.any(model.low < model.high))
+
+
+def range_of(profile: ShockProfile, selection: Selection, place: Place) -> Range | None:
+    """The range of a number of a profile over the drives.
+
+    Args:
+        profile: the landing; its own value is in the range.
+        selection: the number.
+        place: where.
+
+    Returns: None where every drive is known exactly, where the number has no value, or where no drive reaches it: at a point that
+        is fixed to the world, of another joint model, or of how far the numbers are proven.
+    """
+    landing, wanted = profile.landing, selection.quantity
+    if wanted.on != "scene" or (wanted.of == "point" and place.body < 0) or not has_range(landing):
+        return None
+    value = float(profile.numbers(selection, [place])[0])
+    if np.isnan(value):
+        return None
+    values = [found for _, found in _searched(landing, selection, place)]
+    return Range(min(value, *values), max(value, *values), _kind(landing, selection, place)) if values else None
+
+
+def effective_mass_range(profile: ShockProfile) -> Range | None:
+    """The range of the effective mass of all contacts together, as `ShockProfile.effective_mass` [kg]; None as for `range_of`."""
+    landing, value = profile.landing, profile.effective_mass
+    if not has_range(landing) or np.isnan(value):
+        return None
+    masses = [value]
+    for change in _extremes(landing):
+        if (end := _changed(landing, change)) is not None:
+            impulse = solve_in_doubles(end, end.equation(end.state)).impulse[0]
+            masses.append(mass_of_contacts(end, impulse))
+    known = [mass for mass in masses if np.isfinite(mass)]
+    return Range(min(known), max(known), "samples" if landing.scene.stops else "exact")
+
+
+def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -> tuple[str, ...]:
+    """Names of the joints whose drives account for nearly all of the range of a number, those with the largest effect first.
+
+    At each end of the range the joints are ordered by what the number loses when one of them is as modelled again. Those decide
+    with which, one after the other, the number comes within a twentieth of the end.
+    """
+    landing = profile.landing
+    if not has_range(landing) or not (found := _searched(landing, selection, place)):
+        return ()
+    start = _read(landing, selection, place, [np.zeros(landing.robot.model.nv)])[0]
+    ends = [pick(found, key=lambda one: one[1]) for pick in (min, max)]
+    width = max(abs(value - start) for _, value in ends)
+    decide: list[int] = []
+    for change, value in ends:
+        if abs(value - start) > NEARLY * width:
+            decide += _nearly_all(landing, selection, place, change, value, start)
+    names = {v: joint.name for joint in landing.robot.single_joints for v in range(joint.v.start, joint.v.stop)}
+    return tuple(dict.fromkeys(names[v] for v in decide))
+
+
+def _nearly_all(landing: PosedLanding, selection: Selection, place: Place, end: Array, value: float, start: float) -> list[int]:
+    """The joint velocities that account for nearly all of the way of a number from its start to an end."""
+    changed = np.flatnonzero(end)
+    without = [np.where(np.arange(len(end)) == i, 0.0, end) for i in changed]
+    lost = np.abs(np.array(_read(landing, selection, place, without)) - value)
+    order = changed[np.argsort(-np.nan_to_num(lost, nan=np.inf), kind="stable")]
+    first = [np.where(np.isin(np.arange(len(end)), order[:k]), end, 0.0) for k in range(1, len(order) + 1)]
+    left = np.abs(np.array(_read(landing, selection, place, first)) - value)
+    enough = np.flatnonzero(left <= NEARLY * abs(value - start))
+    return [int(i) for i in order[: enough[0] + 1 if len(enough) else len(order)]]
+
+
+def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
+    """How the ends of a range are found."""
+    if landing.scene.stops or selection.quantity.of_ground(landing.scene):
+        return "samples"
+    if (selection.quantity.of, selection.quantity.key) in GROWING:
+        return "exact"
+    return "samples" if _linear(landing, selection, place) is None else "corners"
+
+
+def _searched(landing: PosedLanding, selection: Selection, place: Place) -> list[tuple[Array, float]]:
+    """Changes (nv,) of the inertias among which a range has its ends, and the values there."""
+    kind = _kind(landing, selection, place)
+    changes = [] if kind == "corners" else _extremes(landing)
+    changes += [] if kind == "exact" else _ends(landing, selection, place)
+    values = _read(landing, selection, place, changes)
+    return [(change, value) for change, value in zip(changes, values, strict=True) if not np.isnan(value)]
+
+
+GROWING = {
+    ("contact", "effective_mass"), ("contact", "mass_sticking"), ("contact", "mass_frictionless"),
+    ("contact", "mitigation_frictionless"), ("robot", "energy_lost"),
+}  # fmt: skip
+"""Quantities that only grow, or only fall, with every inertia: bᵀΛb, since H grows, J H⁻¹ Jᵀ falls and Λ grows."""
+
+LENGTHS = {
+    ("joint", "joint_impulse"): "force",
+    ("joint", "joint_moment"): "moment",
+    ("joint", "joint_torque_share"): "along",
+    ("point", "filtered_peak"): "delta_v",
+    ("point", "filtered_peak_axes"): "delta_v",
+}
+"""Quantities that are the length of another one at the same place, but for a factor."""
+
+LINEAR = {
+    ("joint", "force"), ("joint", "moment"), ("joint", "along"), ("contact", "moment"), ("robot", "total_impulse"),
+    ("robot", "total_moment"),
+}  # fmt: skip
+"""Quantities that are linear in the jumps and impulses in one posture, besides those that are so in all."""
+
+
+def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linear | None:
+    """What a number follows from; None where it is of another kind."""
+    wanted, key = selection.quantity, (selection.quantity.of, selection.quantity.key)
+    if wanted.of == "part":
+        if place.joint < 0:
+            return _Linear(quantity("point", "delta_v"), place, selection.axis, selection.axis is not None)
+        joint = next(one for one in joint_places(landing.robot) if one.number == place.joint)
+        return _Linear(quantity("joint", "along"), joint, signed=wanted.key == "along")
+    if key == ("joint", "rate_after"):
+        return _Linear(quantity("joint", "delta_qd"), place, signed=True)
+    if wanted.linear or key in LINEAR:
+        signed = selection.axis is not None or not wanted.vector
+        return _Linear(wanted, place, selection.axis, signed)
+    if key in LENGTHS:
+        return _Linear(quantity(wanted.of, LENGTHS[key]), place, selection.axis)
+    return None if wanted.length_of is None else _Linear(wanted.length_of, place)
+
+
+@memoized()
+def _response(landing: PosedLanding) -> _Response:
+    """How a landing responds to its drives."""
+    equation, model = landing.equation(landing.state), landing.joint_model
+    columns = np.flatnonzero(model.low < model.high)
+    modelled = solve_in_doubles(landing, equation)
+    # H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0 for a unit impulse on joint i: Δẏ = H⁻¹ Gᵀ e_i, and what undoes its speeds along the rows.
+    on_joints = np.eye(len(model.armature))[:, columns]
+    unheld = solve_inertia(equation.inertia, (on_joints if equation.G is None else equation.G[0].T @ on_joints)[None])
+    held = solve_in_doubles(landing, equation._replace(b=equation.J_c @ unheld))
+    solution = modelled._replace(
+        delta_qd=np.concatenate([modelled.delta_qd[..., 3:], unheld + held.delta_qd], axis=2),
+        impulse=np.concatenate([modelled.impulse[..., 3:], held.impulse], axis=2),
+        independent={k: np.column_stack([part[:, 3:], held.independent[k]]) for k, part in modelled.independent.items()},
+    )
+    jumps = jumps_of(landing, equation.full(solution.delta_qd), equation.state)
+    impact = _columns_of(landing, solution, jumps)
+    rates = impact.delta_qd[0, columns]
+    less, more = model.low - model.armature, model.high - model.armature
+    box = DriveBox(rates[:, 1:], rates[:, 0], less[columns], more[columns])
+    return _Response(box, columns, solution, impact)
+
+
+def _columns_of(landing: PosedLanding, solution: Solution, jumps: Array) -> ColumnImpact:
+    """An impact of a landing for each column of a solution of it. Args: jumps (1, nb, 6, k) of the bodies, body axes."""
+    equation = landing.equation(landing.state)
+    return ColumnImpact(landing, equation._replace(b=np.repeat(equation.b[..., 3:], jumps.shape[-1], axis=2)), solution, jumps)
+
+
+def _impacts_at(landing: PosedLanding, changes: Sequence[Array]) -> ColumnImpact:
+    """The impacts, one a column, with other inertias, by changes (nv,) of those as modelled."""
+    box, columns, solution, impact = _response(landing)
+    weights = np.array([[1.0, *box.impulses(change[columns])] for change in changes]).T
+    combined = solution._replace(
+        delta_qd=solution.delta_qd @ weights,
+        impulse=solution.impulse @ weights,
+        independent={k: part @ weights for k, part in solution.independent.items()},
+    )
+    return _columns_of(landing, combined, impact.jumps @ weights)
+
+
+def _ends(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
+    """Changes (nv,) of the inertias as modelled at which a number is smallest and largest, as far as found.
+
+    Of a number that is no length or component of what is linear, they are those of the jump of the heaviest body.
+    """
+    box, columns, _, impact = _response(landing)
+    linear = _linear(landing, selection, place)
+    if linear is None:
+        heaviest = landing.places("body")[int(np.argmax(landing.robot.masses))]
+        linear = _Linear(quantity("point", "delta_v"), heaviest)
+    vectors = evaluate(linear.quantity, impact, [linear.place])[0, :, 0]
+    vectors = vectors[:, None] if vectors.ndim == 1 else vectors
+    vectors = vectors if linear.axis is None else vectors[:, linear.axis, None]
+    Y, B = vectors[0], vectors[1:].T
+    if not (np.isfinite(Y).all() and np.isfinite(B).all()):
+        return []
+    if linear.signed:
+        ends = [box.largest(Y, B, lambda vectors: -vectors[0]), box.largest(Y, B, lambda vectors: vectors[0])]
+    else:
+        ends = [box.smallest(Y, B), box.largest(Y, B)]
+    changes = np.zeros((2, len(landing.joint_model.armature)))
+    changes[:, columns] = ends
+    return list(changes)
+
+
+def _read(landing: PosedLanding, selection: Selection, place: Place, changes: Sequence[Array]) -> list[float]:
+    """The values of a number at changes (nv,) of the inertias as modelled; NaN where there is none."""
+    if _kind(landing, selection, place) == "corners":
+        values = selection.scalar(evaluate(selection.quantity, _impacts_at(landing, changes), [place]))
+        return [float(value) for value in values[0, :, 0]]
+    return [_value_of(one, selection, place) for one in map(functools.partial(_changed, landing), changes)]
+
+
+def _extremes(landing: PosedLanding) -> list[Array]:
+    """Changes (nv,) from the inertias as modelled to the smallest ones and to the largest ones.
+
+    If no landing has these, because the contacts need joints to move, some are held in place of all.
+    """
+    model = landing.joint_model
+    box, columns, *_ = _response(landing)
+    held = np.zeros(len(model.armature))
+    held[columns] = box.most
+    changes = [model.low - model.armature, model.high - model.armature, held]
+    return changes[:2] if np.array_equal(held, changes[1]) else changes
+
+
+def _changed(landing: PosedLanding, change: Array) -> PosedLanding | None:
+    """A landing with other inertias by a change (nv,), infinite where a joint is held; None where it cannot be solved."""
+    model, held = landing.joint_model, np.isinf(change)
+    armature = np.where(held, 0.0, model.armature + np.where(held, 0.0, change))
+    moved = change != 0.0
+    joints = model._replace(
+        armature=armature,
+        locked=model.locked | held,
+        name="mixed",
+        stiffness=np.where(held, 0.0, model.stiffness),
+        drive_stiffness=np.where(moved, np.inf, model.drive_stiffness),
+        rotor=np.where(moved, 0.0, model.rotor),
+        low=armature,
+        high=armature,
+        sources=(),
+    )
+    state = dynamics(landing.robot, landing.q[None], armature)
+    other = replace(landing.without_stops, joint_model=joints, state=state)
+    try:
+        return with_stops(other) if landing.scene.stops else other
+    except (SceneError, SolveError):
+        return None
+
+
+def _value_of(landing: PosedLanding | None, selection: Selection, place: Place) -> float:
+    """A number of a landing in doubles, or with a proof where doubles do not have it; NaN where it has none."""
+    if landing is None:
+        return np.nan
+    wanted = selection.quantity
+    try:
+        equation = landing.equation(landing.state)
+        solution = solve_in_doubles(landing, equation)
+        jumps = jumps_of(landing, equation.full(solution.delta_qd), equation.state)
+        value = selection.scalar(evaluate(wanted, DoubleImpact(landing, equation, solution, jumps), [place]))[0, 0, 0]
+        if np.isnan(value) and wanted.needs_posture:
+            proof = solve_exactly(landing, equation, solution)
+            value = selection.scalar(proof.read(wanted.compute, [place], size=wanted.size))[0, 0, 0]
+        return float(value)
+    except (SceneError, SolveError, SingularError):
+        return np.nan
