@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import math
-import os
 import re
 import shlex
 import subprocess
@@ -25,8 +24,6 @@ import shockpc.show.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
-from shockpc.cli.completion import ASKED
-from shockpc.cli.entry import main
 from shockpc.landing.strike import GRAVITY
 from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.printed import json_text
@@ -411,45 +408,6 @@ def test_the_short_help_of_an_analysis(capfd, monkeypatch):
     assert sum(line.startswith("  ") for line in text.splitlines()) <= 25
     assert re.search(r"--contact .*May\s+be\s+repeated\.\s+--set", text, re.DOTALL)
     assert re.search(r"--speed .*\[default: 1\]\s+--strike", text, re.DOTALL)
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_a_shell_completes(shell, here, capfd, monkeypatch):
-    """Commands, robots, options, contacts and joints of the robot that is typed, and quantities, as each shell asks for them."""
-    (here / "stick.toml").write_text('robot = "stick.urdf"\ncontact = "foot"\n')
-    expected = {
-        "sens": ["sensitivity"],
-        "analyze anymal_c": ["anymal_c"],
-        "analyze --contact-st": ["--contact-stiffness"],
-        "analyze stick.urdf --contact f": ["foot"],
-        "analyze stick.urdf --contact foot+f": ["foot+foot"],
-        "analyze stick.urdf --set knee=0.1 --contact=f": ["foot"],
-        "limits stick.toml --joint k": ["knee"],
-        "limits stick.toml --quantity peak_joint_f": ["peak_joint_force"],
-        "recorded log.csv stick.urdf --contact f": ["foot"],
-        "analyze nosuch --contact f": [],
-    }
-    monkeypatch.setenv(ASKED, f"complete_{shell}")
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
-    for typed, completions in expected.items():
-        words = f"shockpc {typed}".replace("=", "\n=\n") if shell == "bash" else f"shockpc {typed}"
-        monkeypatch.setenv("COMP_WORDS" if shell == "bash" else "_TYPER_COMPLETE_ARGS", words)
-        monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
-        assert main([]) == 0
-        out, err = capfd.readouterr()
-        named = {"bash": "^(.+)$", "fish": "^([^\t\n]+)", "zsh": r'^(?:_arg.*?\(\()?"([^"]+)"'}[shell]
-        assert (re.findall(named, out, re.MULTILINE), err) == (completions, ""), typed
-
-
-def test_completion_is_shown_and_installed(tmp_path):
-    for option, file in (("--show-completion", None), ("--install-completion", ".bash_completions/shockpc.sh")):
-        # Typer looks for the shell among the parents of a process, which under make is no bash; for tests it takes its name.
-        words = [sys.executable, "-m", "shockpc", option, "bash"]
-        shell = {**os.environ, "HOME": str(tmp_path), "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
-        done = subprocess.run(words, capture_output=True, text=True, check=True, env=shell)
-        script = done.stdout if file is None else (tmp_path / file).read_text()
-        assert f"{ASKED}=complete_bash" in script
 
 
 def test_options_of_a_command_come_before_the_shared_ones(capfd):

@@ -14,6 +14,12 @@ if TYPE_CHECKING:
 ASKED = "_SHOCKPC_COMPLETE"
 """The variable by which a shell asks, as Typer's scripts set it."""
 
+LARGEST_FILE = 1_000_000
+"""Size of a scene or robot file above which the names in it are not completed [bytes]."""
+
+PLAIN_NAME = re.compile(r"[A-Za-z0-9_.:/+-]+")
+"""A name that every shell inserts as it is. Names in robot files are data, and shells run parts of others."""
+
 Completer: TypeAlias = Callable[[str], Iterable[str]]
 
 
@@ -36,14 +42,37 @@ def _robots(incomplete: str) -> Iterable[str]:
 
 
 def _robot() -> "Robot | None":
-    """The robot of the first word that is one, or a scene, and can be read."""
+    """The robot of the first word that names one, or a scene, in a file that is read quickly."""
     from shockpc.cli.scenes import scene_named
     from shockpc.landing.scene_file import robot_of
 
     for word in words_typed()[1:]:
+        if os.path.isfile(word) and os.path.getsize(word) > LARGEST_FILE:
+            continue
         with contextlib.suppress(ShockError):
-            return robot_of(scene_named(word))
+            scene = scene_named(word)
+            return robot_of(scene) if _is_read_quickly(scene.robot) else None
     return None
+
+
+def _is_read_quickly(robot: str) -> bool:
+    """Whether the file of a robot is at most `LARGEST_FILE` long and needs no xacro, which runs what the file says.
+
+    Raises:
+        ShockError: there is no such file.
+    """
+    from shockpc.robot.catalogue import find_robot
+    from shockpc.robot.reading import read_text
+
+    path, _ = find_robot(robot)
+    if path.suffix == ".xacro" or not path.is_file() or path.stat().st_size > LARGEST_FILE:
+        return False
+    return "xacro:" not in read_text(path)
+
+
+def _plain(names: Iterable[str]) -> list[str]:
+    """The names that every shell inserts as they are."""
+    return [name for name in names if PLAIN_NAME.fullmatch(name)]
 
 
 def _contacts(incomplete: str) -> Iterable[str]:
@@ -51,17 +80,19 @@ def _contacts(incomplete: str) -> Iterable[str]:
     from shockpc.robot.feet_and_sensors import feet
 
     robot, others = _robot(), incomplete[: incomplete.rfind("+") + 1]
-    return [] if robot is None else [others + name for name in dict.fromkeys([*feet(robot), *robot.frames])]
+    if robot is None or (others and not _plain([others])):
+        return []
+    return [others + name for name in _plain(dict.fromkeys([*feet(robot), *robot.frames]))]
 
 
 def _frames(incomplete: str) -> Iterable[str]:
     robot = _robot()
-    return [] if robot is None else list(robot.frames)
+    return [] if robot is None else _plain(robot.frames)
 
 
 def _joints(incomplete: str) -> Iterable[str]:
     robot = _robot()
-    return [] if robot is None else list(robot.joint_names)
+    return [] if robot is None else _plain(robot.joint_names)
 
 
 def _quantities(incomplete: str) -> Iterable[str]:
