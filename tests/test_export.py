@@ -1,5 +1,7 @@
 """Code of landings: compiled and run, against proven landings; what it says of itself; and that wrong code is not written."""
 
+import errno
+import html
 import json
 import shutil
 import subprocess
@@ -85,6 +87,37 @@ def test_names_that_are_the_same_in_code_are_refused():
             export(scene, ["shock@a-b", f"shock@{other}"], robot=robot, lang="js", sample=1)
     with pytest.raises(StudyError, match="shock@a-b and shock@a_b"):
         symbolic(scene, ["shock@a-b", "shock@a_b"], robot=robot).casadi()
+
+
+def test_names_are_data_in_code(tmp_path, monkeypatch):
+    """A name ends no comment and no script of a page, and each letter of it is one that C takes."""
+    monkeypatch.setenv("FORCE_COLOR", "1")  # in which node colours numbers
+    ending = "</script><script>document.title=1</script><!--*/"
+    name = html.escape(ending)
+    robot = robot_from(urdf(link("trunk"), link("²x"), joint("j", "trunk", "²x", more=LIMIT), name=name))
+    scene = Scene(robot=robot.label, contact=(Contact(frame="²x", offset=(0.1, 0.0, -0.3)),))
+    for lang, file in (("js", "landing.mjs"), ("c", "landing.h")):
+        found = export(scene, ["shock@²x"], robot=robot, lang=lang, sample=1)
+        assert found.outputs[0][0] == "shock_u00b2x"
+        text = found.files[file]
+        comment, _, rest = text.partition("*/")
+        assert "< /script>" in comment
+        assert "document.title" not in rest
+        assert not any(end in text for end in ("</", "<!--"))
+        if all(map(shutil.which, RUN[lang])):
+            assert found.tested < 1e-11
+
+
+def test_without_room_for_temporary_files_a_command_says_so(capfd, monkeypatch, tmp_path):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("tempfile.TemporaryDirectory", full)
+    scene = ("solo8", "--contact", "FL_FOOT", "--contact-point", "frame")
+    words = ("export", *scene, "--quantity", "shock_com@base_link", "--lang", "js", "--sample", "1")
+    code, out, err = run(capfd, *words, "--out", tmp_path / "code")
+    assert (code, out) == (2, "")
+    assert err.endswith("No space left on device; free space, or set TMPDIR\n")
 
 
 @pytest.mark.parametrize("wrong", [1e-8, float("nan")])

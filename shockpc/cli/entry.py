@@ -1,6 +1,7 @@
 """The `shockpc` command: runs the command line and ends with its exit code. The library's root error is caught here, once."""
 
 import contextlib
+import errno
 import gc
 import io
 import os
@@ -21,6 +22,8 @@ DEFECT = 70
 """An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's code would be 1, which means that a budget is exceeded."""
 INTERRUPTED = 130
 """Also what Typer returns, without a message, when a command raises KeyboardInterrupt."""
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOENT)
+"""Errors without a file's name: no folder takes temporary files, or the disk is full."""
 
 
 def entry() -> None:
@@ -116,6 +119,8 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
         return str(error), error.exit_code
     if isinstance(error, OSError) and error.filename is not None:
         return f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
+        return f"a temporary file cannot be written: {error.strerror}; free space, or set TMPDIR", ShockError.exit_code
     if isinstance(error, MemoryError):
         return "the memory of this computer does not suffice; give fewer values or joints", SolveError.exit_code
     import traceback

@@ -207,13 +207,21 @@ def _accuracy(impact: Any) -> list[Any]:
 
 
 def identifiers(names: Sequence[str]) -> list[str]:
-    """Names in code: what is no letter or digit becomes an underscore.
+    """Names in code of ASCII letters, digits and underscores, as C and JavaScript take them.
+
+    Other letters are spelled by their code point, such as u00b2 for ²; all else becomes an underscore.
 
     Raises:
         StudyError: two of them are the same then, or differ in capitals alone, which names of constants do not have.
     """
-    codes, known = ["".join(letter if letter.isalnum() else "_" for letter in name) for name in names], dict[str, str]()
+    codes, known = ["".join(map(_in_code, name)) for name in names], dict[str, str]()
     for name, code in zip(names, codes, strict=True):
         if (other := known.setdefault(code.upper(), name)) != name:
             raise StudyError(f"{other} and {name} have the same name in code; ask for one at a time")
     return codes
+
+
+def _in_code(letter: str) -> str:
+    if not letter.isalnum():
+        return "_"
+    return letter if letter.isascii() else f"u{ord(letter):04x}"

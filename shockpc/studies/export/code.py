@@ -133,7 +133,7 @@ given.forEach((x, k) => {{
         worst = Math.max(worst, error);
     }});
 }});
-console.log(worst);
+process.stdout.write(worst + "\\n"); // console.log may colour it.
 process.exitCode = worst < {error!r} ? 0 : 1;
 """
 
@@ -172,7 +172,7 @@ def code_files(
     starts = [0, *itertools.accumulate(inputs.values())]
     rows = "{{{}}}" if in_c else "[{}]"
     parts = {
-        "about": "".join(f" * {line.replace('*/', '* /')}".rstrip() + "\n" for line in about),
+        "about": "".join(f" * {_in_comment(line)}".rstrip() + "\n" for line in about),
         "arrays": ", ".join(f"const double {name}[{n}]" if in_c else name for name, n in inputs.items()),
         "names": "".join(f"#define LANDING_{name.upper()} {k}\n" for k, name in enumerate(outputs))
         if in_c
@@ -197,3 +197,10 @@ def code_files(
 
 def _rows(table: Array, row: str, words: Mapping[str, str]) -> str:
     return "".join(row.format(", ".join(digits(x, words) for x in one)) + ",\n" for one in table.tolist())
+
+
+def _in_comment(line: str) -> str:
+    """A line that ends no comment, and no script of a page in which the code stands."""
+    for end in ("*/", "</", "<!--"):
+        line = line.replace(end, f"{end[0]} {end[1:]}")
+    return line
