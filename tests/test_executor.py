@@ -9,7 +9,9 @@ import time
 
 import pytest
 
+from shockpc.evaluation import executor as executor_module
 from shockpc.evaluation.executor import executor, in_order
+from shockpc.text.cache import version_of_code
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import inputs
 
@@ -120,6 +122,18 @@ def test_why_a_cluster_cannot_be_used(tmp_path, monkeypatch, text, parts):
         pass
     assert all(part in str(refusal.value) for part in parts), refusal.value
     assert ("installed but" in str(refusal.value)) == (text is not None)
+
+
+def test_workers_with_other_code_are_refused_by_name():
+    """Those that are there before the first row, and those that join later, with their first part."""
+    same = version_of_code()
+    executor_module._refuse_other_code({"tcp://a:1": same, "tcp://b:2": same})
+    for other in ("0.0.9 " + same.split()[1], same[:-1] + "x", AttributeError("no version_of_code")):
+        with pytest.raises(StudyError, match='"tcp://b:2" of the cluster has another version or other code'):
+            executor_module._refuse_other_code({"tcp://a:1": same, "tcp://b:2": other})
+    assert executor_module._by_the_same_code(same, divmod, 7, 2) == (3, 1)
+    with pytest.raises(StudyError, match="another version or other code"):
+        executor_module._by_the_same_code("0.0.9", divmod, 7, 2)
 
 
 def remember(number):

@@ -9,13 +9,14 @@ import stat
 from pathlib import Path
 
 import pytest
-from commands import ROBOTS
+from commands import ROBOTS, run
 
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.files import check_folder, write_file, write_folder
 from shockpc.show.folder import write_report_folder
 from shockpc.studies.analyze.report import analyze_report, landing_report
 from shockpc.studies.analyze.report import document as document_of
+from shockpc.text.cache import cached
 from shockpc.text.paths import read_file
 from shockpc.text.printed import json_text
 
@@ -242,3 +243,22 @@ def test_several_landings_and_then_one(tmp_path, profile):
     assert (tmp_path / "summary.csv").read_bytes() == summary
     write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
     assert listing(tmp_path) == several | FILES
+
+
+def test_a_user_without_a_home_gets_one_message_and_no_folder(capfd, monkeypatch, tmp_path):
+    """Containers run programs under numbers of users that have no name; nothing is kept there between runs."""
+
+    def nobody(_):
+        raise KeyError("uid not found")
+
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    for name in ("getpwuid", "getpwnam"):
+        monkeypatch.setattr(f"pwd.{name}", nobody)
+    monkeypatch.chdir(tmp_path)
+    assert cached("name", lambda: b"made") == b"made"
+    for word in ("~/r.urdf", "go2 --contact FL_foot --drives ~/d.toml", "go2 --contact FL_foot --out ~/o"):
+        code, out, err = run(capfd, "analyze", *word.split())
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert "begins with the home of a user whom this computer does not have" in err
+    assert not list(tmp_path.iterdir())

@@ -7,18 +7,22 @@ import logging
 import multiprocessing
 import os
 import signal
+import socket
 import sys
 import threading
 import weakref
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 from typing import Any, TypeVar
 
+import shockpc
+from shockpc.text.cache import version_of_code
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import Inputs, inputs
+from shockpc.text.printed import listed
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -118,7 +122,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     submit, submitted = workers.submit, weakref.WeakSet[Future[Any]]()
 
     def remembered(*task: Any) -> Future[Any]:
-        future: Future[Any] = submit(*task)
+        future: Future[Any] = submit(_by_the_same_code, version_of_code(), *task)
         submitted.add(future)
         return future
 
@@ -149,6 +153,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
                 raise StudyError(f"{missing}; or wait for them with --wait") from None
             waiting(f"{missing}; waiting for them")
             watcher = threading.Thread(target=watch, args=(ABSENT,), daemon=True)
+        _refuse_other_code(client.run(version_of_code, on_error="return"))
         watcher.start()
         yield workers
     except KilledWorker as death:
@@ -164,6 +169,31 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         if watcher.is_alive():
             watcher.join(PATIENCE)
         client.close(timeout=1)
+
+
+def _refuse_other_code(versions: Mapping[str, object]) -> None:
+    """Refuse workers whose package is not this one. Args: versions, by worker, or the error in place of a version.
+
+    Raises:
+        StudyError: another version, or other code, would compute other rows.
+    """
+    others = [worker for worker, version in versions.items() if version != version_of_code()]
+    if others:
+        raise StudyError(
+            f"{listed(others, 3)} of the cluster {'has' if len(others) == 1 else 'have'} another version or other code of "
+            f"shockpc; install version {shockpc.__version__} from the same files there"
+        )
+
+
+def _by_the_same_code(version: str, function: Callable[..., T], *arguments: Any) -> T:
+    """The result of a function, by a worker with this version of the package; others may join the cluster at any time.
+
+    Raises:
+        StudyError: the worker has another version, or other code.
+    """
+    if version_of_code() != version:
+        _refuse_other_code({socket.gethostname(): version})
+    return function(*arguments)
 
 
 def in_order(workers: Executor | None, function: Callable[[S], T], parts: Iterable[S], ahead: int = 64) -> Iterator[T]:

@@ -5,12 +5,10 @@ import hashlib
 import importlib.util
 import io
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-import shockpc
 from shockpc.core.frozen import frozen
 from shockpc.core.program import Program
 from shockpc.core.spatial import Array
@@ -21,7 +19,7 @@ from shockpc.impact.solve import solve_in_doubles, without_inertia
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced
-from shockpc.text.cache import cached
+from shockpc.text.cache import cached, version_of_code
 from shockpc.text.errors import SceneError, StudyError
 
 Before: TypeAlias = Literal["strike", "velocity"]
@@ -116,7 +114,7 @@ def kept(landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mappi
         np.savez_compressed(file, allow_pickle=False, **make())
         return file.getvalue()
 
-    key = hashlib.sha256(b"\0".join(_parts((_version(), *label, *_of_landing(landing)))))
+    key = hashlib.sha256(b"\0".join(_parts((version_of_code(ROOMS), *label, *_of_landing(landing)))))
     with np.load(io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", content)), allow_pickle=False) as arrays:
         return dict(arrays)
 
@@ -195,15 +193,6 @@ def _dependent(landing: PosedLanding) -> SceneError:
         "values, so they cannot be written in symbols; leave a direction or a contact out",
         blocks=[block.frame for block in landing.blocks],
     )
-
-
-@functools.cache
-def _version() -> str:
-    """The version, with a digest of the code that decides what a program computes."""
-    root, code = Path(shockpc.__file__).parent, hashlib.sha256()
-    for file in sorted(file for room in ROOMS for file in (root / room).rglob("*.py")):
-        code.update(file.read_bytes())
-    return f"{shockpc.__version__} {code.hexdigest()}"
 
 
 def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:

@@ -1,6 +1,7 @@
 """What costs time to make and is the same in the next run, in the user's cache folder."""
 
 import contextlib
+import functools
 import hashlib
 import os
 from collections.abc import Callable
@@ -10,9 +11,21 @@ MOST_FILES = 256
 """Files that are kept; the oldest give way."""
 
 
-def cache_folder() -> Path:
-    """The folder, which need not exist: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "shockpc"
+def cache_folder() -> Path | None:
+    """The folder, which need not exist: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache; None for a user without a home."""
+    place = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return None if place.startswith("~") else Path(place) / "shockpc"
+
+
+@functools.cache
+def version_of_code(rooms: tuple[str, ...] = (".",)) -> str:
+    """The version of this package, with a digest of its code. Args: rooms, the folders of it that count."""
+    import shockpc
+
+    root, code = Path(shockpc.__file__).parent, hashlib.sha256()
+    for file in sorted(file for room in rooms for file in (root / room).rglob("*.py")):
+        code.update(file.read_bytes())
+    return f"{shockpc.__version__} {code.hexdigest()}"
 
 
 def cached(name: str, make: Callable[[], bytes]) -> bytes:
@@ -24,7 +37,10 @@ def cached(name: str, make: Callable[[], bytes]) -> bytes:
         name: of the file, which says all that the bytes depend on.
         make: makes the bytes.
     """
-    file = cache_folder() / name
+    folder = cache_folder()
+    if folder is None:
+        return make()
+    file = folder / name
     with contextlib.suppress(OSError):
         digest, content = (kept := file.read_bytes())[:32], kept[32:]
         if hashlib.sha256(content).digest() == digest:
