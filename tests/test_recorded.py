@@ -1204,6 +1204,18 @@ def test_a_parquet_file_that_expands_is_refused_by_its_header(tmp_path, monkeypa
         read_table(tmp_path / "log.parquet")
 
 
+@pytest.mark.parametrize("index", [2, 7, -1])
+def test_an_index_beyond_a_dictionary_of_parquet_is_refused(monkeypatch, tmp_path, index):
+    """A damaged file; an index of exactly the size of the dictionary must not be taken for a missing value."""
+    wrong = pyarrow.DictionaryArray.from_arrays(pyarrow.array([0, index], pyarrow.int32()), ["a", "b"], safe=False)
+    pyarrow.parquet.write_table(pyarrow.table({"note": ["a", "b"]}), tmp_path / "log.parquet")
+    batches = pyarrow.table({"note": wrong}).to_batches()
+    monkeypatch.setattr(pyarrow.parquet.ParquetFile, "iter_batches", lambda _: batches)
+    monkeypatch.setattr(pyarrow.parquet.ParquetFile, "schema_arrow", batches[0].schema)
+    with pytest.raises(StudyError, match="cannot be read: Dictionary indices invalid"):
+        read_table(tmp_path / "log.parquet")
+
+
 def test_missing_texts_of_parquet_are_empty(tmp_path):
     """The conversion of a dictionary by pyarrow gives the first of its texts for a missing one."""
     texts = pyarrow.array(["a", None, "b", "a"])

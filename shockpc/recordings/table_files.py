@@ -241,6 +241,7 @@ def _parquet_column(column: Any) -> np.ndarray:
     # pyarrow's conversion takes a missing value for the first of the dictionary.
     parts = [np.zeros(0, dtype=object)]
     for chunk in column.chunks:
+        chunk.validate(full=True)  # an index beyond the end of its dictionary
         values = np.array([*chunk.dictionary.to_pylist(), None], dtype=object)
         parts.append(values[chunk.indices.fill_null(len(values) - 1).to_numpy()])
     return np.concatenate(parts)

@@ -320,7 +320,7 @@ def _numbers(element: Element, path: str, size: int, default: str = "") -> Array
 def _limit(axis: Element, key: str) -> float:
     """A limit of a joint, or `_UNLIMITED` with its sign; files write inf or 1e16 for that, or nothing."""
     text = _text(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
-    value = float(text) if text.lstrip("+-") == "inf" else float(_numbers(axis, f"limit/{key}", 1)[0])
+    value = float(text) if text in ("inf", "+inf", "-inf") else float(_numbers(axis, f"limit/{key}", 1)[0])
     return min(max(value, -_UNLIMITED), _UNLIMITED)
 
 
