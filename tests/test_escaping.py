@@ -6,11 +6,13 @@ import re
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from commands import run
 from robot_texts import joint, link, urdf
 
 from shockpc.show.html import plotly
+from shockpc.show.html.charts import history
 
 NAMES = (
     "::error::x", "  ::add-mask::x", "##[error]x", "##vso[task.complete]x", "\x85::error::x", "\x9b31mred", "\u202eright", "\u200b",
@@ -129,10 +131,16 @@ def read(path):
     return path.read_text(encoding="utf-8").replace(plotly().read_text(encoding="utf-8"), "")
 
 
-@pytest.mark.slow
+SLOW = ("compare", "sensitivity", "place", "robots", "limits")
+"""Commands whose reports have what those of the others have, in more landings."""
+
+
 @pytest.mark.parametrize(
     ("command", "format_"),
-    [*((command, "table") for command in COMMANDS), *(("analyze", format_) for format_ in ("markdown", "csv", "json"))],
+    [
+        *(pytest.param(command, "table", marks=[pytest.mark.slow] * (command in SLOW)) for command in COMMANDS),
+        *(("analyze", format_) for format_ in ("markdown", "csv", "json")),
+    ],
 )
 def test_names_of_a_robot(capfd, here, command, format_):
     """Whatever a robot's file calls its parts, every output is what its format says, on both streams and in every file."""
@@ -150,7 +158,6 @@ def test_names_of_a_robot(capfd, here, command, format_):
             SUFFIXES[path.suffix](text)
 
 
-@pytest.mark.slow
 def test_names_of_budgets(capfd, here):
     """Cases, places and the file of budgets have such names; all formats are of one run."""
     cases = "".join(
@@ -171,3 +178,11 @@ def test_names_of_budgets(capfd, here):
     for path in (here / "out").rglob("*"):
         check_text(read(path))
         SUFFIXES.get(path.suffix, str)(read(path))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_in_the_legend_of_a_chart(name):
+    """Plotly reads tags, entities and formulas in a legend."""
+    (curve,) = history("g", np.zeros(2), [(name, np.zeros(2))])["data"]
+    assert curve["name"].isprintable()
+    assert not re.search(r"[<>$]|&(?!(lt|gt|amp|#36);)", curve["name"])

@@ -54,6 +54,21 @@ def test_forces_behind_a_filter_are_those_that_scipy_simulates(low_pass, damping
     np.testing.assert_allclose(at_peaks, peaks, rtol=1e-9)
 
 
+@pytest.mark.parametrize(("low_pass", "slower"), [(LowPass(60.0, 2), None), (LowPass(60.0, 1), 3.0)], ids=str)
+def test_an_oscillation_at_the_rate_of_the_filter_is_read_as_scipy_simulates_it(low_pass, slower):
+    """A mass on a spring and a damper whose rate λ is a pole of the filter: there the closed form is 0/0."""
+    omega = 2.0 * math.pi * low_pass.frequency
+    # λ² + c λ + k = 0 has the filter's poles: a pair, or −ω and another real rate.
+    stiffness, damping = (omega**2, math.sqrt(2.0) * omega) if slower is None else (slower * omega**2, (1.0 + slower) * omega)
+    one = np.ones(1)
+    elements = Elements(one[None], stiffness * one, one, np.array([0]), np.array([True]), damping * one, np.zeros(1))
+    motion = simulate_landing(one[None], elements, -one, 0.02)
+    t = np.linspace(0.0, motion.duration, 4001)
+    wanted = np.abs(_read(low_pass, motion.at(t).force[:, 0], t)[0]).max()
+    behind = filtered(motion, low_pass)
+    assert np.abs(behind.at(t).force[:, 0]).max() == pytest.approx(wanted, rel=2e-4)
+
+
 @pytest.mark.parametrize("low_pass", FILTERS[:2], ids=str)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_pulse_behind_a_filter_is_as_scipy_simulates_it_and_below_the_bound(shape, low_pass):

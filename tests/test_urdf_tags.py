@@ -69,6 +69,11 @@ REPORTED = {
     at_top('<drake:linear_bushing_rpy/>'): ("drake:linear_bushing_rpy", "left open"),
     at_top('<loop_joint name="close"><link1 link="base"/></loop_joint>'): ('"close"', "left open"),
     at_top('<loop_joint name="close"><link1 link="base"/><link2 link="tap"/></loop_joint>'): ('"tap"', "left open"),
+    at_top('<loop_joint name="c"><link1 link="base"/><link2 link="tip"/><axis xyz="0 0 0"/></loop_joint>'): (
+        '"c"',
+        "axis without a direction",
+        "left open",
+    ),
     at_top('<loop_joint name="c" type="screw"><link1 link="base"/><link2 link="tip"/></loop_joint>'): ('"screw"', "left open"),
     at_top('<frame name="f" link="tip" xzy="0 0 1"/>'): ('frame "f"', "xzy of frame"),
     at_top('<transmission name="t"><joint name="elbow"/><actuator name="m"><machanicalReduction>9</machanicalReduction></actuator>'
