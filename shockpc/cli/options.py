@@ -7,9 +7,11 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from shockpc.cli.declared import Declared, Parser, argument, group
 from shockpc.cli.parse import (
+    Inertia,
     Motor,
     Setting,
     Vector,
+    armature,
     definition,
     directions,
     drives,
@@ -111,7 +113,8 @@ class SceneOptions(NamedTuple):
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     rotor: tuple[Motor, ...] = _in_joints(
-        "Inertia of a rotor [kg m²], gear ratio (by default the file's), stiffness of a spring between gear and joint [N m/rad].",
+        "Inertia of a rotor [kg m²], gear ratio (by default the file's), stiffness of a spring between gear and joint [N m/rad]. "
+        "An inertia or a ratio that is between two numbers is [LOW,HIGH].",
         "JOINT=INERTIA[:RATIO[:STIFFNESS]]",
         rotor,
     )
@@ -121,7 +124,12 @@ class SceneOptions(NamedTuple):
         "JOINT=STIFFNESS",
         setting,
     )
-    armature: tuple[Setting, ...] = _in_joints("Reflected inertia of joints [kg m²; kg if prismatic].", "JOINT=INERTIA", setting)
+    armature: tuple[Inertia, ...] = _in_joints(
+        "Reflected inertia of joints [kg m²; kg if prismatic]. Of LOW:HIGH, between which it is, the "
+        "arithmetic middle is computed with.",
+        "JOINT=INERTIA|LOW:HIGH",
+        armature,
+    )
     torque: tuple[Setting, ...] = _in_joints(
         "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].", "JOINT=TORQUE", setting
     )

@@ -8,6 +8,7 @@ from typing import TypeAlias, get_args
 
 import typer
 
+from shockpc.core.interval import Interval
 from shockpc.landing.joint_options import JointModelName
 from shockpc.landing.record import Option
 from shockpc.text.errors import OutputError
@@ -17,7 +18,9 @@ Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]
 Variable: TypeAlias = tuple[str, str | None]
-Motor: TypeAlias = tuple[str, tuple[float, float | None, float | None]]
+Inertia: TypeAlias = tuple[str, Interval]
+"""Joint, and its reflected inertia."""
+Motor: TypeAlias = tuple[str, tuple[Interval, Interval | None, float | None]]
 """Joint; inertia, gear ratio and stiffness of a rotor."""
 
 
@@ -114,15 +117,32 @@ def setting(text: str) -> Setting:
     return name, finite(value)
 
 
+def armature(text: str) -> Inertia:
+    """JOINT=INERTIA, or JOINT=LOW:HIGH."""
+    name, value = definition(text)
+    return name, span(value) if ":" in value else finite(value)
+
+
 def rotor(text: str) -> Motor:
-    """JOINT=INERTIA[:RATIO[:STIFFNESS]]."""
+    """JOINT=INERTIA[:RATIO[:STIFFNESS]], where the inertia and the ratio may each be [LOW,HIGH]."""
     name, values = definition(text)
     numbers = values.split(":")
     if len(numbers) > 3:
         raise typer.BadParameter(f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]], such as "*_knee=1.1e-4:9"')
-    inertia, *others = map(finite, numbers)
-    ratio, stiffness = (*others, None, None)[:2]
-    return name, (inertia, ratio, stiffness)
+    inertia, ratio, stiffness = (*numbers, None, None)[:3]
+    return name, (
+        _interval(inertia or ""),
+        None if ratio is None else _interval(ratio),
+        None if stiffness is None else finite(stiffness),
+    )
+
+
+def _interval(text: str) -> Interval:
+    """A number, or [LOW,HIGH]."""
+    if not (text.startswith("[") and text.endswith("]")):
+        return finite(text)
+    low, high = _split(text[1:-1], ",", "3e-5,1.2e-4")
+    return finite(low), finite(high)
 
 
 def drives(text: str) -> str:

@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.core.interval import interval_fault
 from shockpc.core.spatial import Array
 from shockpc.landing.joint_options import Joints
 from shockpc.robot.drives import drives_like, drives_of, read_drives
@@ -270,7 +271,12 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
             drive = Drive(joint=(name,), rotor_inertia=motor.inertia, gear_ratio=ratio, drive_stiffness=k)
             given.append((name, drive))
     for pattern, drive in given:
-        if not 0.0 < (inertia := drive.reflected or 0.0) <= LARGEST_NUMBER:
+        numbers = {"armature": drive.armature, "rotor inertia": drive.rotor_inertia, "gear ratio": drive.gear_ratio}
+        for what, number in numbers.items():
+            if number is not None and (fault := interval_fault(number)):
+                raise SceneError(f'the {what} of "{pattern}" {fault}', joints=[pattern])
+        inertia = drive.reflected or 0.0
+        if not (inertia > 0.0 and 0.0 <= drive.interval[0] <= drive.interval[1] <= LARGEST_NUMBER):
             raise SceneError(
                 f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST_NUMBER:g}; '
                 'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',

@@ -5,6 +5,7 @@ from dataclasses import field, replace
 from typing import Literal
 
 from shockpc.core.frozen import frozen
+from shockpc.core.interval import Interval
 from shockpc.landing.record import JOINT_MODEL, Record, documented, option
 
 JointModelName = Literal["free", "geared", "rigid", "locked"]
@@ -16,13 +17,13 @@ class Rotor(Record):
     """A motor behind a gearbox.
 
     Attributes:
-        inertia: of the rotor about its axis [kg m²].
-        gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
+        inertia: of the rotor about its axis, or [low, high] [kg m²].
+        gear_ratio: turns of the rotor for one of the joint, or [low, high] [1]; by default that of the robot's file.
         stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
     """
 
-    inertia: float
-    gear_ratio: float | None = None
+    inertia: Interval
+    gear_ratio: Interval | None = None
     stiffness: float | None = None
 
 
@@ -31,8 +32,10 @@ class Rotor(Record):
 class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
 
+    An interval [low, high] says that the number is between the two; its arithmetic middle is computed with.
+
     Attributes:
-        armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
+        armature: reflected inertia by pattern, or [low, high] [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
         stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
         torque: constant torque of motors on contacts of finite stiffness, by pattern; it goes over `motors` [N m, N].
@@ -63,7 +66,7 @@ class Joints(Record):
         JOINT_MODEL,
         default="flight",
     )
-    armature: Mapping[str, float] = field(default_factory=dict)
+    armature: Mapping[str, Interval] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)
     stiffness: Mapping[str, float] = field(default_factory=dict)
     torque: Mapping[str, float] = field(default_factory=dict)

@@ -6,11 +6,13 @@ The drives of the robots that are known by name stand in robots/drives.toml, wit
 import fnmatch
 import functools
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from shockpc.core.frozen import frozen
+from shockpc.core.interval import ends, interval_fault, interval_text
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.robot import Robot
@@ -22,6 +24,10 @@ from shockpc.text.toml import converted, reading
 
 PUBLIC = ("published", "derived", "identified")
 """Status of drives that are taken unless the scene says otherwise."""
+
+
+_INERTIAS = ("armature", "rotor_inertia", "range")
+"""Keys of a drive that say something of its inertia."""
 
 
 @frozen(kw_only=True)
@@ -41,21 +47,42 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
     with reading(path, "drives", SceneError) as table:
         file: _DrivesFile | None = converted(table, _DrivesFile, "", faults)
         for number, drive in enumerate(file.drive if file else (), start=1):
-            where = f"drive {number} ({', '.join(drive.joint)})"
-            for key in ("armature", "rotor_inertia", "drive_stiffness", "stiffness"):
-                value = getattr(drive, key)
-                least = "above zero" if key.endswith("stiffness") else "zero or above"
-                if value is not None and not (0.0 < value <= LARGEST_NUMBER or (value == 0.0 and not key.endswith("stiffness"))):
-                    faults.append(f"{where}: {key} is {value:g}; it has to be {least}, and at most {LARGEST_NUMBER:g}")
-            if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
-                faults.append(f"{where} needs rotor_inertia and gear_ratio, or only armature")
-            elif (reflected := drive.reflected) is not None and not reflected <= LARGEST_NUMBER:
-                faults.append(f"{where} has a reflected inertia of {reflected:g}; at most {LARGEST_NUMBER:g} is computed")
-            elif reflected is drive.drive_stiffness is drive.stiffness is None:
-                faults.append(f"{where} gives neither an inertia nor a stiffness")
+            faults += [f"drive {number} ({', '.join(drive.joint)}) {fault}" for fault in _faults(drive)]
         if file is None or faults:
             raise SceneError("; ".join(faults))
     return file.drive
+
+
+def _faults(drive: Drive) -> Iterator[str]:
+    """What no drive has, or what contradicts itself."""
+    values = {key: getattr(drive, key) for key in (*_INERTIAS, "gear_ratio", "drive_stiffness", "stiffness")}
+    for key, value in ((key, value) for key, value in values.items() if value is not None):
+        low, high = ends(value)
+        least = "zero or above" if key in _INERTIAS else "above zero"
+        valid = key == "gear_ratio" or low > 0.0 or (low == 0.0 and key in _INERTIAS)
+        if fault := interval_fault(value):
+            yield f"has a {key} that {fault}"
+        elif not valid or high > LARGEST_NUMBER:
+            yield f"has a {key} of {interval_text(value)}; it has to be {least}, and at most {LARGEST_NUMBER:g}"
+    yield from _contradictions(drive)
+
+
+def _contradictions(drive: Drive) -> Iterator[str]:
+    """The first of its keys that do not go together."""
+    inertia = drive.reflected or 0.0
+    given = [key for key in _INERTIAS if getattr(drive, key) is not None]
+    if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
+        yield "needs rotor_inertia and gear_ratio, or only armature"
+    elif drive.status == "unknown" and given:
+        yield f"has the status unknown and {listed(given)}; leave out one of the two"
+    elif inertia > LARGEST_NUMBER:
+        yield f"has a reflected inertia of {inertia:g}; at most {LARGEST_NUMBER:g} is computed"
+    elif drive.range is not None and not drive.range[0] <= inertia <= drive.range[1]:
+        yield f"has a reflected inertia of {inertia:g}, which is not within its range of {interval_text(drive.range)}"
+    elif drive.range is not None and replace(drive, range=None, status=None).interval not in ((inertia, inertia), (0.0, math.inf)):
+        yield "has a range and an interval; leave out one of the two"
+    elif drive.status != "unknown" and drive.reflected is drive.drive_stiffness is drive.stiffness is None:
+        yield "gives neither an inertia nor a stiffness"
 
 
 @functools.lru_cache(maxsize=16)

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.frozen import frozen
+from shockpc.core.interval import Interval, ends, middle
 from shockpc.core.spatial import Array, read_only
 from shockpc.text.printed import listed
 
@@ -158,12 +159,13 @@ class Drive:
     Attributes:
         joint: names or globs of joints.
         robot: names of robots; all if none is given.
-        armature: reflected inertia [kg m²; kg for a prismatic joint].
-        rotor_inertia: of the rotor about its axis [kg m²].
-        gear_ratio: turns of the rotor for one of the joint [1].
+        armature: reflected inertia, or its smallest and largest value [kg m²; kg for a prismatic joint].
+        rotor_inertia: of the rotor about its axis, or its ends [kg m²].
+        gear_ratio: turns of the rotor for one of the joint, or its ends [1].
         drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
         stiffness: of a spring of the joint itself [N m/rad, N/m].
-        range: smallest and largest inertia at the joint that the source allows [kg m², kg]; the reflected inertia alone by default.
+        range: smallest and largest inertia at the joint that the source allows, beside the number
+            that is computed with [kg m², kg].
         status: published; derived from parts that are published; identified from measured landings; of a simulation model; or
             unknown, where a source gives something, and not the inertia.
         source: where it is from.
@@ -171,9 +173,9 @@ class Drive:
 
     joint: tuple[str, ...]
     robot: tuple[str, ...] = ()
-    armature: float | None = None
-    rotor_inertia: float | None = None
-    gear_ratio: float | None = None
+    armature: Interval | None = None
+    rotor_inertia: Interval | None = None
+    gear_ratio: Interval | None = None
     drive_stiffness: float | None = None
     stiffness: float | None = None
     range: tuple[float, float] | None = None
@@ -182,26 +184,35 @@ class Drive:
 
     @property
     def reflected(self) -> float | None:
-        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None where it is not known."""
+        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None where it is not known.
+
+        Of intervals it is that of their middles.
+        """
         if self.rotor_inertia is None or self.gear_ratio is None:
-            return self.armature
-        return self.rotor_inertia * self.gear_ratio**2
+            return None if self.armature is None else middle(self.armature)
+        return middle(self.rotor_inertia) * middle(self.gear_ratio) ** 2
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Smallest and largest inertia at the joint that what is known allows, infinite for a joint that is held [kg m², kg].
+        """Smallest and largest inertia at the joint that is possible [kg m², kg]; infinite is a joint that is held.
 
-        Without a range it is the reflected inertia alone. Two numbers say less than they seem to: one of a simulation model, which
-        nobody measured, and one that is identified, which spreads by a fifth between drives of one type.
+        A number of a simulation model says nothing. An identified one is no better than identified
+        drives of one type agree.
         """
         if self.range is not None:
             return self.range
-        if self.reflected is None:
-            return 0.0, 0.0 if self.drive_stiffness is None else math.inf
+        if self.rotor_inertia is not None and self.gear_ratio is not None:
+            (low, high), ratios = ends(self.rotor_inertia), sorted(map(abs, ends(self.gear_ratio)))
+            low, high = low * ratios[0] ** 2, high * ratios[1] ** 2
+        elif self.armature is not None:
+            low, high = ends(self.armature)
+        else:
+            alone = self.drive_stiffness is None and self.status != "unknown"  # a spring of the joint, and no motor
+            return 0.0, 0.0 if alone else math.inf
         if self.status == "simulation model":
             return 0.0, math.inf
-        spread = IDENTIFIED if self.status == "identified" else 0.0
-        return (1.0 - spread) * self.reflected, (1.0 + spread) * self.reflected
+        spread = IDENTIFIED if self.status == "identified" and low == high else 0.0
+        return (1.0 - spread) * low, (1.0 + spread) * high
 
 
 class Drives(NamedTuple):

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 
 import numpy as np
 
+from shockpc.core.interval import Interval, interval_text
 from shockpc.judgement.accuracy import SHARE
 from shockpc.landing.constraints import slices_of
 from shockpc.landing.end_stops import side_of
@@ -151,9 +152,10 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
     robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
     texts = [f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))]
     for name, motor in joints.rotor.items():
-        ratio = "the file's gear ratio" if motor.gear_ratio is None else f"gear ratio {motor.gear_ratio:g}"
+        given = motor.gear_ratio
+        ratio = "the file's gear ratio" if given is None else f"gear ratio {interval_text(given)}"
         behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
-        texts.append(f"rotor of {printable(name)}: {motor.inertia:g} kg m², {ratio}{behind}")
+        texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
     if model.drives and joints.drives is None and model.armature.any():
@@ -267,11 +269,11 @@ def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
             yield " ".join(f"{x:.3g}" for x in np.where(np.abs(axis) < 1e-3, 0.0, axis))
 
 
-def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:
+def _settings(robot: Robot, values: Mapping[str, Interval], units: tuple[str, str]) -> list[str]:
     """Values by pattern of joints, with the unit of the joints that turn or that slide."""
     kinds = {joint.name: joint.kind == "prismatic" for joint in robot.single_joints}
     texts = []
     for pattern, value in values.items():
         slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
-        texts.append(f"{printable(pattern)} = {value:g} {' or '.join(units[kind] for kind in slides)}")
+        texts.append(f"{printable(pattern)} = {interval_text(value)} {' or '.join(units[kind] for kind in slides)}")
     return texts

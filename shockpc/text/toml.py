@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
     """
     origin, parts = get_origin(kind), get_args(kind)
     if type(None) in parts:
-        return None if value is None else converted(value, parts[0], key, faults)
+        return None if value is None else converted(value, Union[parts[:-1]], key, faults)  # noqa: UP007
     if isinstance(kind, type) and is_dataclass(kind):
         if isinstance(value, kind | Mapping):
             return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
