@@ -1,5 +1,6 @@
 """Drives: what is known of robots by name, files of drives, readers, springs, and motors that hold a speed."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,20 @@ from commands import good, run
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Rotor, Scene, SceneError, Strike, UnknownName, load_robot, resolve, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Posture,
+    Rotor,
+    Scene,
+    SceneError,
+    Strike,
+    UnknownName,
+    load_robot,
+    read_scene,
+    resolve,
+    shock_profile,
+)
 from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
@@ -60,14 +74,18 @@ def test_a_drive_of_the_catalogue_may_be_written_in_all_ways_of_toml(monkeypatch
         ("go1", {"*_hip_joint": 0.00403, "*_thigh_joint": 0.00403, "*_calf_joint": 0.00906}),
         ("g1", {"*_knee_joint": 0.0251, "*_ankle_*": 0.00722, "waist_yaw_joint": 0.01018}),
         ("icub", {"[lr]_knee": 0.1367, "[lr]_hip_pitch": 0.3045}),
-        ("talos", {"leg_left_4_joint": 0.1}),
+        ("talos", {"leg_left_4_joint": 4.053, "leg_right_6_joint": 0.8777, "torso_2_joint": 2.073, "arm_left_7_joint": 0.1}),
+        ("talos_left_arm", {"arm_left_2_joint": 1.405}),
+        ("panda", {"panda_joint1": 0.6057, "panda_joint4": 0.4625, "panda_joint7": 0.2055}),
+        ("tiago_pro", {"arm_left_2_joint": 0.253, "arm_right_7_joint": 0.1326}),
+        ("cassie", {"hip_yaw_left": 0.038125, "knee_right": 0.09344, "toe_left": 0.01225}),
         ("hyq", {"*": 0.0}),
         ("anymal_b", {"*": 0.0}),
         ("a1", {"*": 0.0}),
     ],
 )
 def test_reflected_inertia_by_default(robot, reflected):
-    """Rotor inertia times the squared ratio, from parts; nothing of simulation models."""
+    """Rotor inertia times the squared ratio, from parts; nothing of simulation models, whose numbers in files they replace."""
     loaded = known_robot(robot)
     model = joint_model(loaded, Joints())
     for pattern, inertia in reflected.items():
@@ -93,18 +111,56 @@ def test_what_is_unknown():
     assert not joint_model(go2, Joints()).unknown.any()
 
 
+@pytest.mark.parametrize(
+    ("robot", "joint", "share"),
+    [
+        ("go1", "FL_hip_joint", (0.5, 1.5)),  # derived
+        ("g1", "left_knee_joint", (0.9, 1.1)),  # parts of the maker
+        ("solo12", "FL_KFE", (0.8, 1.2)),  # rotor of the maker without its belts
+        ("cassie", "toe_left", (0.8, 1.2)),
+        ("talos", "leg_left_4_joint", (0.8, 1.5)),  # harmonic, from the rotor alone
+        ("tiago_pro", "arm_left_3_joint", (0.9, 1.5)),
+        ("hyq", "lf_hfe_joint", (1.0, 1.0)),  # hydraulic: none
+    ],
+)
+def test_ranges_by_default(robot, joint, share):
+    """By how a drive is known, as the head of robots/drives.toml has it."""
+    model, v = joint_model(known_robot(robot), Joints()), known_robot(robot).joint(joint).v.start
+    low, high = (part * model.armature[v] for part in share)
+    assert (model.low[v], model.high[v]) == pytest.approx((low, high), rel=2e-2)
+
+
+def test_published_drives_go_over_the_setting_of_a_simulator():
+    """TALOS with its maker's rotors, values of another solution: its IMU and its mass; what the file gives stays without them."""
+    scene = Scene(robot="talos", contact="left_sole_link")
+    profile = shock_profile(scene, known_robot("talos"))
+    assert profile.points[0].shock == pytest.approx(0.7357, abs=1e-4)
+    assert float(profile.value("effective_mass", "contact")[0]) == pytest.approx(65.57, abs=0.01)
+    status = {name: source.status for source in profile.landing.joint_model.sources for name in source.joints}
+    assert (status["leg_left_1_joint"], status["head_1_joint"], status["gripper_left_joint"]) == (
+        "published", "simulation model", "unknown",
+    )  # fmt: skip
+    file = shock_profile(replace(scene, joints=Joints(drives="none")), known_robot("talos"))
+    assert file.points[0].shock == pytest.approx(0.1049, abs=1e-4)
+    assert np.isinf(file.landing.joint_model.high[known_robot("talos").joint("leg_left_1_joint").v]).all()
+
+
 def test_a_change_of_armature_changes_default_drives():
-    """A factor multiplies them; a number replaces them on its joints, and stays without default drives."""
+    """A factor multiplies them and their ranges; a number replaces them on its joints, and stays without default drives."""
     go2 = known_robot("go2")
     before = joint_model(go2, Joints()).armature
     twice = changed(go2, read_changes("armature:*=2x"))
-    np.testing.assert_allclose(joint_model(twice, Joints()).armature, 2.0 * before)
+    for part in ("low", "armature", "high"):
+        expected = 2.0 * getattr(joint_model(go2, Joints()), part)
+        np.testing.assert_allclose(getattr(joint_model(twice, Joints()), part), expected)
     calves = changed(go2, read_changes("armature:*_calf_joint=0.5"))
     of_calves = [go2.joint(name).v.start for name in go2.match_joints("*_calf_joint")]
     np.testing.assert_allclose(joint_model(calves, Joints()).armature[of_calves], 0.5)
     np.testing.assert_allclose(np.delete(joint_model(calves, Joints()).armature, of_calves), np.delete(before, of_calves))
     none = joint_model(calves, Joints(drives="none")).armature
     assert (none > 0.0).sum() == 4
+    talos = changed(known_robot("talos"), read_changes("armature:*=0.2"))
+    assert joint_model(talos, Joints()).high.max() == 0.2  # a number of the user is no setting of the file
 
 
 # Files of drives
@@ -130,8 +186,13 @@ def test_a_file_replaces_what_the_robot_says(tmp_path):
     ("text", "error", "parts"),
     [
         ('[[drive]]\njoint = ["knee"]\narmature = 1\n', UnknownName, ('"knee"',)),
-        ('[[drive]]\njoint = ["*"]\narmature = -1\n', SceneError, ("armature is -1",)),
-        ('[[drive]]\njoint = ["*"]\narmature = 1\nstiffness = 0\n', SceneError, ("stiffness is 0", "above zero")),
+        ('[[drive]]\njoint = ["*"]\narmature = -1\n', SceneError, ("armature of -1",)),
+        ('[[drive]]\njoint = ["*"]\narmature = 1\nstiffness = 0\n', SceneError, ("stiffness of 0", "above zero")),
+        ('[[drive]]\njoint = ["*"]\narmature = [2, 1]\n', SceneError, ("armature", "2 to 1", "smaller number first")),
+        ('[[drive]]\njoint = ["*"]\narmature = 1\nrange = [2, 3]\n', SceneError, ("inertia of 1", "range of 2 to 3")),
+        ('[[drive]]\njoint = ["*"]\narmature = [1, 2]\nrange = [1, 2]\n', SceneError, ("range and an interval",)),
+        ('[[drive]]\njoint = ["*"]\nrotor_inertia = 1\ngear_ratio = [-9, 9]\n', SceneError, ("gear_ratio", "both signs")),
+        ('[[drive]]\njoint = ["*"]\narmature = 1\nstatus = "unknown"\n', SceneError, ('unknown and "armature"',)),
         ('[[drive]]\njoint = ["*"]\nrotor_inertia = 1\n', SceneError, ("gear_ratio",)),
         ('[[drive]]\njoint = ["*"]\ngear_ratio = 9\n', SceneError, ("neither",)),
         ('[[drive]]\njoint = ["*"]\narmature = 1\nstatus = "guess"\n', SceneError, ("published", "derived")),
@@ -147,6 +208,67 @@ def test_files_that_are_refused(tmp_path, text, error, parts):
     if text is not None:
         file.write_text(text)
     refused(error, parts, joint_model, known_robot("go2"), Joints(drives=str(file)))
+
+
+@pytest.mark.parametrize(
+    ("drive", "expected"),
+    [
+        ("armature = [0.005, 0.02]", (0.005, 0.0125, 0.02)),
+        ("rotor_inertia = [1e-4, 3e-4]\ngear_ratio = [8, 10]", (64e-4, 2e-4 * 81.0, 3e-2)),
+        ("rotor_inertia = 1e-4\ngear_ratio = [-10, -8]", (64e-4, 81e-4, 1e-2)),
+        ("armature = 0.01\nrange = [0.005, 0.03]", (0.005, 0.01, 0.03)),
+        ('armature = 0.01\nstatus = "identified"', (0.008, 0.01, 0.012)),
+        ('armature = 0.01\nstatus = "simulation model"', (0.0, 0.01, np.inf)),
+        ('gear_ratio = 9\nstatus = "unknown"', (0.0, 0.0, np.inf)),
+        ("gear_ratio = 9\ndrive_stiffness = 100", (0.0, 0.0, np.inf)),
+        ("armature = 0.01\ndrive_stiffness = 100", (0.0, 0.0, 0.0)),
+        ("stiffness = 100", (0.0, 0.0, 0.0)),
+    ],
+)
+def test_intervals_of_a_file(tmp_path, drive, expected):
+    """Both ends, and the middle of their interval, of what counts in an instant: nothing behind a spring."""
+    (tmp_path / "drives.toml").write_text(f'[[drive]]\njoint = ["*"]\n{drive}\n')
+    model = joint_model(known_robot("go2"), Joints(drives=str(tmp_path / "drives.toml")))
+    found = np.array([model.low[6:], model.armature[6:], model.high[6:]])
+    np.testing.assert_allclose(found, np.repeat(np.array(expected)[:, None], 12, axis=1), rtol=1e-14)
+
+
+def test_intervals_of_a_scene(capfd, tmp_path):
+    """Typed, in a scene's file and in Python they are the same; the landing is that of their middle."""
+    file, scene = tmp_path / "scene.toml", ("analyze", "go2", "--contact", "FL_foot")
+    good(capfd, *scene, "--armature", "*_hip_joint=0.005:0.02", "--rotor", "*_calf_joint=[1e-4,3e-4]:[8,10]", "--save-scene", file)
+    rotor = Rotor(inertia=(1e-4, 3e-4), gear_ratio=(8.0, 10.0))
+    joints = Joints(armature={"*_hip_joint": (0.005, 0.02)}, rotor={"*_calf_joint": rotor})
+    assert read_scene(file).joints == joints
+    middle = Joints(armature={"*_hip_joint": 0.0125}, rotor={"*_calf_joint": Rotor(inertia=2e-4, gear_ratio=9.0)})
+    np.testing.assert_array_equal(land("go2", joints).delta_v, land("go2", middle).delta_v)
+    model = joint_model(known_robot("go2"), joints)
+    assert (model.low[6], model.high[6], model.low[8], model.high[8]) == pytest.approx((0.005, 0.02, 64e-4, 3e-2), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("joints", "parts"),
+    [
+        (Joints(armature={"*": (0.02, 0.01)}), ("armature", "0.02 to 0.01", "smaller number first")),
+        (Joints(armature={"*": (-0.01, 0.01)}), ("armature", "both signs")),
+        (Joints(armature={"*": (-0.02, -0.01)}), ("-0.015", "above zero")),
+        (Joints(rotor={"*": Rotor(inertia=1e-4, gear_ratio=(9.0, 6.0))}), ("gear ratio", "9 to 6")),
+        (Joints(rotor={"*": Rotor(inertia=(1e-4, 1e9), gear_ratio=9e2)}), ("at most 1e+12",)),
+    ],
+)
+def test_intervals_that_are_refused(joints, parts):
+    refused(SceneError, parts, joint_model, known_robot("go2"), joints)
+
+
+def test_robots_lists_drives_with_interval_status_and_source(capfd):
+    """What is known; of what is not known also what the effort limits suggest: 1e-4 to 1e-3 kg m² for each of A1's 33.5 N m."""
+    rows = json.loads(good(capfd, "robots", "go2", "--format", "json"))["tables"]["drives"]
+    calves = next(row for row in rows if "FL_calf_joint" in row["joints"])
+    assert (calves["low"], calves["armature"], calves["high"]) == pytest.approx((0.0082, 1.11842e-4 * 12.13**2, 0.0247))
+    assert (calves["status"], "isaac-sim/IsaacLab" in calves["source"]) == ("derived", True)
+    text = good(capfd, "robots", "a1")
+    assert "nothing is known; planetary drives of such effort limits have 0.0034 to 0.034 kg m²" in text
+    assert "*: 0.01 kg m² (0 to locked), simulation model, not used by default" in text
 
 
 # Readers

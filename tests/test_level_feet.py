@@ -52,7 +52,7 @@ HYQ = {
     "rh_foot": 0.004558,
 }
 G1 = {"left_ankle_roll_link+right_ankle_roll_link": 0.498531, "left_ankle_roll_link": 0.245673, "right_ankle_roll_link": 0.245647}
-TALOS = {"left_sole_link+right_sole_link": 0.198914, "left_sole_link": 0.104919, "right_sole_link": 0.105032}
+TALOS = {"left_sole_link+right_sole_link": 0.876107, "left_sole_link": 0.735733, "right_sole_link": 0.735699}
 CALF = {
     "FL_shank+FR_shank+RL_shank+RR_shank": 0.042182,
     "FL_shank+FR_shank": 0.020900,

@@ -18,7 +18,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.joint_options import Joints
 from shockpc.robot.drives import drives_like, drives_of, read_drives
 from shockpc.robot.elements import Drive, Drives
-from shockpc.robot.motors import passive
+from shockpc.robot.motors import effort_hint, passive
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
@@ -237,7 +237,11 @@ class _Found:
         for joint in self.robot.single_joints:
             if joint.name in self.origin and not locked[joint.v].any():
                 names_by_origin.setdefault(self.origin[joint.name], []).append(joint.name)
-        return tuple(DriveSource(tuple(names), *origin) for origin, names in names_by_origin.items())
+        sources = []
+        for (status, text), names in names_by_origin.items():
+            suggested = effort_hint(self.robot, names) if status in ("unknown", "simulation model") else ""
+            sources.append(DriveSource(tuple(names), status, "; ".join(filter(None, (text, suggested)))))
+        return tuple(sources)
 
 
 def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:

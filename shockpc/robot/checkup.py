@@ -148,15 +148,24 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
 
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
+    if robot.settings:
+        numbers = {float(robot.model.armature[robot.joint(name).v].max()) for name in robot.settings}
+        text = (
+            f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} is one number for joints "
+            "of different effort, a setting of a simulator; give the drive: --drives, --rotor or --armature"
+        )
+        for name in sorted(robot.settings - set(robot.default_drives.by_joint if robot.default_drives else ())):
+            yield "warning", "joint", name, text
     if robot.default_drives is not None:
-        used = f"{robot.default_drives.label} are used by default; --drives none leaves them out"
-        text = f"no reflected inertia is read from the file: {used}"
-        yield "note", "", "every joint", text
+        used, left_out = f"{robot.default_drives.label} are used by default", "--drives none leaves them out"
+        over = f"{used}, and go over the reflected inertia of the file; {left_out}"
+        instead = f"no reflected inertia is read from the file: {used}; {left_out}"
+        yield "note", "", "every joint", over if robot.model.armature.any() else instead
     elif not robot.model.armature.any():
         text = f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the inertia of their motors"
         yield "note", "", "every joint", f"{text}; with geared or locked joints the shock is different"
     for joint in robot.single_joints:
-        if joint.name in robot.gear_ratios:
+        if joint.name in robot.gear_ratios and not robot.model.armature[joint.v].any():
             ratio = f"gear ratio {robot.gear_ratios[joint.name]:g} without the inertia of a rotor"
             yield "note", "joint", joint.name, f"{ratio}, so it adds no reflected inertia; --rotor gives the inertia"
         rotor = next((link for link in robot.links if link == f"{joint.name.removesuffix('_joint')}_rotor"), None)

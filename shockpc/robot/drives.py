@@ -172,15 +172,6 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
 
 
 def default_drives(robot: Robot) -> Drives | None:
-    """The drives that are known of a robot of the catalogue; None where there are none.
-
-    They go over the reflected inertia of its file where that is a setting of a simulator, and not over any other.
-    """
+    """The drives that are known of a robot of the catalogue, which go over what its file gives; None where there are none."""
     known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
-    if not known:
-        return None
-    drives = drives_of(robot, known, "")
-    of_file = {joint.name for joint in robot.single_joints if robot.model.armature[joint.v].any()} - robot.settings
-    by_joint = {name: drive for name, drive in drives.by_joint.items() if name not in of_file}
-    label = f"drives of {robot.source.name}, {_status(list(by_joint.values()))}"
-    return Drives(label, by_joint) if by_joint else None
+    return drives_of(robot, known, f"drives of {robot.source.name}, {_status(known)}") if known else None

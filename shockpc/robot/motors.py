@@ -1,5 +1,7 @@
 """Which joints have a motor, and what it can exert, as a robot's file says."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from shockpc.core.spatial import Array
@@ -10,6 +12,16 @@ UNLIMITED = 1e300
 
 SAME = 1e-6
 """Relative difference up to which two numbers of a file are the same."""
+
+
+PLANETARY = (1e-4, 1e-3)
+"""Reflected inertia over effort limit of drives with planetary gears up to 25:1 [kg m² per N m].
+
+Mini Cheetah, Cheetah 3, Go1, G1, H1 and T-Motor's AK series lie between; harmonic drives are above.
+"""
+
+MOST_EFFORT = 20.0
+"""Effort limit per mass of the robot from which on it is a placeholder [N m/kg]; legged robots have 2 to 5."""
 
 
 def efforts(robot: Robot) -> Array:
@@ -31,6 +43,16 @@ def passive(robot: Robot) -> np.ndarray:
     if not (driven & robot.actuated_dofs).any():
         return np.zeros(robot.model.nv, dtype=bool)
     return np.asarray(robot.actuated_dofs & ~driven & (robot.model.armature == 0.0))
+
+
+def effort_hint(robot: Robot, joints: Sequence[str]) -> str:
+    """What the effort limits of joints suggest for their reflected inertia, in words; empty where they suggest nothing."""
+    v = [robot.joint(name).v.start for name in joints if robot.joint(name).unit == "rad"]
+    known = [effort for effort in efforts(robot)[v] if effort <= MOST_EFFORT * robot.mass]
+    if not known:
+        return ""
+    least, most = PLANETARY[0] * min(known), PLANETARY[1] * max(known)
+    return f"planetary drives of such effort limits have {least:.2g} to {most:.2g} kg m²"
 
 
 def simulator_settings(robot: Robot) -> frozenset[str]:

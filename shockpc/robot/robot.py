@@ -79,8 +79,7 @@ class Robot:
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
         motors: what the actuators of an MJCF can exert, by joint; infinite without a limit [N m, N].
         settings: joints whose reflected inertia is a setting of a simulator, as in `simulator_settings`.
-        default_drives: of a robot of the catalogue, for joints of which the file gives no reflected inertia or a setting of a
-            simulator; None where none are known.
+        default_drives: of a robot of the catalogue, which go over what its file gives; None where none are known.
         welded: whether the file welds the base, which could move freely, to the world; its postures have it where it is held.
         imus: names of the places that the file says are those of IMUs, whatever they are called.
     """

@@ -158,6 +158,11 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
         texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
+    if model.drives and robot.settings:
+        texts.append("they go over the reflected inertia of the file, a setting of a simulator")
+    for source in model.sources:
+        if source.status == "simulation model":
+            texts.append(f"drives of {few(source.joints, 2, what=' joints')}: {source.text}")
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]

@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
+from shockpc.core.interval import interval_text
 from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
-from shockpc.robot.drives import catalogue_drives
-from shockpc.robot.elements import Drive
+from shockpc.robot.drives import PUBLIC, catalogue_drives
 from shockpc.robot.feet_and_sensors import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record
@@ -59,7 +62,7 @@ def _known(name: str, robot: Robot | None) -> Row:
 
 def robot_report(robot: Robot) -> Report:
     """The contents of a robot, and the check-up of its file."""
-    drives = catalogue_drives(robot.source.name)
+    drives = _drives(robot)
     bodies, joints, findings = _bodies(robot), _joints(robot), check_robot(robot)
     reading = _second_reading(robot) if robot.source.kind == "urdf" else None
     checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings] or ["nothing found"]
@@ -70,11 +73,11 @@ def robot_report(robot: Robot) -> Report:
             Lines(_lines(robot)),
             bodies,
             joints,
-            *([Lines(list(map(_drive_text, drives)), "drives known", whole=True)] if drives else []),
+            *([Lines(list(map(_drive_line, drives)), "drives", whole=True)] if drives else []),
             Lines(checkup, "check-up", whole=True),
             *([] if reading is None else [Lines(reading, "second reader", whole=True)]),
         ],
-        sheets={"bodies": lambda: bodies, "joints": lambda: joints},
+        sheets={"bodies": lambda: bodies, "joints": lambda: joints, "drives": lambda: _drives_sheet(drives)},
         document=lambda: {
             **record(robot, "name", "mass"),
             "file": str(robot.source.path),
@@ -84,7 +87,6 @@ def robot_report(robot: Robot) -> Report:
             "postures": tuple(robot.postures),
             "default_posture": reference_name(robot, None),
             "mimics": [record(mimic, "joint", "leaders", "offset") for mimic in robot.mimics],
-            "drives": [{**vars(drive), "armature": drive.reflected} for drive in drives],
             "check_up": findings,
             "second_reader": reading,
         },
@@ -105,19 +107,63 @@ def _second_reading(robot: Robot) -> list[str]:
     return [*lines, *(f"note: yourdfpy's check: {fault}" for fault in reading.faults)]
 
 
-def _drive_text(drive: Drive) -> str:
-    """A drive with its status and source; one of a simulation model is not used by default."""
-    values = {
-        "rotor {:.3g} kg m²": drive.rotor_inertia,
-        "gear ratio {:g}": drive.gear_ratio,
-        "{:.3g} kg m² at the joint": drive.reflected,
-        "behind a spring of {:g} N m/rad": drive.drive_stiffness,
-        "spring of the joint {:g} N m/rad": drive.stiffness,
-    }
-    status = f"{drive.status}, not used by default" if drive.status == "simulation model" else drive.status
-    return (
-        f"{', '.join(drive.joint)}: {', '.join(t.format(x) for t, x in values.items() if x is not None)} ({status}; {drive.source})"
+class _Known(NamedTuple):
+    """What is known of the drives of some joints: their names, the reflected inertia with its ends, and from where.
+
+    Those that are not used by default are of a simulation model, or of unknown inertia.
+    """
+
+    joints: str
+    low: float
+    armature: float
+    high: float
+    status: str
+    used: bool
+    source: str
+
+
+def _drives(robot: Robot) -> list[_Known]:
+    """What is known of the drives; one for all joints with the same numbers from the same source.
+
+    Those that a landing takes by default come first, then those of the catalogue that it does not take.
+    """
+    model = joint_model(robot, Joints())
+    found: list[_Known] = []
+    for source in model.sources:
+        groups: dict[tuple[float, float, float], list[str]] = {}
+        for name in source.joints:
+            v = robot.joint(name).v.start
+            numbers = float(model.low[v]), float(model.armature[v] + model.rotor[v]), float(model.high[v])
+            groups.setdefault(numbers, []).append(name)
+        found += [_Known(", ".join(names), *numbers, source.status, True, source.text) for numbers, names in groups.items()]
+    for drive in catalogue_drives(robot.source.name):
+        if drive.status not in PUBLIC:
+            (low, high), inertia = drive.interval, drive.reflected or 0.0
+            ratio = "" if drive.gear_ratio is None else f"gear ratio {interval_text(drive.gear_ratio)}; "
+            found.append(_Known(", ".join(drive.joint), low, inertia, high, str(drive.status), False, f"{ratio}{drive.source}"))
+    return found
+
+
+def _drives_sheet(drives: list[_Known]) -> Sheet:
+    rows: list[Row] = [(*drive[:5], "yes" if drive.used else "no", drive.source) for drive in drives]
+    header = (
+        Column("joints", "joints"),
+        Column("low", "smallest reflected inertia", "kg m², kg"),
+        Column("armature", "as modelled", "kg m², kg"),
+        Column("high", "largest", "kg m², kg"),
+        *("status", "used", "source"),
     )
+    return Sheet("drives", header, rows)
+
+
+def _drive_line(drive: _Known) -> str:
+    """What is known of some drives, for people."""
+    most = f"{drive.high:.3g}" if math.isfinite(drive.high) else "locked"
+    between = "" if drive.low == drive.high else f" ({drive.low:.3g} to {most})"
+    number = f"{drive.armature:.3g} kg m²{between}, {drive.status}"
+    known = drive.status if drive.status == "unknown" else number
+    unused = "" if drive.used else ", not used by default"
+    return f"{few(drive.joints.split(', '), 4)}: {known}{unused}: {drive.source}"
 
 
 def _lines(robot: Robot) -> list[tuple[str, str]]:
