@@ -209,6 +209,28 @@ def test_the_slopes_of_all_terms_are_those_of_differences(feet):
         np.testing.assert_allclose(found[:, :, k], (up - down) / (2.0 * h), rtol=1e-6, atol=1e-7 / width[k])
 
 
+def test_an_optimum_stands_on_its_feet_with_its_trunk_clear_of_the_ground():
+    """Go2's optimum lay with its trunk 5 mm below its feet, which the ground's tolerance allows of feet alone.
+
+    The slopes of how far the centre of mass is beside the feet are those of differences.
+    """
+    robot, scene = known_robot("go2"), Scene(robot="go2", contact=tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "RR")))
+    vary = {joint: "-60:100" for joint in robot.joint_names if joint.endswith("_thigh_joint")} | {"FR_hip_joint": "-40:40"}
+    vary |= {"*_calf_joint": "-156:-50"}
+    found = improve(scene, "shock@imu", vary=vary, robot=robot, starts=3)
+    assert [warning for warning in found.after[""].health.warnings if warning.kind == "standing"] == []
+    cost = found.costs[0]
+    limits = {term.column.place.name: term.limit for term in cost.terms if term.column.selection.name == "clearance"}
+    assert limits["base"] == limits["FR_thigh"] == -limits["FR_calf"] == scene.ground_tolerance
+    width = np.ptp(cost.bounds, axis=1)
+    X = cost.bounds[:, 0] + width * np.random.default_rng(2).random((20, len(width)))
+    (k,) = [k for k, term in enumerate(cost.terms) if term.column.selection.name == "overhang"]
+    slopes = cost.linearized(X)[1][:, k]
+    for j, h in enumerate(1e-6 * width):
+        up, down = (cost.measured(X + s * h * np.eye(len(width))[j])[:, k] for s in (1.0, -1.0))
+        np.testing.assert_allclose(slopes[:, j], (up - down) / (2.0 * h), rtol=0.0, atol=1e-8)
+
+
 def test_any_number_of_points_is_linearized_at_once():
     """More configurations beside the points than the engine computes in one chunk."""
     cost = ShockCost(anymal(), "shock@imu_link", [*LEGS, ("base-pitch", "-20:20")], known_robot("anymal_b"), ground=False)
@@ -268,8 +290,13 @@ def test_constraints_of_the_ground_are_those_of_feasible(feet):
     width = np.ptp(cost.bounds, axis=1)
     X = cost.bounds[:, 0] + width * np.random.default_rng(0).random((2000, len(vary)))
     allowed = Evaluation(cost.groups[0].at(X), ground_columns(cost.groups[0].first), prove=0).table().feasible
-    np.testing.assert_array_equal(worst_and_allowed(cost, X)[1], allowed)
-    assert 5 < allowed.sum() < 1900
+    # A link without a foot has to keep clear by the ground's tolerance, of which `feasible` only allows the other side.
+    held = worst_and_allowed(cost, X)[1]
+    clearances = np.array([term.column.selection.name == "clearance" for term in cost.terms])
+    close = cost.measured(X)[:, clearances].min(axis=1) > -2.0 * scene.ground_tolerance / cost.groups[0].first.length
+    np.testing.assert_array_equal(held[~close], allowed[~close])
+    assert not (held & ~allowed).any()
+    assert 5 < held.sum() < 1900
     _, found = cost.linearized(X[:5])
     chosen = [k for k, term in enumerate(cost.terms) if term.column.selection.name == "reach"]
     for k, h in enumerate(1e-6 * width):

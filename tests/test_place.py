@@ -16,7 +16,7 @@ import shockpc
 from shockpc.robot.geometry import outline
 from shockpc.robot.load import load_robot
 from shockpc.robot.shapes import facets, half_spaces
-from shockpc.studies.place.best_first import best_places, box
+from shockpc.studies.place.best_first import best_places, box, first_bounds
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
@@ -85,6 +85,26 @@ def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid
     assert brute <= optimum.value + 3.0 * slope(found) * reach
     assert optimum.value <= optimum.bound + TOLERANCE
     assert optimum.place @ normal >= 0.02 - TOLERANCE
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("weighted", [False, True])
+def test_the_first_bound_of_a_rounded_cell_is_below_the_shock_everywhere_in_it(seed, weighted):
+    """Brute force over balls, ellipsoids and capsules: a hull alone has a smaller part of them, and so a bound that is too high."""
+    found, rng = fields(seed, 4, weighted), np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    ends, middle = rng.uniform(-0.2, 0.2, (2, 3)), rng.uniform(-0.2, 0.2, (1, 3))
+    cells = [
+        ConvexCell(middle, 0.05 * np.eye(3)),
+        ConvexCell(middle, axes * (0.02, 0.05, 0.1)),
+        ConvexCell(ends, 0.03 * np.eye(3)),
+    ]
+    directions = rng.normal(size=(4000, 3))
+    sphere = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    for cell, bound in zip(cells, first_bounds(found, cells), strict=True):
+        points = (cell.points[:, None] + sphere @ cell.rounding.T).reshape(-1, 3)
+        least = float(found.at(points).min())
+        assert least - 2.0 * slope(found) * 0.2 <= bound <= least
 
 
 def test_with_one_landing_the_best_place_is_on_the_screw_axis():

@@ -32,6 +32,8 @@ from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import Selection
+from shockpc.quantities.support import OVERHANG, standing_feet, stands
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
@@ -101,7 +103,8 @@ class ShockCost:
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
-        ground: whether flat ground has to allow the landings, as `feasible` says, or `needs_tilt` where other feet are level.
+        ground: whether flat ground has to allow the landings, as `feasible` says, or `needs_tilt` where other feet are level. Links
+            without a foot then keep clear of it by its tolerance, and of a robot on its feet these carry the centre of mass.
 
     Attributes:
         column: the number at the first of its places.
@@ -302,23 +305,31 @@ class ShockCost:
         falls, inside = level and landing.base != "fixed", max(most_inside(self.robot), tolerance)
         sticks, push = landing.scene.friction is None, self.robot.mass * landing.fastest_approach
         rebounds, work = any(block.restitution for block in landing.contacts), push * landing.fastest_approach
+        footed = {landing.robot.frame(name).body for name in each_foot(landing.robot)}
+        struck = {block.body for block in (*landing.contacts, *landing.stance)}
+        upright = struck <= footed and stands(landing) and len(standing_feet(landing.robot)) > 1
         for entry, applies, *how in (
             (PUSH, sticks, 0.0, -push),
             (LOSS, sticks and rebounds, -ROUNDING * work, -work),
-            (CLEARANCE, falls, -tolerance, -landing.length),
+            (CLEARANCE, falls, tolerance, -landing.length),
             (REACH, falls, -inside, -landing.length),
             (SPREAD, level > 1, tolerance, landing.length),
+            (OVERHANG, falls and upright, 0.0, landing.length),
         ):
             if ground and applies:
                 places = [p for p in landing.places(entry.of) if entry is not REACH or without_shapes(landing, p.number)]
-                wanted.append(([Column(Selection(entry.key, entry), place) for place in places], *how))
+                # A link with a foot may be level with the contacts: all feet of a robot that stands are.
+                feet = [p for p in places if entry is CLEARANCE and p.body in footed | struck]
+                selection = Selection(entry.key, entry)
+                wanted.append(([Column(selection, place) for place in places if place not in feet], *how))
+                wanted.append(([Column(selection, place) for place in feet], -tolerance, -landing.length))
         # Heights do not depend on the strike.
         return [
             Term(column, name, g, s, *how)
             for columns, *how in wanted
             for column in columns
             for s, name in enumerate(group.struck)
-            if s == 0 or column.selection.quantity not in HEIGHTS
+            if s == 0 or column.selection.quantity not in (*HEIGHTS, OVERHANG)
         ]
 
 

@@ -14,6 +14,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, height_rates, reach_rates
 from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.support import OVERHANG, overhang_rates
 
 
 def has_gradient(landing: PosedLanding, column: Column) -> bool:
@@ -25,7 +26,7 @@ def has_gradient(landing: PosedLanding, column: Column) -> bool:
     entry = column.selection.quantity
     if landing.scene.stops or any(contact.lowest or contact.kind == "stop" for contact in landing.contacts):
         return False
-    return entry in HEIGHTS or (landing.translates and (entry.linear or entry.length_of is not None))
+    return entry in (*HEIGHTS, OVERHANG) or (landing.translates and (entry.linear or entry.length_of is not None))
 
 
 def slopes(
@@ -55,9 +56,10 @@ def slopes(
     with one_thread(3 * nv):
         state, found = dynamics(robot, Q, landing.joint_model.armature), dict[str, tuple[Array, Array]]()
         twists = (state.J[:, None] * robot.ancestors[:, None]) @ along[:, None]
-        others = [column for column in wanted if column.selection.quantity not in HEIGHTS]
+        others = [column for column in wanted if column.selection.quantity not in (*HEIGHTS, OVERHANG)]
+        overhangs = [column for column in wanted if column.selection.quantity is OVERHANG]
         reaches = [column for column in wanted if column.selection.quantity is REACH]
-        heights = [column for column in wanted if column not in (*others, *reaches)]
+        heights = [column for column in wanted if column not in (*others, *overhangs, *reaches)]
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in others)) or [0]
         equation, solution, jumps = impact_jumps(landing, state, with_strike=False, bodies=bodies)
         _, unclear = needs_proof(landing, equation, solution, trusted)
@@ -69,6 +71,9 @@ def slopes(
         if reaches:
             values, risen = reach_rates(landing, state, equation.blocks, twists, [column.place for column in reaches])
             found |= {column.name: (values[:, None, k], risen[:, None, k]) for k, column in enumerate(reaches)}
+        for column in overhangs:
+            values, risen = overhang_rates(landing, state, twists)
+            found[column.name] = values[:, None], risen[:, None]
         rotation = state.rotation[:, bodies]
         here = DoubleImpact(landing, equation, solution, in_body_axes(jumps, rotation), bodies, strikes)
         change, *changes = (

@@ -190,7 +190,7 @@ def reach_rates(
 ) -> tuple[Array, Array]:
     """`REACH` of n contacts, (N, n) in N postures, and how fast (N, n, d) it changes. Args: as for `height_rates`."""
     values, lowest = _reach(landing, state, blocks, places)
-    low = np.take_along_axis(_lowest_points(landing, state), lowest[..., None], axis=1)
+    low = np.take_along_axis(lowest_points(landing, state), lowest[..., None], axis=1)
     arms = low - np.stack([block_point(state, blocks[place.number]) for place in places], axis=1)
     # Both points turn with the body.
     turning = twists[:, [blocks[place.number].body for place in places], :3]
@@ -214,7 +214,7 @@ def height_rates(
     """
     here, values = _relative(landing, state, blocks, places)
     grounded = [blocks[k].body for k in on_ground(landing)]
-    points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
+    points = np.concatenate([lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
     heights, bodies = points @ landing.up, np.append(body_outline(landing.robot).pieces.body, grounded)
     # The lowest point of a contact is that of one of the link's shapes, or the contact point.
     sought = here.contacts.min(axis=1)[:, None] + np.insert(values, 0, 0.0, axis=1)
@@ -225,7 +225,7 @@ def height_rates(
     return values, rates[:, 1:] - rates[:, :1]
 
 
-def _lowest_points(landing: Landing, state: Dynamics) -> Array:
+def lowest_points(landing: Landing, state: Dynamics) -> Array:
     """The lowest points (N, n, 3) of the shapes, world axes, from the base [m]."""
     pieces = body_outline(landing.robot).pieces
     up, low = landing.up @ state.rotation, np.empty((len(state.Q), len(pieces.body), 3))

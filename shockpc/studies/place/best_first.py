@@ -43,7 +43,7 @@ def best_places(
     forbidden = list(outside)
     number = itertools.count()
     queue: list[tuple[float, int, ConvexCell, Optimum | None]] = [
-        (bound, next(number), cell, None) for bound, cell in zip(_bounds(fields, cells), cells, strict=True)
+        (bound, next(number), cell, None) for bound, cell in zip(first_bounds(fields, cells), cells, strict=True)
     ]
     heapq.heapify(queue)
     while queue:
@@ -64,7 +64,7 @@ def best_places(
         heapq.heappush(queue, (bound, next(number), cell, optimum))
 
 
-def _bounds(fields: Fields, cells: Sequence[ConvexCell]) -> list[float]:
+def first_bounds(fields: Fields, cells: Sequence[ConvexCell]) -> list[float]:
     """A lower bound over each cell: that of the tangent at the middle of its points."""
     if not cells:
         return []
