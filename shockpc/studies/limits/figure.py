@@ -22,6 +22,9 @@ COLOURS = (*BANDS[:5], *BANDS[6:])
 
 ALLOWED = "#2f7d4f"
 
+BESIDE = 1.0
+"""How far the map goes beside a single strike angle, which has no width [deg]."""
+
 SAMPLES = 600
 """Postures of the map, at most."""
 
@@ -35,8 +38,14 @@ def draw_limits(study: JointLimits) -> Figure:
     )
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
     chosen = np.unique(np.linspace(0, len(study.scan.values) - 1, min(SAMPLES, len(study.scan.values))).astype(int))
-    strikes, numbers = study.scan.map()
-    x, y, numbers = scale * study.scan.values[chosen], np.degrees(strikes), numbers[chosen].T
+    inside = study.scan.inside(study.strikes)
+    x, y, numbers = (
+        scale * study.scan.values[chosen],
+        np.degrees(study.scan.angles[inside]),
+        study.scan.numbers[chosen][:, inside].T,
+    )
+    if len(y) == 1:
+        y, numbers = y + np.array([-BESIDE, BESIDE]), np.repeat(numbers, 2, axis=0)
     below, bound = study.bound.below, study.bound.value
     levels = [bound * share for share in (LEAST if below else SHARES)]
     drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS[:: -1 if below else 1], extend="max", antialiased=False)

@@ -1,4 +1,4 @@
-"""Joint limits that a bound on a number sets: for every strike angle the values allowed, for every posture the strike angles."""
+"""Joint limits that a bound on a number sets: for every strike angle the values allowed, and the number in every posture."""
 
 import math
 from typing import Any
@@ -105,7 +105,7 @@ def _warnings(study: JointLimits) -> list[str]:
             f"warning: {study.target.name} is computed in one posture and for one strike at a time; "
             "--step, --range and --strikes say how many of them"
         )
-    at_scene, every = (int((~study.scan.feasible(*strikes)).sum()) for strikes in (study.limits[0].strikes, study.strikes))
+    at_scene, every = (int((~study.scan.feasible(strikes)).sum()) for strikes in (study.limits[0].strikes, study.strikes))
     if at_scene or every:
         warnings.append(
             f"warning: flat ground does not allow {at_scene} of {n} postures at the scene's strike, and {every} at some strike of "
@@ -157,7 +157,7 @@ def _best(study: JointLimits) -> Sheet:
 
 
 def _postures(study: JointLimits, most: int | None = None) -> Sheet:
-    """For every posture the worst strike, and a row for each interval of strikes that keep the bound, without ends if none does.
+    """For every posture of the scan the number at the scene's strike, and at the worst strike of the range.
 
     Args:
         study: the limits.
@@ -168,12 +168,12 @@ def _postures(study: JointLimits, most: int | None = None) -> Sheet:
     varied, unit = "joint" if study.of_joints else study.subject, study.target.unit
     header = (
         f"{varied} [{study.shown_unit}]", f"at the scene's strike [{unit}]", f"worst [{unit}]", "at strike angle [deg]",
-        "strikes allowed from [deg]", "strikes allowed to [deg]",
     )  # fmt: skip
-    rows: list[Row] = []
-    for k in range(0, len(study.scan.values), every):
-        numbers = study.shown(float(study.scan.values[k])), float(study.scan.at_scene_strike[k]), float(worst[k]), in_degrees(at[k])
-        rows += [(*numbers, *map(in_degrees, kept)) for kept in study.allowed_strikes[k] or [(math.nan, math.nan)]]
+    scan = study.scan
+    rows: list[Row] = [
+        (study.shown(float(scan.values[k])), float(scan.at_scene_strike[k]), float(worst[k]), in_degrees(at[k]))
+        for k in range(0, len(scan.values), every)
+    ]
     low, high = map(math.degrees, study.strikes)
     notes = () if every == 1 else (f"every {every}th value of the scan; --out writes all",)
     return Sheet(f"{study.target.title} over strike angles from {low:g} to {high:g} deg", header, rows, notes)

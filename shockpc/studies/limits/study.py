@@ -1,7 +1,7 @@
 """Which values of a joint, or of what else varies, keep a number below a bound: the shock at a point, a torque, a friction.
 
-The number is computed on the rows of a sweep over values and strike angles. Where a cubic spline of it meets the bound rows are
-added, until a limit is known to `FINE` of the range.
+It is a bound on the rows of a sweep over values and strike angles; the step in which a number crosses it is halved on rows of
+its own.
 """
 
 import functools
@@ -28,7 +28,7 @@ from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
-from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan, within
+from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, Scan, Strikes, scanned, within
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 from shockpc.text.shown import shown_by
@@ -47,9 +47,6 @@ VALUE = "deg; m if prismatic"
 
 STEP = {"rad": math.radians(0.1), "m": 1e-4}
 """Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm. Of other variations it is a 200th of the range."""
-
-FINE = {"rad": 1e-6, "m": 1e-9}
-"""To which a limit is found: far below 0.01° and 0.01 mm. Of other variations it is 1e-8 of the range."""
 
 MOST_POSTURES = 200_000
 """Largest number of postures of a scan."""
@@ -95,7 +92,7 @@ class StrikeLimits(NamedTuple):
         strikes: smallest and largest strike angle, equal for a single one [rad].
         allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
         feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
-        best: best number over the feasible values, of the worst of these strikes [its unit]; NaN if there is none at any of them.
+        best: best number over the feasible values of the scan, of the worst of these strikes [its unit]; NaN if there is none.
         best_at: where that is [rad, m].
     """
 
@@ -158,7 +155,7 @@ class JointLimits:
     present: tuple[float, float]
     strikes: tuple[float, float]
     step: float
-    scan: LimitScan = field(repr=False)
+    scan: Scan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
 
     _repr_html_ = shown_by("studies.limits.report:limits_report")
@@ -166,7 +163,7 @@ class JointLimits:
     @property
     def worst(self) -> tuple[Array, Array]:
         """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
-        return self.scan.worst
+        return self.scan.worst(self.strikes)
 
     @property
     def subject(self) -> str:
@@ -207,11 +204,6 @@ class JointLimits:
         if len(numbers) < 2 or np.isinf(numbers).any():
             return False
         return bool((np.ptp(numbers, axis=0) <= UNCHANGED * np.abs(numbers).max(axis=0)).all())
-
-    @functools.cached_property
-    def allowed_strikes(self) -> list[list[tuple[float, float]]]:
-        """The strike angles of the range that keep the bound in each posture of the scan, as intervals [rad]."""
-        return self.scan.kept()
 
 
 def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
@@ -314,9 +306,9 @@ def limits(
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
     finest = STEP[unit] if joints else (high - low) / 200.0
-    scanned = (high - low) / finest * (1 if strikes is not None and strikes[0] == strikes[1] else ANGLES)
+    rows = (high - low) / finest * (1 if strikes is not None and strikes[0] == strikes[1] else ANGLES)
     needed = _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
-    proven = per_landing or scanned * needed > MOST_PROOFS
+    proven = per_landing or rows * needed > MOST_PROOFS
     angle = landing.strike_angle
     angles = _strike_range(plane, (angle, angle) if proven and strikes is None else strikes)
     if not np.linalg.norm(landing.before.velocity @ np.stack([plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
@@ -331,7 +323,8 @@ def limits(
         )
     values = np.linspace(low, high, int(np.maximum(LEAST, math.ceil((high - low) / step - 1e-9) + 1)))
     scale = math.degrees(1.0) if unit == "rad" else 1.0
-    scan = LimitScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
+    targets = _targets(angle, *angles)
+    scan = scanned(landing, joint, number, bound, values, scale, targets)
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
         raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
@@ -348,7 +341,7 @@ def limits(
         strikes=angles,
         step=step,
         scan=scan,
-        limits=tuple(_limits(scan, bound, ends, FINE.get(unit, 1e-8 * (high - low)))),
+        limits=tuple(_limits(scan, ends, targets)),
     )
 
 
@@ -403,21 +396,23 @@ def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float]
     return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
 
 
-def _limits(scan: LimitScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
-    """The intervals of the joint that keep the bound at each of the scan's targets."""
-    x, numbers = scan.limited(fine)
-    for strikes, number in zip(scan.targets, numbers, strict=True):
-        beyond = bound.violation(number)
-        inside = beyond <= 0.0
-        i = np.flatnonzero(inside[1:] != inside[:-1])
-        roots = x[i] - beyond[i] * (x[i + 1] - x[i]) / (beyond[i + 1] - beyond[i])
+def _limits(scan: Scan, ends: tuple[End, End], targets: Sequence[Strikes]) -> Iterator[StrikeLimits]:
+    """The intervals that keep the bound, for each of some ranges of strikes. Args: ends, what ends the scan."""
+    x = scan.values
+    for strikes, roots in zip(targets, scan.crossings(targets), strict=True):
+        number, _ = scan.worst(strikes)
+        beyond = scan.bound.violation(number)
         edges: list[tuple[float, End]] = [(float(root), "bound") for root in roots]
-        edges = [(float(x[0]), ends[0])] * bool(inside[0]) + edges + [(float(x[-1]), ends[1])] * bool(inside[-1])
-        allowed = tuple(Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True))
-        feasible = scan.feasible_runs(*strikes)
+        if beyond[0] <= 0.0:
+            edges.insert(0, (float(x[0]), ends[0]))
+        if beyond[-1] <= 0.0:
+            edges.append((float(x[-1]), ends[1]))
+        pairs = zip(edges[::2], edges[1::2], strict=True)
+        allowed = tuple(Interval(low, high, low_end, high_end) for (low, low_end), (high, high_end) in pairs)
+        feasible = scan.feasible_runs(strikes)
         k = int(np.argmin(np.where(within(x, feasible), beyond, np.inf)))
-        known = bool(feasible) and np.isfinite(number[k])
-        yield StrikeLimits(strikes, allowed, feasible, *((float(number[k]), float(x[k])) if known else (math.nan, math.nan)))
+        best, best_at = (float(number[k]), float(x[k])) if feasible and np.isfinite(number[k]) else (math.nan, math.nan)
+        yield StrikeLimits(strikes, allowed, feasible, best, best_at)
 
 
 def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:
