@@ -165,9 +165,10 @@ LANDS = {
     "sole": ((shape(BOX, "0.02 0 -0.08"),), {}, ("lowest", "flat")),
     "sole little below the ankle": ((shape(BOX, "0.02 0 0"),), {}, ("frame", "flat")),
     "level within the tolerance": ((shape(BOX, "0.02 0 -0.08", "0 0.02 0"),), {}, ("lowest", "flat")),
-    "tilted": ((shape(BOX, "0.02 0 -0.08", "0 0.3 0"),), {}, ("lowest", "point")),
-    "toe alone": ((shape('<box size="0.04 0.1 0.02"/>', "0.12 0 -0.08"),), {}, ("lowest", "point")),
-    "edge": ((shape('<box size="0.2 0 0.02"/>', "0 0 -0.08"),), {}, ("lowest", "point")),
+    "tilted": ((shape(BOX, "0.02 0 -0.08", "0 0.3 0"),), {}, ("frame", "edge")),
+    "toe alone": ((shape('<box size="0.04 0.1 0.02"/>', "0.12 0 -0.08"),), {}, ("frame", "edge")),
+    "edge": ((shape('<box size="0.2 0 0.02"/>', "0 0 -0.08"),), {}, ("frame", "edge")),
+    "corner": ((shape(BOX, "0.02 0 -0.08", "0.2 0.3 0"),), {}, ("lowest", "point")),
     "two rods": (tuple(shape('<cylinder radius="0.01" length="0.2"/>', f"0 {y} -0.08", "0 1.5707963 0") for y in (-0.04, 0.04)),
         {}, ("lowest", "flat")),
     "disc": ((shape('<cylinder radius="0.05" length="0.02"/>', "0 0 -0.08"),), {}, ("lowest", "flat")),
@@ -176,14 +177,14 @@ LANDS = {
     "no geometry": ((), {}, ("frame", "point")),
     "offset": ((shape(BOX, "0.02 0 -0.08"),), {"offset": (0.02, 0.0, -0.1)}, ("frame", "point")),
     "given": ((shape(BOX, "0.02 0 -0.08"),), {"at": "frame", "kind": "point"}, ("frame", "point")),
-    "on a slope": ((shape(BOX, "0.02 0 -0.08"),), {"normal": (0.0, 0.3, 1.0)}, ("lowest", "point")),
+    "on a slope": ((shape(BOX, "0.02 0 -0.08"),), {"normal": (0.0, 0.3, 1.0)}, ("frame", "edge")),
     "slides and rebounds": ((shape(BOX, "0.02 0 -0.08"),), {"directions": ("z",), "restitution": 1.0}, ("lowest", "flat")),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", LANDS)
-def test_the_sole_that_carries_the_landing_is_flat(case: str):
-    """Whatever the link is called; a round foot, an edge and a part beside the centre of pressure are points."""
+def test_a_contact_is_what_carries_of_the_sole(case: str):
+    """Whatever the link is called; a part beside the centre of pressure carries with its edge, a round foot is a point."""
     shapes, fields, expected = LANDS[case]
     robot = leg(*shapes)
     scene = shock_profile(Scene(robot=robot.label, contact=Contact(frame="foot", **fields)), robot).scene

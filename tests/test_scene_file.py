@@ -71,7 +71,8 @@ frame = "lf_foot"
 offset = [0, 0, -0.02]
 at = "frame"
 directions = ["x", [0, 1, 0], "z"]
-kind = "point"
+kind = "edge"
+edge = [0, 1, 0]
 restitution = 0.25
 restitution_along = "directions"
 normal = [0.1, 0, 1]
@@ -126,7 +127,7 @@ def test_every_key_is_read(here):
     table["packages"] = {"dog_description": str(here / "dog")}
     contact, point = ({field.name: field.default for field in dataclasses.fields(kind)} for kind in (Contact, Point))
     table["contact"] = [as_lists(contact | given) for given in table["contact"]]
-    for key in ("normal", "velocity"):
+    for key in ("edge", "normal", "velocity"):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
     del table["point"][1]["imu_bandwidth"]
@@ -151,7 +152,8 @@ CHANGES = {
     "stiffness = { rf_hip = 300 }": "",
     'locked = ["lh_hip"]': "",
     'kind = "point"\ndirections': 'kind = "frame"\ndirections',
-    'kind = "point"\nrestitution': 'kind = "flat"\nrestitution',
+    'kind = "edge"': 'kind = "flat"',
+    "edge = [0, 1, 0]": "edge = [1, 0, 2]",
     'frame = "lf_foot"': 'frame = "lf_leg"',
     'frame = "rf_foot"': 'frame = "rf_leg"',
     'at = "frame"': 'at = "lowest"',

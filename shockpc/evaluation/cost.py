@@ -20,12 +20,12 @@ from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value, with_offsets
-from shockpc.landing.auto_contact import most_inside
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
+from shockpc.landing.soles import most_inside
 from shockpc.landing.strike import Strike
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT

@@ -7,14 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.spatial import Array, cross_matrix
-from shockpc.landing.constraints import ConstraintBlock
+from shockpc.core.spatial import Array, cross, cross_matrix
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock
 from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.feet_and_sensors import feet
-from shockpc.robot.geometry import body_outline, shapes_of
+from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.shapes import Shape
+from shockpc.robot.striking import own_shapes
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
 
@@ -95,9 +96,7 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
     lowest = _shapes(robot, contact.frame) if contact.at == "lowest" else ()
     if not lowest:
         point = frame.offset + point
-    moments = np.zeros((0, 3))
-    if contact.kind == "flat":
-        moments = np.array([*across(up), *([up] if contact.sticks else [])])
+    moments = _moments(contact, up, name)
     rebound = None
     if contact.restitution_along == "normal":
         _, s, basis = np.linalg.svd(vectors, full_matrices=False)
@@ -108,6 +107,41 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
         kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, rebound=rebound, normal=up,
         velocity=velocity, lowest=lowest,
     )  # fmt: skip
+
+
+def _moments(contact: Contact, up: Array, name: str) -> Array:
+    """The axes (m, 3) about which a contact is held: a flat one tilts about none, an edge about its own.
+
+    What sticks does not twist about the normal, but for a point, which is free to turn.
+
+    Args:
+        contact: as the scene states it.
+        up: (3,) unit normal of the ground, world axes.
+        name: of the contact, for messages.
+
+    Raises:
+        SceneError: an edge has no direction, or one along the normal.
+    """
+    if contact.edge is not None and contact.kind != "edge":
+        raise SceneError(
+            f'{name} is given the direction of an edge, which a contact of kind "{contact.kind}" has not; leave it out, or give '
+            'kind = "edge"',
+            blocks=[contact.frame],
+        )
+    twist = up[None] if contact.sticks else NO_AXES
+    if contact.kind == "flat":
+        return np.concatenate([np.array(across(up)), twist])
+    if contact.kind == "edge":
+        # The moment about the edge is free. That about the axis across it, which would lift one end, is held.
+        across_edge = cross(up, np.asarray(contact.edge or (0.0, 0.0, 0.0), dtype=float))
+        length = float(np.linalg.norm(across_edge))
+        if not length > 0.0:
+            raise SceneError(
+                f"{name} is an edge without a direction along the ground; give it (edge), or another kind of contact",
+                blocks=[contact.frame],
+            )
+        return np.concatenate([across_edge[None] / length, twist])
+    return twist if contact.kind == "corner" else NO_AXES
 
 
 def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> ConstraintBlock:
@@ -128,12 +162,12 @@ def _feet(robot: Robot) -> str:
 
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other.
+    """The shapes on which the lowest point of a frame is sought, as `own_shapes`.
 
     Raises:
         SceneError: there is none.
     """
-    (shapes, _), frame = shapes_of(robot, name), robot.frame(name)
+    (shapes, _), frame = own_shapes(robot, name), robot.frame(name)
     if not shapes:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
         remedy = f"; of its body, {listed(others, 4)} has some" if others else ""

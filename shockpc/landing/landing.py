@@ -38,6 +38,7 @@ class Landing:
         plane: of the study.
         up: (3,) unit normal of the ground, world axes: of all contacts, or vertical where they differ.
         contacts: rows of what strikes; those at a lowest point are placed in each posture.
+        lifted: bodies of the feet that the impact on the others lifts, which have no rows.
         stance: rows of the feet that stand already.
         loops: what is closed.
         joint_model: armature and locked joints.
@@ -50,6 +51,7 @@ class Landing:
     plane: Plane
     up: Array
     contacts: tuple[ConstraintBlock, ...]
+    lifted: tuple[int, ...]
     stance: tuple[ConstraintBlock, ...]
     loops: tuple[Loop, ...]
     joint_model: JointModel
@@ -164,6 +166,7 @@ class PosedLanding(Landing):
         warnings: joints outside their limits, and parts of the scene that have no effect.
         acting: rows of the end stops that act, where they are known.
         asked: the contacts as they were asked for; those of the scene say at which point they strike and of which kind they are.
+        asked_rows: their rows, as points at their frames where the scene leaves that open.
     """
 
     q: Array
@@ -172,6 +175,7 @@ class PosedLanding(Landing):
     warnings: tuple[Diagnostic, ...] = ()
     acting: tuple[ConstraintBlock, ...] = ()
     asked: tuple[Contact, ...] = ()
+    asked_rows: tuple[ConstraintBlock, ...] = ()
 
     def __post_init__(self) -> None:
         """Make its arrays read-only."""

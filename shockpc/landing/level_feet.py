@@ -11,19 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.landing.auto_contact import LEVEL, most_inside
 from shockpc.landing.closure import all_loops, assemble
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
+from shockpc.landing.soles import LEVEL, most_inside
 from shockpc.robot.feet_and_sensors import each_foot, recognised
-from shockpc.robot.geometry import body_outline, shapes_of
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
+from shockpc.robot.striking import striking
 from shockpc.text.errors import SceneError
 
 STRAIGHT = 0.01
@@ -57,7 +56,7 @@ def foot_points(robot: Robot, rotation: Array, position: Array, up: Array) -> Fo
         up: (3,) unit normal of the ground, world axes.
     """
     feet = each_foot(robot)
-    frames, shapes = [robot.frame(name) for name in feet], _shapes_of_feet(robot)
+    frames, shapes = [robot.frame(name) for name in feet], [_struck_shapes(robot, name) for name in feet]
     points = np.empty((len(rotation), len(feet), 3))
     for k, frame in enumerate(frames):
         R = rotation[:, frame.body]
@@ -81,13 +80,14 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
     height = feet.points @ up
     lowest = np.full(len(rotation), np.inf)
     for contact in landing.contacts:
-        shapes, R = shapes_of(robot, contact.frame)[0] if contact.kind == "contact" else (), rotation[:, contact.body]
+        shapes = _struck_shapes(robot, contact.frame) if contact.kind == "contact" else ()
+        R = rotation[:, contact.body]
         low, inside = (_lowest(shapes, -up @ R), 0.0) if shapes else (robot.frame(contact.frame).offset, most_inside(robot))
         reached = (position[:, contact.body] + (R @ low[..., None])[..., 0]) @ up
         # A contact stands for the foot of its body, unless it is on a part of the leg above that.
         foot = height[:, feet.bodies == contact.body].min(axis=1, initial=np.inf)
         lowest = np.minimum(lowest, np.where(reached <= foot + inside + tolerance, foot, reached))
-    struck = np.isin(feet.bodies, [contact.body for contact in landing.contacts])
+    struck = np.isin(feet.bodies, [*(contact.body for contact in landing.contacts), *landing.lifted])
     return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= tolerance))
 
 
@@ -96,7 +96,7 @@ def together(landing: PosedLanding) -> Scene | None:
 
     These are as its first contact, at their own points. None where no other foot is level, or the landing is no drop on all feet.
     """
-    scene = landing.scene
+    scene = replace(landing.scene, contact=landing.asked)
     if landing.base == "fixed" or landing.stance or not landing.translates:
         return None
     beside = feet_beside(landing, landing.state.rotation, landing.state.position)[0]
@@ -181,11 +181,10 @@ def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
     return list(dict.fromkeys(edge for edge in edges if not any(set(edge) < set(other) for other in edges)))
 
 
-@memoized()
-def _shapes_of_feet(robot: Robot) -> tuple[tuple[Shape, ...], ...]:
-    """The shapes of each foot: of its link, or the geom."""
-    frames, shapes = [robot.frame(name) for name in each_foot(robot)], body_outline(robot).shapes
-    return tuple(tuple(shape for shape in shapes[frame.body] if shape.belongs_to(frame)) for frame in frames)
+def _struck_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+    """The shapes with which a frame strikes; none where it marks a place on a body."""
+    strikes = striking(robot, name)
+    return () if strikes.marks else strikes.shapes
 
 
 def _lowest(shapes: tuple[Shape, ...], down: Array) -> Array:

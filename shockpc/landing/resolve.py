@@ -202,8 +202,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     before = motion_of(robot, scene, contacts, loops, joints, plane, state)
     landing = resolve_contacts(
         PosedLanding(
-            scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings),
-            asked=scene.contact,
+            scene, robot, plane, up, contacts, (), stance, loops, joints, before, pulse, np.array(q), state, assembly,
+            tuple(warnings), asked=scene.contact, asked_rows=contacts,
         )
     )  # fmt: skip
     check_parts(scene.part)

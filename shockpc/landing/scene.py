@@ -32,6 +32,7 @@ class Contact(Record):
     Attributes:
         frame: link or frame that strikes; "stop:JOINT" for a joint that runs into its end stop, whose rate the strike gives.
         directions: world axes or vectors along which the contact stops the point; the others slide.
+        edge: direction of the edge of a sole that carries, where the contact is one, world axes.
         velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
     """
 
@@ -49,11 +50,12 @@ class Contact(Record):
         name="contact-point",
     )
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
-    kind: Literal["auto", "point", "flat"] = option(
+    kind: Literal["auto", "point", "corner", "edge", "flat"] = option(
         "auto",
         "A point leaves the link free to turn about the contact; a flat contact, a sole, also stops it from tilting, and from "
-        "twisting if it sticks. By default flat where the link's geometry within the ground's tolerance of its lowest point has an "
-        "area in which the centre of pressure of the flat landing lies, and no offset is given; else a point.",
+        "twisting if it sticks. An edge of a sole leaves it free to turn about that edge, whose direction a file gives (edge); a "
+        "corner is a point that does not twist. By default what carries of the link's sole, its corners within the ground's "
+        "tolerance of its lowest point; a point without a sole, or where an offset is given.",
         CONTACT,
         name="contact-kind",
     )
@@ -69,6 +71,7 @@ class Contact(Record):
     normal: tuple[float, float, float] | None = option(
         None, "Normal of the ground at the contact: a slope, or a wall.", CONTACT, "X,Y,Z", default="vertical"
     )
+    edge: tuple[float, float, float] | None = None
     velocity: tuple[float, float, float] | None = None
 
     @property

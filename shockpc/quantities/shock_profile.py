@@ -17,6 +17,7 @@ from shockpc.core.threads import one_thread
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import with_stops
+from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.closure import Assembly
 from shockpc.landing.constraints import slices_of
 from shockpc.landing.dynamics import dynamics
@@ -187,6 +188,7 @@ class ShockProfile(OfLanding):
             bare = self.landing.without_stops
             changed = replace(bare, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
             try:
+                changed = with_own_faces(changed)
                 changed = with_stops(changed) if self.scene.stops else changed
                 equation = changed.equation(state)
                 proofs[name] = solve_exactly(changed, equation, solve_in_doubles(changed, equation))

@@ -68,11 +68,26 @@ def _marks(robot: Robot, frame: Frame) -> bool:
     return robot.source.kind == "urdf" and frame.kind == "site"
 
 
-def _limbs(robot: Robot) -> list[int]:
-    """The limb of each body: the first body of the branch that it is on, beyond the last body that carries all others."""
+def _trunk(robot: Robot) -> int:
+    """The last body that carries all others."""
     trunk = 0
     while robot.parents.count(trunk) == 1:
         trunk = robot.parents.index(trunk)
+    return trunk
+
+
+def _not_fixed_to_trunk(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of some frames that are not fixed to the trunk, such as pads under it, of a robot that has limbs; else all."""
+    trunk = _trunk(robot)
+    if robot.parents.count(trunk) < 2:
+        return names
+    bodies = {body.name for body in robot.bodies}
+    return tuple(name for name in names if robot.frames[name].body > trunk or name in bodies)
+
+
+def _limbs(robot: Robot) -> list[int]:
+    """The limb of each body: the first body of the branch that it is on, beyond the last body that carries all others."""
+    trunk = _trunk(robot)
     limbs: list[int] = []
     for body, parent in enumerate(robot.parents):
         limbs.append(body if parent in (trunk, -1) or body <= trunk else limbs[parent])
@@ -126,7 +141,8 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
 @memoized()
 def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
     """The frames of `feet`, and whether they are recognised as feet, by their names or because they are low."""
-    links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
+    named_like_feet = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
+    links = _not_fixed_to_trunk(robot, named_like_feet)
     if links and (named_links := _ends(robot, links)):
         return named_links, True
     sites = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not _marks(robot, f)]
@@ -137,9 +153,11 @@ def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
     ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
     names = {i: _tip(robot.bodies[i], [place for place in places if place.body == i]) for i in ends}
     if legs := [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])]:
-        return _ends(robot, tuple(names[i] for i in legs)), True
+        # The body itself: a site on it may be the hub of a wheel.
+        return _ends(robot, tuple(_tip(robot.bodies[i], []) for i in legs)), True
     heights = _heights(robot, standing_posture(robot))
-    limit = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
+    lowest = min(heights[name] for name in _not_fixed_to_trunk(robot, tuple(heights)))
+    limit = lowest + LOW * (max(heights.values()) - lowest)
     low = [i for i in ends if heights[names[i]] <= limit]
     return (tuple(names[i] for i in _with_twins(robot, low, ends)), True) if low else (tuple(names.values()), False)
 
@@ -161,11 +179,29 @@ def recognised(robot: Robot) -> bool:
 
 @memoized()
 def each_foot(robot: Robot) -> tuple[str, ...]:
-    """One frame for each foot: its sole if one is named so, else the first."""
-    links: dict[int, list[str]] = {}
-    for link in feet(robot):
-        links.setdefault(robot.frames[link].body, []).append(link)
-    return tuple(next((link for link in names if "sole" in link.casefold()), names[0]) for names in links.values())
+    """One frame for each foot: its sole if one is named so, its body if it has several parts, else its only part."""
+    parts: dict[int, list[str]] = {}
+    for name in feet(robot):
+        parts.setdefault(robot.frames[name].body, []).append(name)
+    return tuple(_foot_of_parts(robot, names) for names in parts.values())
+
+
+def _foot_of_parts(robot: Robot, names: list[str]) -> str:
+    """The name of the foot with some parts, all on one body."""
+    first = robot.frames[names[0]]
+    body = robot.bodies[first.body].links[0]
+    soles = [name for name in names if "sole" in name.casefold()]
+    if len(soles) == 1:
+        return soles[0]
+    if robot.parents[first.body] < 0:
+        return names[0]
+    if len(names) > 1:
+        return body
+    # Of several geoms or sites of a foot, only one is among the names that were found.
+    alike = [frame for frame in robot.frames.values() if (frame.kind, frame.body) == (first.kind, first.body)]
+    if re.search(FOOT, first.name):
+        alike = [frame for frame in alike if re.search(FOOT, frame.name)]
+    return body if first.kind in ("geom", "site") and len(alike) > 1 else names[0]
 
 
 def sensors(robot: Robot) -> tuple[str, ...]:

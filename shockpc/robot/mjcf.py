@@ -162,6 +162,7 @@ def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
     """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
     model = pin.Model()
     places: dict[int, tuple[int, pin.SE3]] = {}
+    carrying = {0: 0}  # the frame of each body
     for body in bodies:
         joint, place = 0, pin.SE3.Identity()
         if body:
@@ -174,7 +175,9 @@ def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
             inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
             if (name := m.body(body).name) == "universe":
                 raise RobotError('body "universe" has the name that Pinocchio gives to the world; rename it')
-            model.addFrame(pin.Frame(name, joint, 0, place, pin.FrameType.BODY, inertia))
+            # A body without joints is fixed to its parent.
+            above = 0 if m.body_jntnum[body] else carrying[int(m.body_parentid[body])]
+            carrying[body] = model.addFrame(pin.Frame(name, joint, above, place, pin.FrameType.BODY, inertia))
         places[body] = joint, place
         items = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
         solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)
