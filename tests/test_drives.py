@@ -1,6 +1,7 @@
 """Drives: what is known of robots by name, files of drives, readers, springs, and motors that hold a speed."""
 
 import json
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,7 @@ from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
+from shockpc.robot.drives import catalogue_drives, drives_of, read_drives, robots_with_drives, similar_robots
 from shockpc.robot.elements import Drive
 
 GO2 = Contact(frame="FL_foot")
@@ -161,6 +162,19 @@ def test_a_change_of_armature_changes_default_drives():
     assert (none > 0.0).sum() == 4
     talos = changed(known_robot("talos"), read_changes("armature:*=0.2"))
     assert joint_model(talos, Joints()).high.max() == 0.2  # a number of the user is no setting of the file
+
+
+@pytest.mark.parametrize(("scale", "offered"), [(1.0, True), (1.4, True), (1.6, False), (0.6, False)])
+def test_drives_are_offered_to_robots_of_about_the_same_mass(scale, offered):
+    """By the names of joints and the mass: those of Go1 to its own file, and not to one of 1.6 times its mass."""
+    go1 = changed(known_robot("go1"), read_changes(f"mass:*={scale}x"))
+    assert ("go1" in similar_robots(go1)) == offered
+
+
+def test_masses_of_the_catalogue_are_those_of_its_robots():
+    masses = tomllib.loads((project_robots_folder() / "drives.toml").read_text())["mass"]
+    assert set(masses) == set(robots_with_drives())
+    assert {name: known_robot(name).mass for name in masses} == pytest.approx(masses, rel=6e-3)
 
 
 # Files of drives

@@ -219,6 +219,41 @@ def test_reductions_serve_a_rotor(text: str, ratio: float):
     assert joint_model(robot, Joints(rotor={"elbow": Rotor(inertia=1e-4)})).armature[6] == pytest.approx(1e-4 * ratio**2, rel=1e-14)
 
 
+@pytest.mark.parametrize("empty", ["<mechanicalReduction/>", "<mechanicalReduction> </mechanicalReduction>", "<gear_ratio/>"])
+def test_an_empty_ratio_is_no_ratio_of_one(empty: str):
+    """It is warned of, and refused beside the inertia of a rotor, which is reflected by its square."""
+    robot = robot_from(at_top(transmission(empty)))
+    assert robot.gear_ratios == {}
+    assert 'the ratio of its transmission is "' in robot.warnings[0]
+    inertia = "<motorInertia>1e-4</motorInertia>"
+    refused(RobotError, ('"elbow"', "ratio"), robot_from, at_top(transmission(empty, inertia)))
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        (elbow('<dynamics armature=""/>'), ("armature", '""')),
+        (elbow('<dynamics stiffness=""/>'), ("stiffness", '""')),
+        (at_top(transmission("<mechanicalReduction>9</mechanicalReduction>", "<motorInertia/>")), ("rotor inertia", '""')),
+    ],
+)
+def test_an_empty_number_of_a_drive_is_not_zero(text: str, parts: tuple[str, ...]):
+    """Empty numbers are refused as other texts are."""
+    refused(RobotError, ('"elbow"', *parts), robot_from, text)
+
+
+@pytest.mark.parametrize("key", ["damping", "spring_reference"])
+@pytest.mark.parametrize("written", ["", "x"])
+def test_damping_and_rest_that_cannot_be_read_are_warnings(key: str, written: str):
+    (warning,) = robot_from(elbow(f'<dynamics stiffness="30" {key}="{written}"/>')).warnings
+    assert f'its {key} is "{written}"' in warning
+
+
+def test_a_mesh_without_a_name_is_missing():
+    robot = robot_from(tip('<visual><geometry><mesh filename=""/></geometry></visual>'))
+    assert "1 of 1 meshes" in " ".join(finding.where for finding in check_robot(robot))
+
+
 def test_contradictions_of_transmissions_are_warnings():
     """Two ratios of one joint, a ratio that is no number, and a rotor inertia for several joints."""
     two = transmission("<mechanicalReduction>9</mechanicalReduction>") + transmission(

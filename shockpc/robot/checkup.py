@@ -191,7 +191,7 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
 
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key))}
+    uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key)) is not None}
     missing: list[str] = []
     for uri in uris:
         try:

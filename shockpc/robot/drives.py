@@ -7,8 +7,8 @@ import fnmatch
 import functools
 import json
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import field, replace
 from pathlib import Path
 
 from shockpc.core.frozen import frozen
@@ -26,19 +26,37 @@ PUBLIC = ("published", "derived", "identified")
 """Status of drives that are taken unless the scene says otherwise."""
 
 
+ALIKE = 1.5
+"""Ratio of two masses up to which robots are about as heavy, so that drives of one may be those of the other."""
+
 _INERTIAS = ("armature", "rotor_inertia", "range")
 """Keys of a drive that say something of its inertia."""
 
 
 @frozen(kw_only=True)
 class _DrivesFile:
-    """A file of drives."""
+    """A file of drives.
+
+    Attributes:
+        drive: as they stand in the file.
+        mass: of the robots of the catalogue whose drives are offered to others, by name [kg].
+    """
 
     drive: tuple[Drive, ...]
+    mass: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_drives(path: Path) -> tuple[Drive, ...]:
     """The drives of a file.
+
+    Raises:
+        SceneError: as for `_read`.
+    """
+    return _read(path).drive
+
+
+def _read(path: Path) -> _DrivesFile:
+    """A file of drives.
 
     Raises:
         SceneError: it cannot be read, or a drive has a value that no drive has.
@@ -50,7 +68,7 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
             faults += [f"drive {number} ({', '.join(drive.joint)}) {fault}" for fault in _faults(drive)]
         if file is None or faults:
             raise SceneError("; ".join(faults))
-    return file.drive
+    return file
 
 
 def _faults(drive: Drive) -> Iterator[str]:
@@ -132,22 +150,31 @@ def drives_like(robot: Robot, name: str) -> Drives:
 def similar_robots(robot: Robot) -> tuple[str, ...]:
     """Robots of the catalogue whose drives are known and would be those of every joint of this robot, by the names of joints.
 
-    If it has the name of one of them, that one; drives of all joints of a robot, whatever their names, say nothing here.
+    Their masses are about the same. If it has the name of one of them, that one; drives of all
+    joints of a robot, whatever their names, say nothing here.
     """
+    masses = _catalogue().mass
     driven = {joint.name for joint in robot.single_joints if joint.kind != "free"}
     covered: dict[str, set[str]] = {}
     for name, drives in robots_with_drives().items():
         patterns = [pattern for drive in drives for pattern in drive.joint if pattern != "*"]
         covered[name] = {joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)}
-    alike = tuple(name for name, joints in covered.items() if driven and joints == driven)
+    named = [name for name, joints in covered.items() if driven and joints == driven]
+    alike = tuple(name for name in named if 1.0 / ALIKE <= robot.mass / masses[name] <= ALIKE)
     return tuple(name for name in alike if name in robot.name.casefold()) or alike
 
 
 @functools.cache
+def _catalogue() -> _DrivesFile:
+    """The file robots/drives.toml."""
+    return _read(project_robots_folder() / "drives.toml")
+
+
+@functools.cache
 def robots_with_drives() -> dict[str, tuple[Drive, ...]]:
-    """The robots of robots/drives.toml whose drives are published or derived, with these."""
+    """The robots of robots/drives.toml whose drives are known, with these."""
     by_robot: dict[str, tuple[Drive, ...]] = {}
-    for drive in read_drives(project_robots_folder() / "drives.toml"):
+    for drive in _catalogue().drive:
         if drive.status in PUBLIC:
             by_robot |= {name: (*by_robot.get(name, ()), drive) for name in drive.robot}
     return by_robot

@@ -60,15 +60,20 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
         for key in ("stiffness", "spring_stiffness"):
             if stiffness := _at_least_zero(name, key, dynamics.get(key)):
                 give(springs, name, "stiffness", stiffness)
-        if (reference := vector(dynamics.get("spring_reference"), 1)) is not None:
-            rest[name] = float(reference[0])
-        if (damping := vector(dynamics.get("damping", "0"), 1)) is not None:
-            model.damping[_velocities(model, name)] = max(float(damping[0]), 0.0)
+        for key in ("spring_reference", "damping"):
+            if (written := dynamics.get(key)) is None:
+                continue
+            if (value := vector(written, 1)) is None:
+                faults.append(("joint", name, f'its {key} is "{written}", which is no finite number, so it is not read'))
+            elif key == "damping":
+                model.damping[_velocities(model, name)] = max(float(value[0]), 0.0)
+            else:
+                rest[name] = float(value[0])
     for transmission in (*root.findall("transmission"), *root.findall("ros2_control/transmission")):
         ends, actuators = transmission.findall("joint"), transmission.findall("actuator")
         names = [joint.get("name", "") for joint in ends]
         parts = [*transmission, *(part for end in (*actuators, *ends) for part in end)]
-        values = {part.tag.removeprefix("drake:"): part.get("value", part.text) for part in reversed(parts)}
+        values = {part.tag.removeprefix("drake:"): part.get("value", part.text) or "" for part in reversed(parts)}
         rotor = values.get("rotor_inertia", values.get("motorInertia"))
         if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
             title = transmission.get("name", "")
@@ -79,8 +84,8 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
         written = [values["gear_ratio"]] if "gear_ratio" in values else list(_reductions(transmission, (*actuators, *ends)))
         factors = [vector(text, 1) for text in written]
         ratio = float(np.prod([factor[0] for factor in factors if factor is not None]))
-        if wrong := next((text for text, factor in zip(written, factors, strict=True) if factor is None), ""):
-            text = f'the ratio of its transmission is "{wrong}"; it has to be a finite number'
+        if wrong := [text for text, factor in zip(written, factors, strict=True) if factor is None]:
+            text = f'the ratio of its transmission is "{wrong[0]}"; it has to be a finite number'
             if inertia:
                 raise RobotError(f'joint "{names[0]}": {text}', joints=names)
             faults.append(("joint", names[0], f"{text}, so it is not read"))
@@ -131,8 +136,8 @@ def _velocities(model: pin.Model, joint: str) -> slice:
 
 
 def _at_least_zero(joint: str, what: str, text: str | None) -> float:
-    """A number of a drive, zero where none is written; refused if it is negative or not finite."""
-    value = vector(text or "0", 1)
+    """A number of a drive, zero where none is written; refused if it is empty, negative or not finite."""
+    value = vector("0" if text is None else text, 1)
     if value is None or value[0] < 0.0:
         raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero', joints=[joint])
     return float(value[0])

@@ -114,7 +114,7 @@ def ball_joints(
             carried[carrier] += carried[link]
     parts: dict[str, str] = {}
     for loop in root.findall("loop_joint"):
-        kind = loop.get("type") or ("spherical" if loop.find("axis") is None else "revolute")
+        kind = loop.get("type", "spherical" if loop.find("axis") is None else "revolute")
         free = {**dict.fromkeys(_HINGES, 1), **dict.fromkeys(_BALLS, 3)}.get(kind, 0)
         for end in (end for end in loop if end.tag in ("link1", "link2") and end.get("link") in order):
             link, place, chain = end.get("link", ""), _placed(end, loop), list[str]()
@@ -154,7 +154,7 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
     faults: list[tuple[str, str, str]] = []
     for number, joint in enumerate(root.findall("loop_joint"), start=1):
         name, axis = joint.get("name") or f"loop_{number}", joint.find("axis")
-        kind = joint.get("type") or ("spherical" if axis is None else "revolute")
+        kind = joint.get("type", "spherical" if axis is None else "revolute")
         ends = [end for end in joint if end.tag in ("link1", "link2")]
         links = [end.get("link", "") for end in ends]
         direction = np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis.get("xyz", "1 0 0"), 3)
