@@ -150,7 +150,7 @@ def shock_maps(landing: Landing | Scene | str, Q: Array | Sequence[Sequence[floa
             ) from None
     with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
-            state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
+            state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model)
             equation, solution, maps = impact_jumps(landing, state, with_strike=False)
             condition, prove = needs_proof(landing, equation, solution)
             found = maps, state.rotation, state.position, solution.rank, condition, prove, state.J

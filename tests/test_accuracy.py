@@ -27,7 +27,7 @@ from shockpc.impact.exact.proof import Proof
 from shockpc.judgement.accuracy import double_error
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.joint_model import without_springs
+from shockpc.landing.joint_model import joint_model, without_springs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import configuration
@@ -164,9 +164,10 @@ def test_inertia_along_the_tree_keeps_its_armature():
     """It was a view of the cached model, which the next call changes."""
     robot = known_robot("anymal_b")
     with mock.patch("shockpc.landing.dynamics.WHOLE_ARRAYS", 0):
-        geared = dynamics(robot, robot.start[None], np.full(robot.model.nv, 0.1)).inertia
+        joints = joint_model(robot, Joints(armature={"*": 0.1}))
+        geared = dynamics(robot, robot.start[None], joints).inertia
         dynamics(robot, robot.start[None])
-    np.testing.assert_array_equal(geared.armature, 0.1)
+    np.testing.assert_array_equal(geared.armature, joints.armature)
 
 
 @pytest.mark.slow

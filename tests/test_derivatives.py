@@ -40,6 +40,7 @@ LANDINGS = {
     "loop": on("five_bar", "toe"),
     "two loops and ball joints": on("cassie", "left-foot"),
     "several joints of one body": on(IN_SERIES, "shank", at="lowest", base="planar"),
+    "rotors that links carry": on("go1", "FL_foot", "RR_foot", at="frame", kind="point"),
 }
 
 
@@ -48,7 +49,7 @@ def beside(landing, Q, k, steps):
     robot = landing.robot
     unit = np.eye(robot.model.nv)[k]
     moved = np.array([pin.integrate(robot.model, q, h * unit) for h in steps for q in Q])
-    state = dynamics(robot, moved, landing.joint_model.armature)
+    state = dynamics(robot, moved, landing.joint_model)
     equation, solution, maps = impact_jumps(landing, state, with_strike=False)
     values = maps, equation.full(solution.delta_qd), solution.impulse
     return [value.reshape(len(steps), len(Q), *value.shape[1:]) for value in values]
@@ -61,7 +62,7 @@ def test_derivatives_are_those_of_central_differences(name):
     robot, rng = landing.robot, np.random.default_rng(0)
     nv = robot.model.nv
     Q = np.array([pin.integrate(robot.model, landing.q, 0.05 * rng.standard_normal(nv)) for _ in range(2)])
-    equation, solution, _ = impact_jumps(landing, dynamics(robot, Q, landing.joint_model.armature), with_strike=False)
+    equation, solution, _ = impact_jumps(landing, dynamics(robot, Q, landing.joint_model), with_strike=False)
     found = derivatives(landing, equation, solution)
     h, weights = 1e-4, np.array([-1.0, 8.0, -8.0, 1.0]) / 12.0
     for k in range(0, nv, 5 if nv > 30 else 1):
@@ -91,6 +92,7 @@ def in_balls(landing, q, k, h):
         ("flat foot", (4, 8, 20)),
         ("two feet, geared", (5, 8, 17)),
         ("two loops and ball joints", (9, 12)),
+        ("rotors that links carry", (4, 7)),
     ],
 )
 def test_derivatives_in_balls(name, columns):

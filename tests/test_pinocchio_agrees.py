@@ -10,6 +10,7 @@ from trees import MJCF_KINDS, known_robot
 
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
+from shockpc.landing.joint_model import without_springs
 
 FEET = {
     "a1": ("FL_foot", "RR_foot"),
@@ -42,12 +43,12 @@ def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(monkeyp
     """Inertia, Jacobian and placements of the joints one by one are those of Pinocchio; 500 joints would take 4 GB there."""
     for robot in (known_robot("go2"), known_robot("cassie")):
         Q = np.stack([pin.integrate(robot.model, robot.start, np.full(robot.model.nv, x)) for x in (0.1, -0.4)])
-        armature = np.linspace(0.0, 1.0, robot.model.nv)
-        expected = dynamics(robot, Q, armature)
+        joints = without_springs(np.linspace(0.0, 1.0, robot.model.nv), np.zeros(robot.model.nv, dtype=bool), "geared")
+        expected = dynamics(robot, Q, joints)
         with monkeypatch.context() as patch:
             patch.setattr("shockpc.landing.dynamics.LARGEST_DATA", robot.model.nv - 1)
             patch.delattr("shockpc.landing.dynamics._workspace")
-            found = dynamics(robot, Q, armature)
+            found = dynamics(robot, Q, joints)
         for part in ("H", "J", "rotation", "position"):
             np.testing.assert_allclose(getattr(found, part), getattr(expected, part), rtol=0, atol=1e-13 * np.abs(expected.H).max())
 
@@ -64,7 +65,9 @@ def test_order_of_the_joints():
     assert known_robot("cassie").depth_first
     state = dynamics(robot, robot.start[None])
     moving = np.where(state.ancestors[:, None], state.J[0], 0.0)
-    bodies = spatial_inertias(state, Inertias.of(robot, np.zeros(model.nv)))[0]
+    bodies = spatial_inertias(
+        robot, state, Inertias.of(robot, without_springs(np.zeros(model.nv), np.zeros(model.nv, dtype=bool), "free"))
+    )[0]
     np.testing.assert_allclose(state.H[0], (np.swapaxes(moving, 1, 2) @ bodies @ moving).sum(axis=0), atol=1e-14)
 
 

@@ -31,6 +31,7 @@ LANDINGS = {
     "sliding": on("hyq", "lf_foot", at="frame", directions=("z",), stance=()),
     "followers": on("panda", "panda_leftfinger", at="frame"),
     "several joints of one body": on(IN_SERIES, "shank", at="frame"),
+    "rotors that links carry": on("solo8", "FL_FOOT", at="frame", kind="point", strike=Strike(joint_velocities={"FL_KFE": 1.5})),
 }
 
 NEED_VALUES = {

@@ -147,12 +147,12 @@ def _sweeps(budget: float) -> Sheet:
         made = _sample(name, ROWS)
         source = made.landings
         resolved, Q = resolve(source.scene, source.robot), source.resolved()[0][:4096]
-        block, armature = Q[:256], resolved.joint_model.armature
-        equation = resolved.equation(dynamics(source.robot, block, armature), False)
+        block, joints = Q[:256], resolved.joint_model
+        equation = resolved.equation(dynamics(source.robot, block, joints), False)
         row = cost(partial(_written, made, None), budget, ROWS)
         maps = cost(partial(shock_maps, resolved, Q), budget, len(Q))
         few = [cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024) for wanted in (False, True)]
-        calls = cost(partial(dynamics, source.robot, block, armature), budget, len(block))
+        calls = cost(partial(dynamics, source.robot, block, joints), budget, len(block))
         step = partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance)
         eq_4 = cost(step, budget, len(block))
         size = len(source.robot.bodies) * source.robot.model.nv

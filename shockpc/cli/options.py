@@ -113,9 +113,10 @@ class SceneOptions(NamedTuple):
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     rotor: tuple[Motor, ...] = _in_joints(
-        "Inertia of a rotor [kg m²], gear ratio (by default the file's), stiffness of a spring between gear and joint [N m/rad]. "
+        "Inertia of a rotor [kg m²], gear ratio (by default the file's), stiffness of a spring between gear and joint [N m/rad], "
+        "and its gear, planetary, belt, harmonic or spur, which says in which sense the rotor turns. "
         "An inertia or a ratio that is between two numbers is [LOW,HIGH].",
-        "JOINT=INERTIA[:RATIO[:STIFFNESS]]",
+        "JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR]",
         rotor,
     )
     joint_stiffness: tuple[Setting, ...] = _in_joints(

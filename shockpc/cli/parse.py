@@ -11,6 +11,7 @@ import typer
 from shockpc.core.interval import Interval
 from shockpc.landing.joint_options import JointModelName
 from shockpc.landing.record import Option
+from shockpc.robot.gear import SENSE, Gear
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import is_path, usable_path
 
@@ -20,8 +21,8 @@ Setting: TypeAlias = tuple[str, float]
 Variable: TypeAlias = tuple[str, str | None]
 Inertia: TypeAlias = tuple[str, Interval]
 """Joint, and its reflected inertia."""
-Motor: TypeAlias = tuple[str, tuple[Interval, Interval | None, float | None]]
-"""Joint; inertia, gear ratio and stiffness of a rotor."""
+Motor: TypeAlias = tuple[str, tuple[Interval, Interval | None, float | None, Gear | None]]
+"""Joint; inertia, gear ratio and stiffness of a rotor, and the kind of its gear."""
 
 
 def finite(text: str) -> float:
@@ -124,16 +125,23 @@ def armature(text: str) -> Inertia:
 
 
 def rotor(text: str) -> Motor:
-    """JOINT=INERTIA[:RATIO[:STIFFNESS]], where the inertia and the ratio may each be [LOW,HIGH]."""
+    """JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], where the inertia and the ratio may each be [LOW,HIGH]."""
     name, values = definition(text)
     numbers = values.split(":")
-    if len(numbers) > 3:
-        raise typer.BadParameter(f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]], such as "*_knee=1.1e-4:9"')
+    gear = next((kind for kind in SENSE if kind == numbers[-1]), None)
+    if gear is not None:
+        numbers.pop()
+    if not 1 <= len(numbers) <= 3:
+        raise typer.BadParameter(
+            f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], such as "*_knee=1.1e-4:9:planetary"; '
+            f"gears are {', '.join(SENSE)}"
+        )
     inertia, ratio, stiffness = (*numbers, None, None)[:3]
     return name, (
         _interval(inertia or ""),
         None if ratio is None else _interval(ratio),
         None if stiffness is None else finite(stiffness),
+        gear,
     )
 
 

@@ -224,7 +224,7 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
     # A model that is typed replaces what the scene says of drives; what is typed beside it counts with it.
     joints = with_model(joints, given["model"]) if "model" in given else joints
     locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
-    motors = [(name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k)) for name, (inertia, n, k) in options.rotor]
+    motors = [(name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k, gear=gear)) for name, (inertia, n, k, gear) in options.rotor]
     # One way of giving a joint's drive replaces the scene's way.
     rotor = {name: one for name, one in joints.rotor.items() if name not in dict(options.armature)}
     armature = {name: one for name, one in joints.armature.items() if name not in dict(options.rotor)}

@@ -24,6 +24,20 @@ class CompositeInertia(NamedTuple):
     armature: Array
     before: tuple[int, ...]
 
+    def with_rotors(self, coupling: Array) -> "CompositeInertia":
+        """The same with the momenta c a of rotors about axes a of their joints, which the links carry that carry the joints.
+
+        H_ij gains c_j J_iᵀ (a_j, 0); on the diagonal that is c_j, which is no part of the joint's own inertia and is taken away.
+
+        Args:
+            coupling: (nv,) or (N, nv) c of each joint, zero of one that does not turn [kg m²].
+        """
+        if not coupling.any():
+            return self
+        F = self.F.copy()
+        F[:, :3] += coupling[..., None, :] * self.J[:, :3]
+        return self._replace(F=F, armature=self.armature - coupling)
+
 
 Inertia: TypeAlias = Array | CompositeInertia
 """Matrices H (N, nv, nv), symmetric positive definite [kg, kg m, kg m²], or what they consist of."""

@@ -220,7 +220,7 @@ def postures(
         trusted: as for `needs_proof`.
     """
     with_strike = landing.before.velocity.ndim > 1 or not landing.translates
-    state = dynamics(landing.robot, Q, landing.joint_model.armature, inertias)
+    state = dynamics(landing.robot, Q, landing.joint_model, inertias)
     everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     equation, solution, jumps = impact_jumps(landing, state, with_strike, carriers)

@@ -54,7 +54,7 @@ def slopes(
     """
     robot, along, (n, d, nv) = landing.robot, np.swapaxes(rates, 1, 2), rates.shape
     with one_thread(3 * nv):
-        state, found = dynamics(robot, Q, landing.joint_model.armature), dict[str, tuple[Array, Array]]()
+        state, found = dynamics(robot, Q, landing.joint_model), dict[str, tuple[Array, Array]]()
         twists = (state.J[:, None] * robot.ancestors[:, None]) @ along[:, None]
         others = [column for column in wanted if column.selection.quantity not in (*HEIGHTS, OVERHANG)]
         overhangs = [column for column in wanted if column.selection.quantity is OVERHANG]

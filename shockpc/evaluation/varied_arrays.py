@@ -64,16 +64,18 @@ def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inert
         if varied.kind in OF_A_LINK
     ]
     bodies = varied_bodies(landing.robot, of_links)
-    armature = np.repeat(landing.joint_model.armature[None], n, axis=0)
+    armature, per_turn = (np.repeat(part[None], n, axis=0) for part in (landing.joint_model.armature, landing.joint_model.per_turn))
     for varied, values in x.items():
         if varied.kind == "armature":
             chosen = armature_set(landing.scene, landing.robot, varied)
             new = values[:, None] * (armature[:, chosen] if varied.factor else 1.0)
             armature[:, chosen] = _or(new, armature[:, chosen])
+            if not varied.factor:  # nothing says of what gear such an armature is
+                per_turn[:, chosen] = np.where(np.isnan(new), per_turn[:, chosen], 0.0)
     mass, com, inertia = (np.broadcast_to(part, (n, *part.shape[1:])) for part in bodies)
     with np.errstate(all="ignore"):
         plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
-    return Inertias(mass, com, inertia, armature), plausible.all(axis=1)
+    return Inertias(mass, com, inertia, armature, armature * per_turn), plausible.all(axis=1)
 
 
 def velocities(landing: PosedLanding, varied: Mapping[str, Array]) -> Array:

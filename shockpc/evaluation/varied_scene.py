@@ -30,6 +30,7 @@ from shockpc.landing.posture import configuration, displaced
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import plane_of, with_plane
 from shockpc.robot.changes import ADDED, Change, Property, changed, links_with_mass
+from shockpc.robot.gear import Gear
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -261,11 +262,20 @@ def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) 
     armature, rotor = dict[str, float](), dict[str, Rotor]()
     for name, v in _first_velocities(robot, chosen):
         inertia, k = max(value * float(model.armature[v] + model.rotor[v]), LEAST_INERTIA), float(model.drive_stiffness[v])
-        if np.isfinite(k) or name in with_rotor:
-            rotor[name] = Rotor(inertia=inertia, gear_ratio=1.0, stiffness=k if np.isfinite(k) else None)
+        if np.isfinite(k) or name in with_rotor or model.per_turn[v]:
+            rotor[name] = _reflected_rotor(inertia, k, float(model.per_turn[v]))
         else:
             armature[name] = inertia
     return replace(joints, armature=_set_last(joints.armature, armature), rotor=_set_last(joints.rotor, rotor))
+
+
+def _reflected_rotor(inertia: float, k: float, per_turn: float) -> Rotor:
+    """A rotor by its inertia at the joint [kg m²], the spring before it [N m/rad], and as `JointModel.per_turn`."""
+    stiffness = k if np.isfinite(k) else None
+    if not per_turn:
+        return Rotor(inertia=inertia, gear_ratio=1.0, stiffness=stiffness)
+    gear: Gear = "planetary" if per_turn > 0.0 else "harmonic"
+    return Rotor(inertia=inertia * per_turn**2, gear_ratio=1.0 / abs(per_turn), stiffness=stiffness, gear=gear)
 
 
 def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
@@ -299,7 +309,7 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
             stiffness[name] = value * float(model.stiffness[v] if varied.factor else 1.0)
         if behind[v]:
             k = value * float(model.drive_stiffness[v] if varied.factor else 1.0)
-            rotor[name] = Rotor(inertia=float(model.rotor[v]), gear_ratio=1.0, stiffness=k)
+            rotor[name] = _reflected_rotor(float(model.rotor[v]), k, float(model.per_turn[v]))
     return replace(joints, stiffness=_set_last(joints.stiffness, stiffness), rotor=_set_last(joints.rotor, rotor))
 
 

@@ -32,6 +32,7 @@ from shockpc.landing.constraints import (
 )
 from shockpc.landing.contact import lowest_point_turned
 from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
+from shockpc.landing.joint_model import JointModel
 from shockpc.landing.landing import Landing
 from shockpc.robot.robot import Robot
 
@@ -73,7 +74,7 @@ def derivatives(
     J = np.ascontiguousarray(state.J.swapaxes(1, 2))
     (n, nv), J_cross = J.shape[:2], motion_cross(J)
     delta_qd, impulse = equation.full(solution.delta_qd[..., :3]), solution.independent_impulse[..., :3]
-    right, twists, fixed = _momentum_rates(robot, state, J, J_cross, delta_qd)
+    right, twists, fixed = _momentum_rates(robot, landing.joint_model, state, J, J_cross, delta_qd)
     dJ = _row_rates(robot, state, equation.blocks, J, J_cross)
     right += impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
     left = delta_qd.swapaxes(1, 2)[:, None] @ dJ
@@ -110,11 +111,14 @@ def _masks(robot: Robot) -> tuple[Array, Array]:
     return (carriers.T & ~ahead).astype(float), ahead.astype(float)
 
 
-def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, delta_qd: Array) -> tuple[Array, Array, Array]:
+def _momentum_rates(
+    robot: Robot, joints: JointModel, state: Dynamics, J: Array, J_cross: Array, delta_qd: Array
+) -> tuple[Array, Array, Array]:
     """How the momenta that a jump gives to the bodies change with the posture.
 
     Args:
         robot: the robot.
+        joints: what they do.
         state: the same in N postures.
         J: (N, nv, 6) twists of unit joint velocities.
         J_cross: (N, nv, 6, 6) their matrices, as `motion_cross`.
@@ -125,7 +129,7 @@ def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, del
     (n, nv), nb, (turned, ahead), moves = J.shape[:2], len(robot.bodies), _masks(robot), robot.ancestors.T.astype(float)
     parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)
     twists, fixed = (moves.T @ parts).reshape(n, nb, 6, 3), J_cross @ (ahead @ parts).reshape(n, nv, 6, 3)
-    inertia = spatial_inertias(state, Inertias.of(robot, np.zeros(nv)))
+    inertia = spatial_inertias(robot, state, Inertias.of(robot, joints))
     momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
     composite = (moves @ inertia.reshape(n, nb, 36)).reshape(n, nv, 6, 6)
     change, F = np.split(composite @ np.concatenate([fixed, J[..., None]], axis=3), [3], axis=3)

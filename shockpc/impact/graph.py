@@ -178,7 +178,7 @@ def refuse(landing: PosedLanding) -> None:
     Q = displaced(landing.robot, np.tile(landing.q, (3, 1)), steps)
     for q in Q:
         landing.robot.set_followers(q)
-    equation = landing.equation(dynamics(landing.robot, Q, landing.joint_model.armature))
+    equation = landing.equation(dynamics(landing.robot, Q, landing.joint_model))
     solution = solve_in_doubles(landing, equation)
     if not np.isfinite(solution.condition).any():
         raise without_inertia(landing, landing.equation(landing.state))

@@ -15,7 +15,7 @@ from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross, velocity_at
 from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
-from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
+from shockpc.landing.dynamics import Dynamics, Inertias, geared_bodies, spatial_inertias
 from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import twist_before
@@ -156,7 +156,7 @@ class Impact:
     @functools.cached_property
     def inertias(self) -> Inertias:
         """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one for all."""
-        return Inertias.of(self.landing.robot, self.landing.joint_model.armature)
+        return Inertias.of(self.landing.robot, self.landing.joint_model)
 
     @property
     def masses(self) -> Any:
@@ -183,8 +183,8 @@ class Impact:
 
     @property
     def spatial_inertias(self) -> Any:
-        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
-        return spatial_inertias(self.state, self.inertias)
+        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes, as `landing.dynamics.spatial_inertias`."""
+        return spatial_inertias(self.landing.robot, self.state, self.inertias)
 
     @functools.cached_property
     def joint_loads(self) -> Any:
@@ -206,7 +206,21 @@ class Impact:
         for i in range(len(parents) - 1, 0, -1):
             if parents[i] >= 0:
                 loads[:, :, parents[i]] += loads[:, :, i]
+        loads[..., :3] -= self.rotor_moments
         return loads
+
+    @functools.cached_property
+    def rotor_moments(self) -> Any:
+        """Moments c a (a·Δω) (N, S, nb, 3) that `spatial_inertias` has of each body for the coupling of its joint, world axes.
+
+        They are of the rotor, which the body's parent carries, so they do not go through the joint.
+        """
+        moments = 0.0 * self.strike_jumps[..., :3]
+        for v, body in geared_bodies(self.landing.robot, self.inertias.coupling):
+            omega = (self.state.rotation[:, None, body] @ self.strike_jumps[:, :, body, :3, None])[..., 0]
+            axis, coupling = self.state.J[:, None, :3, v], self.exact(self.inertias.coupling[:, None, v])
+            moments[:, :, body] = axis * (coupling * np.sum(axis * omega, axis=-1))[..., None]
+        return moments
 
     def joint_power(self, joints: Sequence[tuple[int, int]]) -> Any:
         """Power (N, S, n) of the wrenches through joints in unit rates. Args: joints, body and velocity of each."""
@@ -232,14 +246,14 @@ class Impact:
 
     @functools.cached_property
     def kinetic_energy_before(self) -> Any:
-        """½ Σ Vᵀ I V + ½ q̇ᵀ diag(armature) q̇ of the motion before the impact (N, S) [J]."""
+        """½ Σ Vᵀ I V + ½ q̇ᵀ diag(A − c) q̇ of the motion before the impact (N, S) [J], A armature and c coupling, which is in I."""
         before, bodies = self.landing.before, range(len(self.landing.robot.bodies))
         twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)[:, None] + np.zeros((1, 1, 1, 1))
         linear = twists[..., 3:] + self._strike_change[..., None, :]
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
         momenta = (self.spatial_inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
-        armature = np.sum(self.exact(self.inertias.armature) * self.exact(before.joint_rates) ** 2, axis=-1)
-        return (np.sum(momenta * twists, axis=(-1, -2)) + armature[:, None]) / 2
+        own = self.exact(self.inertias.armature) - self.exact(self.inertias.coupling)
+        return (np.sum(momenta * twists, axis=(-1, -2)) + np.sum(own * self.exact(before.joint_rates) ** 2, axis=-1)[:, None]) / 2
 
 
 class DoubleImpact(Impact):

@@ -24,7 +24,7 @@ from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import with_stops
-from shockpc.landing.dynamics import dynamics
+from shockpc.landing.dynamics import dynamics, geared_bodies
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.quantities.quantity import Quantity, evaluate
@@ -224,7 +224,7 @@ def _response(landing: PosedLanding) -> _Response:
     columns = np.flatnonzero(model.low < model.high)
     modelled = solve_in_doubles(landing, equation)
     # H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0 for a unit impulse on joint i: Δẏ = H⁻¹ Gᵀ e_i, and what undoes its speeds along the rows.
-    on_joints = np.eye(len(model.armature))[:, columns]
+    on_joints = _turns(landing)[:, columns]
     unheld = solve_inertia(equation.inertia, (on_joints if equation.G is None else equation.G[0].T @ on_joints)[None])
     held = solve_in_doubles(landing, equation._replace(b=equation.J_c @ unheld))
     solution = modelled._replace(
@@ -234,10 +234,24 @@ def _response(landing: PosedLanding) -> _Response:
     )
     jumps = jumps_of(landing, equation.full(solution.delta_qd), equation.state)
     impact = _columns_of(landing, solution, jumps)
-    rates = impact.delta_qd[0, columns]
+    rates = on_joints.T @ impact.delta_qd[0]
     less, more = model.low - model.armature, model.high - model.armature
     box = DriveBox(rates[:, 1:], rates[:, 0], less[columns], more[columns])
     return _Response(box, columns, solution, impact)
+
+
+def _turns(landing: PosedLanding) -> Array:
+    """The joint velocities (nv, nv) on which the drive of each joint acts, as columns: the joint's own, or the turns of its rotor.
+
+    A rotor turns by q̇ + (a·ω)/±n for one turn of the joint, with ω of the link that carries it. Of a
+    drive that may be infinite, which is a joint that is held, the joint's own rate counts alone.
+    """
+    model, J = landing.joint_model, landing.state.J[0, :3]
+    turns = np.eye(len(model.armature))
+    for v, body in geared_bodies(landing.robot, np.where(np.isinf(model.high), 0.0, model.coupling)):
+        carried = landing.robot.ancestors[landing.robot.parents[body]]
+        turns[:, v] += model.per_turn[v] * carried * (J[:, v] @ J)
+    return turns
 
 
 def _columns_of(landing: PosedLanding, solution: Solution, jumps: Array) -> ColumnImpact:
@@ -320,7 +334,7 @@ def _changed(landing: PosedLanding, change: Array) -> PosedLanding | None:
         high=armature,
         sources=(),
     )
-    state = dynamics(landing.robot, landing.q[None], armature)
+    state = dynamics(landing.robot, landing.q[None], joints)
     other = replace(landing.without_stops, joint_model=joints, state=state)
     try:
         return with_stops(other) if landing.scene.stops else other

@@ -14,6 +14,7 @@ import pinocchio as pin
 from shockpc.core.inertia import CompositeInertia, Inertia, matrix_of
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross_matrix
+from shockpc.landing.joint_model import JointModel, without_springs
 from shockpc.robot.robot import Robot
 
 PINOCCHIO: str = pin.__version__
@@ -38,17 +39,19 @@ class Inertias(NamedTuple):
         com: (N, nb, 3) their centres of mass, in their frames [m].
         inertia: (N, nb, 3, 3) about the centres of mass, axes of the frames [kg m²].
         armature: (N, nv) reflected inertia of the joints [kg m², kg].
+        coupling: (N, nv) of the joints to the links that carry their rotors [kg m²], as of `JointModel`.
     """
 
     mass: Array
     com: Array
     inertia: Array
     armature: Array
+    coupling: Array
 
     @classmethod
-    def of(cls, robot: Robot, armature: Array) -> "Inertias":
-        """The robot as it is (N = 1). Args: armature (nv,) of its joints."""
-        return cls(robot.masses[None], robot.coms[None], robot.inertias[None], armature[None])
+    def of(cls, robot: Robot, joints: JointModel) -> "Inertias":
+        """The robot as it is (N = 1), with what its joints do."""
+        return cls(robot.masses[None], robot.coms[None], robot.inertias[None], joints.armature[None], joints.coupling[None])
 
     @property
     def gyration(self) -> Array:
@@ -70,7 +73,7 @@ class Dynamics(NamedTuple):
     """A robot in N postures.
 
     Attributes:
-        inertia: of the bodies, and of the joints' armature if it was given; as momenta where that takes less time.
+        inertia: of the bodies, and of the joints' rotors if they were given; as momenta where that takes less time.
         J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
@@ -93,29 +96,29 @@ class Dynamics(NamedTuple):
         return matrix_of(self.inertia)
 
 
-def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: Inertias | None = None) -> Dynamics:
+def dynamics(robot: Robot, Q: Array, joints: JointModel | None = None, inertias: Inertias | None = None) -> Dynamics:
     """Evaluate a robot in N postures.
 
     Args:
         robot: the robot; of one whose bodies are not in the order of the tree, Pinocchio's algorithms give a wrong inertia.
         Q: (N, nq) configurations in Pinocchio's layout.
-        armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
-        inertias: the inertias in each posture, instead of the robot's and of `armature`.
+        joints: what they do, of which their reflected inertia and its coupling count here; none by default.
+        inertias: the inertias in each posture, instead of the robot's and of the joints'.
     """
     n, nv = len(Q), robot.model.nv
     J, placed = np.empty((n, nv, 6)), np.empty((n, robot.model.njoints, 12))
-    armature = np.zeros(nv) if armature is None else armature
+    joints = joints or without_springs(np.zeros(nv), np.zeros(nv, dtype=bool), "free")
     Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
     if robot.free_base:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
     inertia: Inertia
     if nv > LARGEST_DATA or not robot.depth_first:
-        inertias = Inertias.of(robot, armature) if inertias is None else inertias
+        inertias = Inertias.of(robot, joints) if inertias is None else inertias
         before = _place_joints(robot.model, Q, J, placed)
     else:
         model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
-        model.armature, before = armature, tuple(data.parents_fromRow)
+        model.armature, before = joints.armature, tuple(data.parents_fromRow)
         if inertias is not None:
             for k, q in enumerate(Q):
                 pin.computeJointJacobians(model, data, q)
@@ -141,7 +144,10 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
     if inertias is None and n * nv**2 >= WHOLE_ARRAYS:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
-        inertia = CompositeInertia(J, F, np.array(armature), before)
+        inertia = CompositeInertia(J, F, np.array(joints.armature), before).with_rotors(joints.coupling)
+    elif inertias is None and joints.coupling.any():
+        none = CompositeInertia(J, np.zeros_like(J), np.zeros(nv), before)
+        inertia = matrix_of(inertia) + matrix_of(none.with_rotors(joints.coupling))
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
@@ -149,7 +155,8 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ body_rotation
     if inertias is not None:
-        momenta = CompositeInertia(J, _momenta(robot, J, rotation, position, inertias), inertias.armature, before)
+        F = _momenta(robot, J, rotation, position, inertias)
+        momenta = CompositeInertia(J, F, inertias.armature, before).with_rotors(inertias.coupling)
         inertia = momenta if n * nv**2 >= WHOLE_ARRAYS else matrix_of(momenta)
     return Dynamics(inertia, J, rotation, position, origin, robot.ancestors, Q)
 
@@ -184,14 +191,33 @@ def _place_joints(model: pin.Model, Q: Array, J: Array, placed: Array) -> tuple[
     )
 
 
-def spatial_inertias(state: Dynamics, inertias: Inertias) -> Array:
-    """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
+def spatial_inertias(robot: Robot, state: Dynamics, inertias: Inertias) -> Array:
+    """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63).
+
+    They contain the coupling of rotors, of which the angular velocities of a joint's two bodies, ω and ω_p, take all but a part
+    of the joint's own inertia: c q̇ (a·ω_p) = ½ c (a·ω)² − ½ c (a·ω_p)² − ½ c q̇², as a·ω = a·ω_p + q̇.
+    """
     R, mass = state.rotation, inertias.mass[..., None, None]
     C = cross_matrix(state.position + (R @ inertias.com[..., None])[..., 0])
     out = np.zeros((*C.shape[:2], 6, 6))
     out[..., :3, :3] = R @ inertias.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
     out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
+    for v, body in geared_bodies(robot, inertias.coupling):
+        a = state.J[:, :3, v]
+        moments = inertias.coupling[:, v, None, None] * a[:, :, None] * a[:, None, :]
+        out[:, body, :3, :3] += moments
+        out[:, robot.parents[body], :3, :3] -= moments
     return out
+
+
+def geared_bodies(robot: Robot, coupling: Array) -> list[tuple[int, int]]:
+    """The velocities of joints that couple to the links that carry their rotors, and the bodies that the joints move.
+
+    Args:
+        robot: the robot.
+        coupling: (..., nv), zero of all others.
+    """
+    return [(joint.v.start, body) for body, joint in enumerate(robot.joints) if coupling[..., joint.v].any()]
 
 
 def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias: Inertias) -> Array:

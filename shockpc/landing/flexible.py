@@ -13,7 +13,7 @@ from shockpc.core.frozen import frozen
 from shockpc.core.segments import Flex, elastic_frequencies, flex_from
 from shockpc.core.spatial import Array
 from shockpc.landing.constraints import ConstraintBlock
-from shockpc.landing.dynamics import dynamics
+from shockpc.landing.dynamics import dynamics, geared_bodies
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.robot.elements import Loop
@@ -113,12 +113,14 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
     robot, contacts = landing.robot, len(landing.contacts)
     struck = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance) if block.kind != "stop"]
     ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
-    flexible = flexible_robot(robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends)
+    joints = landing.joint_model
+    rotors = tuple((body, float(joints.coupling[v] * joints.per_turn[v])) for v, body in geared_bodies(robot, joints.coupling))
+    flexible = flexible_robot(robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends, rotors)
     if landing.base == "fixed" and robot.free_base and 0 in flexible.divisions:
         name = robot.bodies[0].name
         raise SceneError(f'link "{name}" cannot bend, because it is fixed to the world; {LEAVE_OUT}', bodies=[name])
     blocks = [_on_segments(flexible, block) for block in landing.without_stops.blocks[: contacts + len(landing.stance)]]
-    q, zero, joints = flexible.configuration(landing.q), np.zeros(robot.model.nv), landing.joint_model
+    q, zero = flexible.configuration(landing.q), np.zeros(robot.model.nv)
     whole = flexible.velocities
     model = joints._replace(
         armature=whole(joints.armature),
@@ -130,6 +132,7 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         torque=whole(joints.torque, np.nan),
         low=whole(joints.low),
         high=whole(joints.high),
+        per_turn=whole(joints.per_turn),
     )
     values = {part.name: getattr(landing, part.name) for part in fields(PosedLanding)}
     values |= {
@@ -140,7 +143,7 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         "joint_model": model,
         "before": landing.before._replace(joint_rates=whole(landing.before.joint_rates + zero)),
         "q": q,
-        "state": dynamics(flexible.robot, q[None], model.armature),
+        "state": dynamics(flexible.robot, q[None], model),
         "acting": (),
     }
     return FlexibleLanding(**values, rigid=landing, flexible=flexible)

@@ -1,13 +1,16 @@
 """What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock paper, Section 3.1.2).
 
-free: no rotor, or one behind a spring (series elasticity), which yields. geared: the reflected inertia n² I_rotor adds to H's
-diagonal. locked: the gearbox's friction or the motor holds the joint at the rate that it has, two bodies are one, and the joint's
-column is left out. A spring, of the joint itself or behind the rotor, gives no impulse in an instant. No choice moves the answer
-more than this one.
+free: no rotor, or one behind a spring (series elasticity), which yields. geared: the reflected
+inertia n² I_rotor adds to H's diagonal, and beside it, where the gear is known, ±n I_rotor couples
+the joint to the link that carries the rotor. locked: the gearbox's friction or the motor holds the
+joint at the rate that it has, two bodies are one, and the joint's column is left out. A spring, of
+the joint itself or behind the rotor, gives no impulse in an instant. No choice moves the answer more
+than this one.
 """
 
 import functools
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -70,6 +73,8 @@ class JointModel(NamedTuple):
         high: (nv,) largest one, at least `armature`; infinite, which is a joint that is held, where nothing is known. Both are
             `armature` where `locked` is.
         sources: how well the drives of all joints with a motor are known that are neither locked nor free by the scene.
+        per_turn: (nv,) turns of each joint for one of its rotor, below zero where it turns against it [1];
+            zero where no body of the robot carries the rotor, or the sense is not known.
     """
 
     armature: Array
@@ -84,6 +89,17 @@ class JointModel(NamedTuple):
     low: Array
     high: Array
     sources: tuple[DriveSource, ...]
+    per_turn: Array
+
+    @property
+    def coupling(self) -> Array:
+        """Coupling c (nv,) of each joint to the link that carries its rotor, ±n I_rotor [kg m²].
+
+        Where ω is the angular velocity of that link, a rotor turns with ±n q̇ + a·ω about its axis a,
+        which is the joint's. Its kinetic energy, ½ I_rotor (±n q̇ + a·ω)², has the term c q̇ (a·ω) beside
+        ½ n² I_rotor q̇², the reflected inertia, and ½ I_rotor (a·ω)², which the link's inertia contains.
+        """
+        return self.armature * self.per_turn
 
     @property
     def springs(self) -> np.ndarray:
@@ -128,6 +144,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         found.take(name, drive, drive.status or "given", drive.source or drives.label)
     for pattern, drive in given:
         found.take(pattern, drive, "given", "the scene")
+    if joints.carried:
+        found.carry_rotors()
     for pattern, k in joints.stiffness.items():
         found.spring(pattern, _positive("the stiffness of joint", pattern, k))
     torque = np.full(robot.model.nv, np.nan)
@@ -156,6 +174,8 @@ class _Found:
         inertia: (nv,) reflected inertia, behind a spring or not [kg m², kg]; zero where it is not known.
         low, high: (nv,) its ends [kg m², kg].
         stiffness, drive_stiffness: (nv,) as in `JointModel`.
+        per_turn: (nv,) turns of the joint for one of its rotor, as of `Drive`.
+        carried: (nv,) the same of rotors that a body of the robot carries.
         origin: status and text of what gives a joint its drive, by name.
     """
 
@@ -165,6 +185,7 @@ class _Found:
         self.inertia = np.where(robot.actuated_dofs & (not free), robot.model.armature, 0.0)
         self.low, self.high = np.array(self.inertia), np.array(self.inertia)
         self.stiffness, self.drive_stiffness = np.zeros(robot.model.nv), np.full(robot.model.nv, np.inf)
+        self.per_turn, self.carried = np.zeros(robot.model.nv), np.zeros(robot.model.nv)
         self.origin: dict[str, tuple[Status, str]] = {}
         without = passive(robot)
         for joint in () if free else robot.single_joints:
@@ -184,10 +205,30 @@ class _Found:
         v = _velocities(self.robot, pattern)
         self.inertia[v], (self.low[v], self.high[v]) = drive.reflected or 0.0, drive.interval
         self.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
+        self.per_turn[v] = drive.per_turn
         if drive.stiffness is not None:
             self.stiffness[v] = drive.stiffness
         for name in _driven(self.robot, pattern):
             self.origin[name] = (status, text)
+
+    def carry_rotors(self) -> None:
+        """Let rotors turn with the bodies that carry them; the world, which carries some, does not turn.
+
+        Raises:
+            SceneError: a joint with a gear slides, or is one of several that move its body, so that it is
+                not known about which axis of which body the rotor turns.
+        """
+        for joint in self.robot.joints:
+            if not self.per_turn[joint.v].any():
+                continue
+            if joint.kind not in ("revolute", "continuous"):
+                raise SceneError(
+                    f'joint "{joint.name}" has a gear, which is computed only of joints that turn about one '
+                    "axis; leave the gear out",
+                    joints=[joint.name],
+                )
+            if joint.parent >= 0:
+                self.carried[joint.v] = self.per_turn[joint.v]
 
     def spring(self, pattern: str, k: float) -> None:
         """Take a spring of some joints. A joint of which nothing else is known has its spring in the place of a motor."""
@@ -229,6 +270,7 @@ class _Found:
             low=np.where(exact, armature, self.low),
             high=np.where(exact, armature, self.high),
             sources=sources,
+            per_turn=self.carried,
         )
 
     def _sources(self, locked: np.ndarray) -> tuple[DriveSource, ...]:
@@ -273,7 +315,7 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
                 )
                 raise SceneError(message, joints=[name])
             drive = Drive(joint=(name,), rotor_inertia=motor.inertia, gear_ratio=ratio, drive_stiffness=k)
-            given.append((name, drive))
+            given.append((name, replace(drive, gear=motor.gear)))
     for pattern, drive in given:
         numbers = {"armature": drive.armature, "rotor inertia": drive.rotor_inertia, "gear ratio": drive.gear_ratio}
         for what, number in numbers.items():
@@ -292,7 +334,9 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
     """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
     zero = np.zeros(len(armature))
-    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0, zero + np.nan, armature, armature, ())
+    return JointModel(
+        armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0, zero + np.nan, armature, armature, (), zero
+    )
 
 
 def _drives(robot: Robot, joints: Joints) -> Drives:

@@ -7,6 +7,7 @@ from typing import Literal
 from shockpc.core.frozen import frozen
 from shockpc.core.interval import Interval
 from shockpc.landing.record import JOINT_MODEL, Record, documented, option
+from shockpc.robot.gear import Gear
 
 JointModelName = Literal["free", "geared", "rigid", "locked"]
 """What all joints do."""
@@ -20,11 +21,13 @@ class Rotor(Record):
         inertia: of the rotor about its axis, or [low, high] [kg m²].
         gear_ratio: turns of the rotor for one of the joint, or [low, high] [1]; by default that of the robot's file.
         stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
+        gear: its kind, from which the sense in which the rotor turns follows; by default its coupling to the link is left out.
     """
 
     inertia: Interval
     gear_ratio: Interval | None = None
     stiffness: float | None = None
+    gear: Gear | None = None
 
 
 @documented
@@ -65,6 +68,13 @@ class Joints(Record):
         "(flight), those that also hold the robot's weight on its contacts (standing), or none.",
         JOINT_MODEL,
         default="flight",
+    )
+    carried: bool = option(
+        True,
+        "Rotors turn with the links that carry them too, in the sense that the gears of their drives give; --no-carried, or "
+        "joints.carried = false, leaves this out.",
+        JOINT_MODEL,
+        name="no-carried",
     )
     armature: Mapping[str, Interval] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)

@@ -119,7 +119,7 @@ class Landing:
     def at(self, q: Array) -> "PosedLanding":
         """This landing in one posture. Args: q (nq,) configuration in which every loop is closed."""
         values = {part.name: getattr(self, part.name) for part in fields(Landing)}
-        return PosedLanding(**values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model.armature))
+        return PosedLanding(**values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model))
 
     def moving(self, before: Motion, velocities: Array) -> Self:
         """This landing with another motion before the impact, or with one for each of N postures.

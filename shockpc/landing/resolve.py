@@ -198,7 +198,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     if not loops and (closing := closing_scene(robot.source.path)) is not None:
         text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
         warnings.append(Diagnostic("scene", robot.name, None, text))
-    state = dynamics(robot, q[None], joints.armature)
+    state = dynamics(robot, q[None], joints)
     before = motion_of(robot, scene, contacts, loops, joints, plane, state)
     landing = resolve_contacts(
         PosedLanding(

@@ -210,7 +210,7 @@ class ShockMaps(NamedTuple):
         with one_thread(nv):
             for k in range(0, n, CHUNK):
                 block = slice(k, k + CHUNK)
-                state = dynamics(self.robot, self.Q[block], landing.joint_model.armature)
+                state = dynamics(self.robot, self.Q[block], landing.joint_model)
                 equation = landing.equation(state, with_strike=False)
                 equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[block]))
                 solution = solve_in_doubles(landing, equation)

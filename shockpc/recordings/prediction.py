@@ -118,7 +118,7 @@ def mobilities(study: RecordedLandings) -> Array:
             if isinstance(group, Refusal):
                 continue
             landing = group.landing
-            state = dynamics(robot, group.Q, landing.joint_model.armature)
+            state = dynamics(robot, group.Q, landing.joint_model)
             moved, G = _velocities(robot, state), free_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked)
             moved, H = (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)
             W[first + group.postures] = moved @ solve_inertia(H, moved.swapaxes(1, 2))

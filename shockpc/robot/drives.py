@@ -12,7 +12,7 @@ from dataclasses import field, replace
 from pathlib import Path
 
 from shockpc.core.frozen import frozen
-from shockpc.core.interval import ends, interval_fault, interval_text
+from shockpc.core.interval import ends, interval_fault, interval_text, middle
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.robot import Robot
@@ -91,6 +91,8 @@ def _contradictions(drive: Drive) -> Iterator[str]:
     given = [key for key in _INERTIAS if getattr(drive, key) is not None]
     if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
         yield "needs rotor_inertia and gear_ratio, or only armature"
+    elif drive.gear is not None and not middle(drive.gear_ratio or 0.0):
+        yield "has a gear, which needs its gear_ratio"
     elif drive.status == "unknown" and given:
         yield f"has the status unknown and {listed(given)}; leave out one of the two"
     elif inertia > LARGEST_NUMBER:

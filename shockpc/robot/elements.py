@@ -10,6 +10,7 @@ import pinocchio as pin
 from shockpc.core.frozen import frozen
 from shockpc.core.interval import Interval, ends, middle
 from shockpc.core.spatial import Array, read_only
+from shockpc.robot.gear import SENSE, Gear
 from shockpc.text.printed import listed
 
 KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
@@ -162,6 +163,7 @@ class Drive:
         armature: reflected inertia, or its smallest and largest value [kg m²; kg for a prismatic joint].
         rotor_inertia: of the rotor about its axis, or its ends [kg m²].
         gear_ratio: turns of the rotor for one of the joint, or its ends [1].
+        gear: its kind, from which the sense in which the rotor turns follows.
         drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
         stiffness: of a spring of the joint itself [N m/rad, N/m].
         range: smallest and largest inertia at the joint that the source allows, beside the number
@@ -176,6 +178,7 @@ class Drive:
     armature: Interval | None = None
     rotor_inertia: Interval | None = None
     gear_ratio: Interval | None = None
+    gear: Gear | None = None
     drive_stiffness: float | None = None
     stiffness: float | None = None
     range: tuple[float, float] | None = None
@@ -213,6 +216,13 @@ class Drive:
             return 0.0, math.inf
         spread = IDENTIFIED if self.status == "identified" and low == high else 0.0
         return (1.0 - spread) * low, (1.0 + spread) * high
+
+    @property
+    def per_turn(self) -> float:
+        """Turns of the joint for one of its rotor, below zero where it turns against it; 0 where gear or ratio is not known."""
+        if self.gear is None or self.gear_ratio is None:
+            return 0.0
+        return SENSE[self.gear] / abs(middle(self.gear_ratio))
 
 
 class Drives(NamedTuple):

@@ -70,7 +70,10 @@ class FlexibleRobot:
 
 @memoized(most=8)
 def flexible_robot(
-    robot: Robot, links: tuple[tuple[str, Flex], ...], ends: tuple[tuple[int, tuple[float, ...]], ...] = ()
+    robot: Robot,
+    links: tuple[tuple[str, Flex], ...],
+    ends: tuple[tuple[int, tuple[float, ...]], ...] = (),
+    rotors: tuple[tuple[int, float], ...] = (),
 ) -> FlexibleRobot:
     """A robot of which some links bend.
 
@@ -81,14 +84,18 @@ def flexible_robot(
         robot: the robot; it stays as it is.
         links: how they bend, each with its name or a glob; of two that fit a link the latter.
         ends: further places up to which a body bends: its index, and (3,) in its frame [m].
+        rotors: inertia of each rotor that a link carries [kg m²], with the index of the body that it drives.
 
     Raises:
         UnknownName: a pattern fits no link.
-        RobotError: a link has no mass, or an inertia that no body has.
+        RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors that it carries.
     """
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
     lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
     divisions = {body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()}
+    for driven, inertia in rotors:
+        if robot.parents[driven] in divisions:
+            divisions[robot.parents[driven]] = _with_rotor(robot, divisions, driven, inertia)
     old, new = robot.model, pin.Model()
     new.name = old.name
     # The joints of the new model that move each segment of each body, and the stiffness of those that are hinges.
@@ -229,6 +236,33 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
     half = np.sqrt(3.0 * (0.5 * moments.sum() - moments[0]) / one.mass) * axes[:, 0]
     half *= 1.0 if half @ (one.com - start) >= 0.0 else -1.0
     return one.com - half, one.com + half
+
+
+def _with_rotor(robot: Robot, divisions: Mapping[int, Division], driven: int, inertia: float) -> Division:
+    """The segments of a body where that at the joint of a rotor has its inertia about its axis, of what all had of it.
+
+    Args:
+        robot: the robot.
+        divisions: of its bodies.
+        driven: index of the body that the rotor drives.
+        inertia: of the rotor [kg m²].
+
+    Raises:
+        RobotError: all segments together have less.
+    """
+    joint, body = robot.joints[driven], robot.bodies[robot.parents[driven]]
+    division = divisions[joint.parent]
+    assert joint.axis is not None
+    axis = body.rotation.T @ joint.rotation @ joint.axis
+    moments = division.inertia @ axis @ axis
+    if not inertia < moments.sum():
+        raise RobotError(
+            f'link "{body.name}" cannot bend, because it has less inertia than the rotor of joint "{joint.name}" that it '
+            f"carries; leave its gear out (--no-carried), or {LEAVE_OUT}"
+        )
+    change = -moments / moments.sum()
+    change[_on_segment(robot, divisions, joint.parent, robot.model.jointPlacements[robot.bodies[driven].joint])[0]] += 1.0
+    return division._replace(inertia=division.inertia + inertia * change[:, None, None] * np.outer(axis, axis))
 
 
 def _divide(robot: Robot, body: int, line: tuple[Array, Array], hinges: int) -> Division:

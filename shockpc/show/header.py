@@ -155,7 +155,8 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
         given = motor.gear_ratio
         ratio = "the file's gear ratio" if given is None else f"gear ratio {interval_text(given)}"
         behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
-        texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{behind}")
+        gear = "" if motor.gear is None else f", {motor.gear}"
+        texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{gear}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
     if model.drives and robot.settings:

@@ -181,7 +181,15 @@ def body_inertia(arithmetic: Arithmetic, mass: Any, lever: Array | Numbers, iner
     return arithmetic.block(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 
 
-def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Sequence[Matrix], armature: Array) -> Numbers:
+def rotor_inertia(arithmetic: Arithmetic, coupling: float, axis: Numbers) -> Any:
+    """Moments (6, 6) of a coupling about its axis (3,) in the bodies beside it, as `spatial_inertias` of `landing.dynamics`."""
+    x, y, z = axis.tolist()
+    row = [arithmetic.number(0)] * 3
+    moments = [[*(part * other * coupling for other in (x, y, z)), *row] for part in (x, y, z)]
+    return arithmetic.block(6, 6, [entry for line in (*moments, *[row + row] * 3) for entry in line])
+
+
+def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Sequence[Matrix], armature: Numbers) -> Numbers:
     """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves.
 
     Args:
@@ -189,7 +197,7 @@ def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Se
         robot: the robot.
         J: (6, nv) twists of unit joint velocities.
         inertias: (6, 6) of each body.
-        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        armature: (nv,) inertia of the joints that is in none of the bodies [kg m², kg].
     """
     composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
     for i in range(len(composite) - 1, -1, -1):
@@ -199,5 +207,5 @@ def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Se
         H[v, before] = H[before, v].T
         if robot.parents[i] >= 0:
             composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
-    H[np.diag_indices(len(H))] += arithmetic.numbers(armature)
+    H[np.diag_indices(len(H))] += armature
     return H

@@ -39,7 +39,7 @@ def last_digits_changed(landing: PosedLanding, pattern: int) -> tuple[PosedLandi
         landing,
         q=changed(landing.q),
         before=Motion(*map(changed, landing.before)),
-        joint_model=joints._replace(armature=changed(joints.armature)),
+        joint_model=joints._replace(armature=changed(joints.armature), per_turn=changed(joints.per_turn)),
         contacts=contacts,
         stance=stance,
     )

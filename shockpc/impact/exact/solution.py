@@ -15,9 +15,19 @@ import numpy as np
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, body_jumps, in_body_axes
 from shockpc.impact.exact.arithmetic import Arithmetic, Matrix, Numbers, entries, solve
-from shockpc.impact.exact.kinematics import Data, body_coms, body_inertia, data_of, forward_kinematics, joint_inertia, shift
+from shockpc.impact.exact.kinematics import (
+    Data,
+    body_coms,
+    body_inertia,
+    data_of,
+    forward_kinematics,
+    joint_inertia,
+    rotor_inertia,
+    shift,
+)
 from shockpc.impact.impact import Impact
 from shockpc.landing.constraints import ConstraintBlock, block_wrenches, row_jacobian
+from shockpc.landing.dynamics import geared_bodies
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import approach_speeds
 
@@ -51,6 +61,12 @@ class ExactImpact(Impact):
         self._moments = [
             body_inertia(self.arithmetic, *constants, R) for constants, (R, _) in zip(carried, self._places, strict=True)
         ]
+        coupling = landing.joint_model.coupling
+        for v, body in geared_bodies(robot, coupling):
+            moments = rotor_inertia(self.arithmetic, coupling[v], self.state.J[0, :3, v])
+            self._moments[body] = self._moments[body] + moments
+            self._moments[robot.parents[body]] = self._moments[robot.parents[body]] - moments
+        self._armature = self.exact(landing.joint_model.armature) - self.exact(coupling)
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._mimics = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
         free = ~locked
@@ -77,9 +93,7 @@ class ExactImpact(Impact):
     @cached_property
     def _joint_inertia(self) -> Numbers:
         """H (nv, nv), which only joints that follow others need."""
-        return joint_inertia(
-            self.arithmetic, self.landing.robot, self.state.J[0], self._inertias, self.landing.joint_model.armature
-        )
+        return joint_inertia(self.arithmetic, self.landing.robot, self.state.J[0], self._inertias, self._armature)
 
     @cached_property
     def _unit(self) -> Array:
@@ -187,9 +201,13 @@ class ExactImpact(Impact):
         return np.array([inertia.table() for inertia in self._inertias], dtype=object)[None]
 
     def joint_power(self, joints: Sequence[tuple[int, int]]) -> Numbers:
-        """As in `Impact`; −armature · Δq̇ where only the drive resists (a row of Eq. 4), which sums no balls that cancel."""
-        columns = [column for _, column in joints]
-        drive = self.along(self.delta_qd)[..., columns] * -self.landing.joint_model.armature[columns]
+        """As in `Impact`; −A Δq̇ where only the drive resists (a row of Eq. 4), which sums no balls that cancel.
+
+        A rotor that couples to the link that carries it resists with −(A − c) Δq̇ − c a·Δω.
+        """
+        bodies, columns = ([joint[k] for joint in joints] for k in (0, 1))
+        drive = self.along(self.delta_qd)[..., columns] * -self._armature[columns]
+        drive = drive - np.sum(np.swapaxes(self.state.J[:, :3, columns], 1, 2)[:, None] * self.rotor_moments[:, :, bodies], axis=-1)
         coupled = [column for follower, leaders in self._mimics for column in (follower, *(leader for leader, _ in leaders))]
         constrained = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
         return np.asarray(np.where(constrained, super().joint_power(joints), drive))
@@ -240,7 +258,7 @@ class ExactImpact(Impact):
         twists, right, armature = (
             self.state.J[0].T[self._free].tolist(),
             B.table(),
-            self.landing.joint_model.armature[self._free].tolist(),
+            self._armature[self._free].tolist(),
         )
         origins, inertia = [p for _, p in self._places], list(self._moments)
         push, steps = [block(6, m)] * len(parents), []

@@ -285,7 +285,7 @@ class SymbolImpact(ExactImpact):
             return _roots(np.diagonal(entries(self._free_inertia)))
         # Of all that a joint carries the mass, the first moment and the inertia about the base.
         robot, eye = self.landing.robot, self.exact(np.eye(3))
-        composite, found = [], self.exact(self.landing.joint_model.armature)
+        composite, found = [], self._armature.copy()
         for mass, (_, p), moments in zip(self._data.mass.tolist(), self._places, self._moments, strict=True):
             whole, r = entries(moments), np.array(p.entries(), dtype=object)
             h = np.array([whole[2, 4], whole[0, 5], whole[1, 3]], dtype=object)

@@ -25,6 +25,7 @@ NUMBERS = {
     "place": ("place", "m"),
     "axis": ("axis", ""),
     "armature": ("armature", "kg m²"),
+    "coupling": ("coupling of its rotor", "kg m²"),
     "rotor": ("rotor", "kg m²"),
     "drive_stiffness": ("stiffness of the drive", "N m/rad"),
     "stiffness": ("stiffness", "N m/rad"),
@@ -68,6 +69,7 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
             soft = np.where(np.isfinite(model.drive_stiffness[v]), model.drive_stiffness[v], 0.0)
             driven = {
                 "armature": model.armature[v],
+                "coupling": model.coupling[v],
                 "rotor": model.rotor[v],
                 "drive_stiffness": soft,
                 "stiffness": model.stiffness[v],

@@ -161,12 +161,14 @@ def _drives_text(study: Identification, table: str) -> str:
     for name in robot.joint_names:
         v = robot.joint(name).v.start
         behind = np.isfinite(model.drive_stiffness[v])
-        values = {
+        values: dict[str, Any] = {
             "armature": float(model.rotor[v] if behind else model.armature[v]),
             "drive_stiffness": float(model.drive_stiffness[v]) if behind else 0.0,
             "stiffness": float(model.stiffness[v]),
         }
         values = {key: value for key, value in values.items() if value > 0.0}
+        if per_turn := float(model.per_turn[v]):
+            values |= {"gear_ratio": 1.0 / abs(per_turn), "gear": "planetary" if per_turn > 0.0 else "harmonic"}
         if values:
             more = {"status": "identified", "source": sources[name]} if name in sources else {"source": "of the scene"}
             drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
