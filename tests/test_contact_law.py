@@ -12,6 +12,7 @@ from shockpc.core.stiff_contacts import series_damping, simulate_landing
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Scene
+from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.text.errors import SceneError
@@ -174,3 +175,29 @@ def test_the_end_under_gravity():
     assert not motion.separated
     assert speed == pytest.approx(-m * g * 2.0 * omega / k, abs=0.011 * v)
     assert motion.duration < 4.0 * np.pi / omega / 1.5
+
+
+@pytest.mark.parametrize("v", [0.05, 0.25, 0.38])
+def test_a_strike_slower_than_the_weight_sinks(v):
+    """Below 2g/ω the weight decides: the force is m g + (A + B t) exp(−ωt) with A = −m g, B = k (v − g/ω)."""
+    m, k, g = 4.0, 1e4, 9.81
+    omega = np.sqrt(k / m)
+    motion = simulate_landing(np.eye(1) * m, relaxing(normals([[1.0]], k), [2.0 * omega]), np.array([-v]), gravity=np.array([-g]))
+    t = np.linspace(0.0, motion.duration, 2000)
+    force = m * g + (k * (v - g / omega) * t - m * g) * np.exp(-omega * t)
+    np.testing.assert_allclose(motion.at(t).force[:, 0], force, atol=1e-7 * m * g)
+    assert force[-1] == pytest.approx(m * g, rel=1e-3)
+    assert motion.peak(np.ones((1, 1, 1)))[0][0] == pytest.approx(force.max(), rel=1e-5)
+
+
+def test_robots_whose_weight_decides():
+    """Go2 with locked joints at 1 m/s, whose softer contacts it sinks into, and G1 at 0.5 m/s, which is warned about."""
+    contact = Contact(frame="FL_foot", restitution=0.5, restitution_along="directions")
+    scene = Scene(robot="go2", contact=contact, joints=Joints(model="locked"), contact_stiffness=1e5, contact_law="damper")
+    found = shock_profile(scene, known_robot("go2"))
+    assert found.value("peak_force", "contact")[0] == pytest.approx(776.45, rel=1e-4)
+    assert not [warning for warning in found.health.warnings if "weight presses" in str(warning)]
+    contact = Contact(frame="left_ankle_roll_link")
+    slow = Scene(robot="g1", contact=contact, contact_stiffness=1e4, contact_law="damper", strike=Strike(speed=0.5))
+    warnings = shock_profile(slow, known_robot("g1")).health.warnings
+    assert [warning for warning in warnings if "weight presses" in str(warning)]

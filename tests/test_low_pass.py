@@ -14,7 +14,7 @@ from shockpc.core.stiff_contacts import simulate_landing
 from shockpc.core.stiff_motion import Elements
 from shockpc.impact.spectra import spectrum
 from shockpc.landing.ratings import part_from
-from shockpc.landing.scene import Part, Point
+from shockpc.landing.scene import Contact, Part, Point
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
 from shockpc.studies.analyze.history import draw_time
@@ -81,6 +81,33 @@ def test_a_pulse_behind_a_filter_is_as_scipy_simulates_it_and_below_the_bound(sh
     for T in (1e-7, 1e-3, 1e-1):
         assert pulse_reading(Pulse(shape, T), low_pass) <= low_pass.bound * (1.0 + 1e-8)
     assert pulse_reading(Pulse(shape, 1e-7), low_pass) == pytest.approx(low_pass.bound, rel=1e-3)
+
+
+@pytest.mark.parametrize("frequency", [20.0, 100.0, 500.0])
+@pytest.mark.parametrize("milliseconds", [0.2, 0.5, 1.0, 5.0])
+def test_a_haversine_behind_a_slow_filter_is_the_largest_value_of_its_response(milliseconds, frequency):
+    """ẏ + ω y = ω sin²(πt/T): y = ½ − ½ Re[ω/(ω + iν) exp(iνt)] + C exp(−ωt), ν = 2π/T, y(0) = 0; it falls after the pulse."""
+    T, omega = 1e-3 * milliseconds, 2.0 * math.pi * frequency
+    t, nu = np.linspace(0.0, T, 20001), 2.0 * math.pi / T
+    passed = omega / (omega + 1j * nu)
+    y = 0.5 - 0.5 * (passed * np.exp(1j * nu * t)).real + (0.5 * passed.real - 0.5) * np.exp(-omega * t)
+    assert pulse_reading(Pulse("haversine", T), LowPass(frequency, 1)) == pytest.approx(2.0 * y.max() / T, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("low_pass", "law", "stiffness"), [(LowPass(10.0, 1), "damper", 1e4), (LowPass(3.0, 2), None, 1e6)], ids=str
+)
+def test_no_peak_is_missed_behind_a_slow_filter(low_pass, law, stiffness):
+    """Links that bend oscillate fast and little beside what the filter passes: no dense sample is above the peak."""
+    contact = Contact(frame="FL_foot", restitution=float(law is None), restitution_along="directions")
+    scene = replace(
+        LANDING, contact=contact, contact_stiffness=stiffness, contact_law=law, flex={"*_calf": "EI:674"}, gravity=False
+    )
+    found = shock_profile(scene).stiffness
+    places, motion = found.landing.places("point"), found.filtered(low_pass)
+    t = np.concatenate([part.start + np.linspace(0.0, part.length, 400) for part in motion.segments])
+    sampled = np.linalg.norm(found.history(DELTA_V.compute, places, t, low_pass), axis=2).max(axis=0)
+    assert np.all(found.peaks(DELTA_V.compute, places, low_pass)[0] >= (1.0 - 2e-7) * sampled)
 
 
 def test_bounds_are_those_of_a_unit_impulse():

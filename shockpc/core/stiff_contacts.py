@@ -142,7 +142,8 @@ def simulate_landing(
     time, simultaneous = 0.0, 0
     end = LONGEST / float(modes.frequency[-1]) if until is None else until
     while True:
-        segment, happens = state.step(time, end - time, until is None)
+        # A contact that constant forces press down faster than it strikes counts as slow at once, and its force has yet to rise.
+        segment, happens = state.step(time, end - time, until is None and time > 0.0)
         simultaneous += 1
         if segment is not None:
             segments.append(segment)

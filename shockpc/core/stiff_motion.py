@@ -25,6 +25,10 @@ from shockpc.core.stiff_events import Event
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 """Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
 
+FINER, MOST_BETWEEN, HIDDEN = 16, 256, 1e-7
+"""Parts of an interval between two samples in which a larger length may lie; the largest number of such intervals that are divided
+again; the share of the largest length by which one may stay hidden."""
+
 MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
 """Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
 
@@ -251,8 +255,8 @@ class StiffMotion(NamedTuple):
             outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it is G `response`.
             constant: (m, k) p.
 
-        Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
-            maxima of the samples are refined to rounding.
+        Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, the largest local
+            maxima of the samples are refined to rounding, and intervals in which a larger one may lie are sampled again.
 
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too many terms.
@@ -271,8 +275,8 @@ class StiffMotion(NamedTuple):
 
 
 def _lengths(vectors: Array) -> Array:
-    """The lengths (m,) of vectors (m, k)."""
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
+    """The lengths (...) of vectors (..., k)."""
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1)))
 
 
 def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
@@ -321,11 +325,19 @@ def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, e
         )
     # A product of matrices takes a small share of the time of what it multiplies, the more rows the smaller.
     effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
-    return _largest_sampled(P, rates, wave, waves, start, lengths, steps)
+    return _largest_sampled(P, rates, wave, waves, start, lengths, steps, least, effort)
 
 
 def _largest_sampled(
-    P: Array, rates: ComplexArray, wave: ComplexArray, waves: Array, start: Array, lengths: Array, steps: np.ndarray
+    P: Array,
+    rates: ComplexArray,
+    wave: ComplexArray,
+    waves: Array,
+    start: Array,
+    lengths: Array,
+    steps: np.ndarray,
+    least: Array,
+    effort: Effort,
 ) -> tuple[Array, Array]:
     """The largest lengths (m,) of vectors and when they are reached: local maxima of samples in n segments, refined.
 
@@ -337,6 +349,8 @@ def _largest_sampled(
         start: (n,) of each segment [s].
         lengths: (n,) of these [s].
         steps: (n,) of the samples in each.
+        least: (m,) squared length that is known already.
+        effort: counts what is computed.
     """
     count, m, k, _ = waves.shape
     ends, step = np.cumsum(steps + 1), lengths / steps
@@ -352,7 +366,75 @@ def _largest_sampled(
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
     largest[vector[order]], when[vector[order]] = length[order], (start[i] + at)[order]
+    inside = np.delete(np.arange(len(of_segment)), ends - 1)
+    longer, i = np.sqrt(np.maximum(square[inside], square[inside + 1])), of_segment[inside]
+    bend = _lengths((np.abs(waves) * np.abs(rates[:, None, None]) ** 2).sum(axis=3))
+    known = np.maximum(largest, np.sqrt(least))
+    interval, vector = np.nonzero(longer + bend[i] * (step[i] ** 2 / 8.0)[:, None] > (1.0 + HIDDEN) * known)
+    i, longer, low = i[interval], longer[interval, vector], t[inside[interval]]
+    between = Intervals(i, vector, low, step[i], longer, bend[i, vector])
+    for i, vector, length, at in _longer_between(rates, waves, lengths, between, known, effort):
+        if length > largest[vector]:
+            largest[vector], when[vector] = length, start[i] + at
     return largest, when
+
+
+class Intervals(NamedTuple):
+    """Intervals (c,) between two samples of a vector.
+
+    Attributes:
+        segment: which one.
+        vector: which one.
+        low: where it begins, after the start of its segment [s].
+        width: how long it is [s].
+        longer: length of the vector at the end at which it is longer.
+        bend: bound of its second derivative κ. Within an interval h it is longer than at both ends by κ h²/8 at most.
+    """
+
+    segment: np.ndarray
+    vector: np.ndarray
+    low: Array
+    width: Array
+    longer: Array
+    bend: Array
+
+    def kept(self, known: Array) -> "Intervals":
+        """Those in which a vector may be longer than is known (m,), at most `MOST_BETWEEN`, the most promising ones."""
+        above = (self.longer + self.bend * self.width**2 / 8.0) / np.maximum(known[self.vector], 1e-300)
+        order = np.argsort(-above, kind="stable")[:MOST_BETWEEN]
+        return Intervals(*(part[order[above[order] > 1.0 + HIDDEN]] for part in self))
+
+
+def _longer_between(
+    rates: ComplexArray, waves: Array, lengths: Array, between: Intervals, known: Array, effort: Effort
+) -> Iterator[tuple[int, int, float, float]]:
+    """Segment, vector, length and time of what is longer than is known, in intervals that are divided until none can be.
+
+    Args:
+        rates: as of `_largest_sampled`.
+        waves: the same.
+        lengths: the same.
+        between: the intervals.
+        known: (m,) largest lengths.
+        effort: counts what is computed.
+    """
+    known = known.copy()
+    while len((between := between.kept(known)).segment):
+        i, vector, width = between.segment, between.vector, between.width / FINER
+        of_vector = waves[i, vector]
+        effort.spend(len(i) * (FINER + 1) * of_vector[0].size)
+        t = between.low[:, None] + width[:, None] * np.arange(FINER + 1)
+        sampled = _lengths((np.exp(t[..., None] * rates[i, None]) @ np.swapaxes(of_vector, 1, 2)).real)
+        at = t[np.arange(len(i)), sampled.argmax(axis=1)]
+        low, high = np.maximum(at - width, 0.0), np.minimum(at + width, lengths[i])
+        length, at = _refined(rates[i], of_vector, at, low, high)
+        for found in zip(i.tolist(), vector.tolist(), length.tolist(), at.tolist(), strict=True):
+            if found[2] > known[found[1]]:
+                known[found[1]] = found[2]
+                yield found
+        longer = np.maximum(sampled[:, 1:], sampled[:, :-1]).ravel()
+        i, vector, width, bend = (np.repeat(part, FINER) for part in (i, vector, width, between.bend))
+        between = Intervals(i, vector, t[:, :-1].ravel(), width, longer, bend)
 
 
 def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:

@@ -290,6 +290,7 @@ class CompliantLanding:
                 "leave out --no-gravity"
             )
             yield Diagnostic("contact", "", gravity / approach, text)
+        yield from self._sinks()
         yield from self._damped()
         landing = self.landing
         state, robot = landing.state, landing.robot
@@ -310,6 +311,22 @@ class CompliantLanding:
                 "their order, so durations are not reliable; take restitution above 0, or fewer contacts"
             )
             yield Diagnostic("contact", "", float(events), text)
+
+    def _sinks(self) -> Iterator[Diagnostic]:
+        """A warning where dampers in series give way faster under constant forces than a contact strikes."""
+        motion, normal = self.motion, self._normal
+        rows = motion.elements.rows[normal]
+        strikes = -rows @ self._system.velocity
+        # Of the motion along springs only that of dampers in series does not oscillate.
+        sinks = -rows @ (motion.to_velocity @ motion.segments[0].drift)
+        pressed = (np.asarray(motion.elements.relaxation)[normal] > 0.0) & (strikes > 0.0) & (strikes < sinks)
+        for k in np.flatnonzero(pressed).tolist():
+            name = self.landing.contacts[k].name
+            text = (
+                f"{name} strikes at {strikes[k]:.3g} m/s, and the weight presses the damper of its contact down at "
+                f"{sinks[k]:.3g} m/s: the force rises to the weight, and the impact has little effect; take a stiffer contact"
+            )
+            yield Diagnostic("contact", name, float(sinks[k] / strikes[k]), text)
 
     def _damped(self) -> Iterator[Diagnostic]:
         """A warning where the damping of joints, which is left out, counts.
