@@ -366,16 +366,14 @@ def _largest_sampled(
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
     largest[vector[order]], when[vector[order]] = length[order], (start[i] + at)[order]
-    inside = np.delete(np.arange(len(of_segment)), ends - 1)
-    longer, i = np.sqrt(np.maximum(square[inside], square[inside + 1])), of_segment[inside]
     bend = _lengths((np.abs(waves) * np.abs(rates[:, None, None]) ** 2).sum(axis=3))
     known = np.maximum(largest, np.sqrt(least))
-    interval, vector = np.nonzero(longer + bend[i] * (step[i] ** 2 / 8.0)[:, None] > (1.0 + HIDDEN) * known)
-    i, longer, low = i[interval], longer[interval, vector], t[inside[interval]]
-    between = Intervals(i, vector, low, step[i], longer, bend[i, vector])
-    for i, vector, length, at in _longer_between(rates, waves, lengths, between, known, effort):
-        if length > largest[vector]:
-            largest[vector], when[vector] = length, start[i] + at
+    first = np.delete(np.arange(len(of_segment)), ends - 1)  # of each interval
+    longer = np.sqrt(np.maximum(square[first], square[first + 1]))
+    between = Intervals.all_of(of_segment[first], t[first], step, longer, bend, known)
+    for number, one, length_between, time in _longer_between(rates, waves, lengths, between, known, effort):
+        if length_between > largest[one]:
+            largest[one], when[one] = length_between, start[number] + time
     return largest, when
 
 
@@ -397,6 +395,24 @@ class Intervals(NamedTuple):
     width: Array
     longer: Array
     bend: Array
+
+    @staticmethod
+    def all_of(segment: np.ndarray, low: Array, step: Array, longer: Array, bend: Array, known: Array) -> "Intervals":
+        """Those in which a vector may be longer than is known.
+
+        Args:
+            segment: (c,) of each interval.
+            low: (c,) where it begins [s].
+            step: (n,) length of the intervals of each segment [s].
+            longer: (c, m) length of each vector at the longer end.
+            bend: (n, m) bounds κ.
+            known: (m,) largest lengths.
+        """
+        width = step[segment]
+        above = longer + bend[segment] * width[:, None] ** 2 / 8.0
+        i, vector = np.nonzero(above > (1.0 + HIDDEN) * known)
+        segment = segment[i]
+        return Intervals(segment, vector, low[i], width[i], longer[i, vector], bend[segment, vector])
 
     def kept(self, known: Array) -> "Intervals":
         """Those in which a vector may be longer than is known (m,), at most `MOST_BETWEEN`, the most promising ones."""
