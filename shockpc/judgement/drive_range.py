@@ -31,6 +31,7 @@ from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.quantities.shock_profile import ShockProfile, mass_of_contacts
 from shockpc.text.errors import SceneError, SolveError
+from shockpc.text.printed import few, printable
 
 Kind = Literal["corners", "exact", "samples"]
 
@@ -52,6 +53,27 @@ class Range(NamedTuple):
     smallest: float
     largest: float
     kind: Kind
+
+    def meets(self, least: float | None, most: float | None) -> bool | None:
+        """Whether limits are met whatever the drives, or not met by any; None where the drives decide.
+
+        Args:
+            least: smallest value allowed; None for any.
+            most: largest value allowed; None for any.
+        """
+        least, most = -np.inf if least is None else least, np.inf if most is None else most
+        if least <= self.smallest and self.largest <= most:
+            return True
+        return False if self.smallest > most or self.largest < least else None
+
+
+def drives_advice(joints: Sequence[str]) -> str:
+    """What to give where the drives of some joints, as `deciding_joints` has them, decide."""
+    return (
+        f"the drives of {few([printable(name) for name in joints], 4)} decide: give them more closely with --drives, --rotor or "
+        "--armature (in files joints.drives, joints.rotor and joints.armature), or state that there are none: "
+        'joints.model = "free" (--joints free)'
+    )
 
 
 class _Linear(NamedTuple):
@@ -275,13 +297,14 @@ def _impacts_at(landing: PosedLanding, changes: Sequence[Array]) -> ColumnImpact
 def _ends(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
     """Changes (nv,) of the inertias as modelled at which a number is smallest and largest, as far as found.
 
-    Of a number that is no length or component of what is linear, they are those of the jump of the heaviest body.
+    Of a number that is no length or component of what is linear, they are those of the jump at its place, or of the heaviest body.
     """
     box, columns, _, impact = _response(landing)
     linear = _linear(landing, selection, place)
     if linear is None:
-        heaviest = landing.places("body")[int(np.argmax(landing.robot.masses))]
-        linear = _Linear(quantity("point", "delta_v"), heaviest)
+        bodies = landing.places("body")
+        moving = place if place.body >= 0 else bodies[int(np.argmax(landing.robot.masses))]
+        linear = _Linear(quantity("point", "delta_v"), moving)
     vectors = evaluate(linear.quantity, impact, [linear.place])[0, :, 0]
     vectors = vectors[:, None] if vectors.ndim == 1 else vectors
     vectors = vectors if linear.axis is None else vectors[:, linear.axis, None]

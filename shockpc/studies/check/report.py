@@ -33,6 +33,8 @@ PROPERTY = MESSAGE | str.maketrans({":": "%3A", ",": "%2C"})
 
 def check_report(check: Check) -> Report:
     """The outcomes; the CSV file is in the order of the file of budgets, the tables begin with what fails."""
+    # The page opens on a landing of a budget that is not met.
+    cases = dict.fromkeys(one.case for one in sorted(check.outcomes, key=_order) if one.case in check.profiles)
     return Report(
         name="check",
         title=f"Budgets: {_verdicts(check)}",
@@ -50,7 +52,7 @@ def check_report(check: Check) -> Report:
         tables=True,
         formats={"junit": lambda: _junit(check), "github": lambda: _github_commands(check)},
         more=lambda _: {"junit.xml": _junit(check)},
-        landings=check.profiles,
+        landings={case: check.profiles[case] for case in cases},
     )
 
 
@@ -78,11 +80,11 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
             last column.
         most: largest number of rows; a note counts the others.
     """
-    shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, not outcome.reason))[:most]
+    shown = sorted(check.outcomes, key=_order)[:most]
     words = ("verdict",) if for_terminal else ("limit", "reason")
     # A column without any entry tells nothing.
     kept = _sheet(check, shown).only(
-        "result", "landing", "at", "metric", "unit", "value", words[0], "baseline", "change", *words[1:]
+        "result", "landing", "at", "metric", "unit", "value", "smallest", "largest", words[0], "baseline", "change", *words[1:]
     )
     kept = kept.known()
     header = [column._replace(title="limit") if column.key == "verdict" else column for column in kept.columns]
@@ -90,11 +92,18 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         (place_text(outcome), outcome.reason) for outcome in shown if outcome.status == "not computed" and for_terminal
     )
     notes = [f"not computed: {line}" for line in cause_lines(missing, "numbers", MOST_CAUSES)]
+    undecided = causes((place_text(outcome), outcome.advice) for outcome in shown if outcome.advice and for_terminal)
+    notes += [f"undecided: {line}" for line in cause_lines(undecided, "numbers", MOST_CAUSES)]
     cases = dict.fromkeys(outcome.case for outcome in shown if outcome.reason)
     notes += [f"joint model of {case}: {model}" for case in cases if (model := _joint_model(check, case))]
     if left := len(check.outcomes) - len(shown):
         notes.append(f"{count(left, 'row')} not shown")
     return kept._replace(title=_summary_text(check), header=header, notes=[*notes, *check.notes])
+
+
+def _order(outcome: Outcome) -> tuple[bool, bool, bool]:
+    """What fails comes first, then what is not met with a warning; of both what the drives decide comes last."""
+    return not outcome.fails, not outcome.reason, outcome.status == "undecided"
 
 
 def _commands(check: Check) -> list[Lines]:
@@ -119,9 +128,11 @@ def _explained(check: Check, outcome: Outcome) -> str:
 def _verdicts(check: Check) -> str:
     """How many budgets are met, and how many are not."""
     failed = sum(outcome.fails and outcome.status == "exceeded" for outcome in check.outcomes)
-    warned, missing = check.count("exceeded") - failed, check.count("not computed")
+    warned, undecided = check.count("exceeded") - failed, check.count("undecided")
+    missing = check.count("not computed")
     text = f"{check.count('passed')} passed, {failed} exceeded"
     text += f", {warned} exceeded with a warning" if warned else ""
+    text += f", {undecided} undecided" if undecided else ""
     text += f", {missing} not computed" if missing else ""
     return text + (f", {skipped} skipped" if (skipped := check.count("skipped")) else "")
 
@@ -188,7 +199,8 @@ def _junit(check: Check) -> str:
             if outcome.status == "skipped":
                 ET.SubElement(test, "skipped")
             elif outcome.status != "passed":
-                kind = "system-out" if not outcome.fails else "failure" if outcome.status == "exceeded" else "error"
+                kind = "error" if outcome.status == "not computed" else "failure"
+                kind = kind if outcome.fails else "system-out"
                 stated = {"type": outcome.status, "message": printable(outcome.reason)} if outcome.fails else {}
                 ET.SubElement(test, kind, stated).text = _explained(check, outcome)
     ET.indent(root)
@@ -206,11 +218,13 @@ def _counts(outcomes: Sequence[Outcome]) -> dict[str, str]:
 
 def _github_commands(check: Check) -> str:
     """Workflow commands that mark the lines of the budgets: at most ten, errors first; the last one counts those left out."""
-    marked = sorted((outcome for outcome in check.outcomes if outcome.reason), key=lambda outcome: not outcome.fails)
+    marked = sorted((outcome for outcome in check.outcomes if outcome.reason), key=_order)
     shown = marked if len(marked) <= MOST_COMMANDS else marked[: MOST_COMMANDS - 1]
     lines = []
     for outcome in shown:
-        properties = {**_line(check, outcome), "title": f"shockpc: {outcome.budget.metric} at {outcome.at}"}
+        undecided = "undecided: " * (outcome.status == "undecided")
+        title = f"shockpc: {undecided}{outcome.budget.metric} at {outcome.at}"
+        properties = {**_line(check, outcome), "title": title}
         listed = ",".join(f"{key}={printable(value).translate(PROPERTY)}" for key, value in properties.items())
         text = _explained(check, outcome).translate(MESSAGE)
         lines.append(f"::{'error' if outcome.fails else 'warning'} {listed}::{text}\n")

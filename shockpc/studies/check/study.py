@@ -15,12 +15,13 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
+from shockpc.evaluation.budgets import Budget, Budgets, Case, DesignVariation, read_budgets
 from shockpc.evaluation.columns import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation, proven
 from shockpc.evaluation.source import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.varied import VariedLandings, varied_landings
+from shockpc.judgement.drive_range import Range, deciding_joints, drives_advice, range_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.resolve import resolve
@@ -45,8 +46,8 @@ MOST_CHANGES = 12
 """Changes of a design that a note lists."""
 
 
-Status = Literal["passed", "exceeded", "not computed", "skipped"]
-"""How a number compares with its limits."""
+Status = Literal["passed", "exceeded", "undecided", "not computed", "skipped"]
+"""How a number compares with its limits; undecided where that depends on the drives."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +63,11 @@ class Outcome:
         value: the number, in the unit of the metric; None if it could not be computed.
         baseline: the number in the baseline; None without one.
         status: how they compare; skipped if there is only a baseline to compare with, and none is given.
-        reason: which limit is exceeded and by how much, or why there is no number; empty if the budget is met.
+        reason: which limit is exceeded and by how much, what decides, or why there is no number; empty if the budget is met.
         command: that computes the number anew; empty for landings from Python.
+        smallest: of the number over the drives, as far as found; None where they are exact, or nothing but a baseline limits it.
+        largest: likewise.
+        advice: what to give where the drives decide; empty if they do not.
     """
 
     case: str
@@ -76,6 +80,9 @@ class Outcome:
     status: Status
     reason: str
     command: str = ""
+    smallest: float | None = None
+    largest: float | None = None
+    advice: str = ""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -88,6 +95,8 @@ class Outcome:
             "metric": budget.metric,
             "unit": budget.selection.quantity.unit.replace("1", "-"),
             "value": self.value,
+            "smallest": self.smallest,
+            "largest": self.largest,
             **{key: getattr(budget, key) for key in ("max", "min", "percentile")},
             "baseline": self.baseline,
             "baseline_tolerance": budget.baseline_tolerance,
@@ -112,7 +121,7 @@ class Outcome:
     @property
     def fails(self) -> bool:
         """Whether the check does not pass because of it."""
-        return self.status in ("exceeded", "not computed") and self.budget.severity == "error"
+        return self.status in ("exceeded", "undecided", "not computed") and self.budget.severity == "error"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,7 +164,7 @@ class Check:
 
     @property
     def exit_code(self) -> int:
-        """0 passed; 1 a budget of severity error is exceeded; 3 none is, but the number of one could not be computed."""
+        """0 passed; 1 a budget of severity error is exceeded; 3 none is, but one is undecided, or its number not computed."""
         failed = {outcome.status for outcome in self.outcomes if outcome.fails}
         return EXCEEDED if "exceeded" in failed else NO_VERDICT if failed else 0
 
@@ -178,6 +187,32 @@ class _Planned(NamedTuple):
     robot: Robot
     places: dict[int, tuple[Place, ...]]
     designs: Evaluation[VariedLandings] | None
+
+
+class _Compared(NamedTuple):
+    """A number with its budget.
+
+    Attributes:
+        budget: its limits.
+        place: where it is.
+        value: the number, as modelled.
+        before: the number in the baseline; None without one.
+    """
+
+    budget: Budget
+    place: Place
+    value: float
+    before: float | None
+
+
+class _Verdict(NamedTuple):
+    """How a number compares with its limits; the fields are those of an `Outcome`."""
+
+    status: Status
+    reason: str
+    smallest: float | None = None
+    largest: float | None = None
+    advice: str = ""
 
 
 @checked
@@ -357,8 +392,9 @@ def _outcomes(
         sampled = budget.percentile is not None
         before = None if baseline is None or sampled else baseline.values.get(key)
         missing = refused or (sampled and undone) or budget.selection.quantity.missing
-        reasons = [missing] if value is None else _excesses(budget, value, before, baseline)
-        unlimited = baseline is None and budget.max is None and budget.min is None
+        verdict = _Verdict("not computed", missing)
+        if value is not None and isinstance(result, ShockProfile):
+            verdict = _verdict(planned, result, baseline, _Compared(budget, place, value, before))
         outcomes.append(
             Outcome(
                 case=planned.case.name,
@@ -368,12 +404,58 @@ def _outcomes(
                 line=given.lines[k] if given.lines else None,
                 value=value,
                 baseline=before,
-                status="not computed" if value is None else "exceeded" if reasons else "skipped" if unlimited else "passed",
-                reason="; ".join(reasons),
                 command="" if given.path is None else shlex.join(_command(given.path, planned, budget, place)),
+                **verdict._asdict(),
             )
         )
     return outcomes
+
+
+def _verdict(planned: _Planned, profile: ShockProfile, baseline: Baseline | None, compared: _Compared) -> _Verdict:
+    """How a number compares with its limits for all drives, and as modelled with what a baseline allows."""
+    budget, place, value, before = compared
+    limits = _beyond_limits(budget, value)
+    reasons = [*limits, *_beyond_baseline(budget, value, before, baseline)]
+    limited = budget.max is not None or budget.min is not None
+    found = _range(planned, profile, budget, place, value) if limited else None
+    ends = (None, None) if found is None else found[:2]
+    # A change against the baseline for the worse is one whatever the drives.
+    if found is not None and reasons == limits and found.meets(budget.min, budget.max) is None:
+        joints = deciding_joints(profile, budget.selection, place)
+        advice = drives_advice(joints)
+        return _Verdict("undecided", f"{_undecided(budget, found)}; {advice}", *ends, advice)
+    status: Status = "exceeded" if reasons else "passed" if limited or baseline is not None else "skipped"
+    return _Verdict(status, "; ".join(reasons), *ends)
+
+
+def _range(planned: _Planned, profile: ShockProfile, budget: Budget, place: Place, value: float) -> Range | None:
+    """The range of a number over the drives; of a percentile that of the design as it is, in proportion.
+
+    Random designs whose drives vary have them, so that their percentile has no range besides.
+    """
+    found = range_of(profile, budget.selection, place)
+    if found is None or budget.percentile is None:
+        return found
+    if any(_of_drives(unknown) for unknown in planned.case.vary):
+        return None
+    as_modelled = float(profile.numbers(budget.selection, [place])[0])
+    if as_modelled == 0.0:
+        return found._replace(kind="samples", smallest=min(value, found.smallest), largest=max(value, found.largest))
+    ends = sorted([value, *(value * end / as_modelled for end in found[:2])])
+    return found._replace(kind="samples", smallest=ends[0], largest=ends[-1])
+
+
+def _of_drives(unknown: DesignVariation) -> bool:
+    """Whether designs vary in a drive."""
+    return (unknown.quantity or unknown.each or "").partition(":")[0] in ("armature", "rotor")
+
+
+def _undecided(budget: Budget, found: Range) -> str:
+    """Between which values the drives decide, and about which limits."""
+    unit = _unit(budget)
+    limits = {"min": budget.min, "max": budget.max}
+    listed = " and ".join(f"{name} {limit:.6g}{unit}" for name, limit in limits.items() if limit is not None)
+    return f"from {found.smallest:.3g} to {found.largest:.3g}{unit} over the drives, so {listed} may be met or not"
 
 
 def _command(path: Path, planned: _Planned, budget: Budget, place: Place) -> list[str]:
@@ -404,15 +486,20 @@ def _change_notes(changes: dict[str, tuple[str, ...]], outcomes: Sequence[Outcom
         yield f"since the baseline: {cases}: {text}"
 
 
-def _excesses(budget: Budget, value: float, before: float | None, baseline: Baseline | None) -> list[str]:
-    """Which limits of a budget a value exceeds. Args: before, its value in the baseline."""
-    unit = budget.selection.quantity.unit
-    unit = "" if unit == "1" else f" {unit}"
+def _beyond_limits(budget: Budget, value: float) -> list[str]:
+    """Which limits of a budget a value exceeds."""
+    unit = _unit(budget)
     excesses, share = [], "" if budget.percentile is None else f" ({budget.percentile:g} % of the designs)"
     if budget.max is not None and value > budget.max:
         excesses.append(f"{_digits(value, budget.max)}{unit}{share} is above max {budget.max:.6g}{unit}")
     if budget.min is not None and value < budget.min:
         excesses.append(f"{_digits(value, budget.min)}{unit}{share} is below min {budget.min:.6g}{unit}")
+    return excesses
+
+
+def _beyond_baseline(budget: Budget, value: float, before: float | None, baseline: Baseline | None) -> list[str]:
+    """Which changes against a baseline a budget does not allow. Args: before, the value in the baseline."""
+    unit, excesses = _unit(budget), []
     if budget.baseline_tolerance is not None and baseline is not None and before is not None:
         value, margin = six_digits(value), budget.margin(before, baseline.largest(budget.metric))
         for sign, word, plus, better in ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater")):
@@ -421,6 +508,12 @@ def _excesses(budget: Budget, value: float, before: float | None, baseline: Base
                 allowed = f"the baseline {before:.6g} {plus} {budget.baseline_tolerance}"
                 excesses.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
     return excesses
+
+
+def _unit(budget: Budget) -> str:
+    """The unit of a budget's metric behind a number."""
+    unit = budget.selection.quantity.unit
+    return "" if unit == "1" else f" {unit}"
 
 
 def _digits(value: float, limit: float) -> str:
