@@ -27,6 +27,7 @@ from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.studies.check.command import EPILOG
 from shockpc.studies.check.design_record import design_changes, design_record
+from shockpc.studies.check.report import check_report
 from shockpc.studies.check.study import check_budgets
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.printed import printable
@@ -253,6 +254,98 @@ def test_exit_codes(capfd, here, parts, code):
     assert run(capfd, "check").code == code
 
 
+# Drives that are not known
+
+A1 = '[[case]]\nname = "a1"\nrobot = "a1"\ncontact = "FL_foot"\n'
+UNKNOWN = budget(at="trunk", metric="shock", max=0.01)
+
+
+@pytest.mark.parametrize(
+    ("parts", "statuses", "code"),
+    [
+        ((A1, UNKNOWN), ["undecided"], 3),
+        ((A1, 'joints = { model = "free" }\n', UNKNOWN), ["passed"], 0),
+        ((A1, 'joints = { drives = "go2" }\n', UNKNOWN), ["exceeded"], 1),
+        ((A1, UNKNOWN, 'severity = "warning"\n'), ["undecided"], 0),
+        ((A1, UNKNOWN, budget(at="FL_calf", metric="shock", max=0.5)), ["undecided", "exceeded"], 1),
+        ((A1, budget(at="trunk", metric="shock", max=0.9)), ["passed"], 0),
+        ((A1, budget(at="trunk", metric="shock", min=0.1)), ["undecided"], 3),
+        ((A1, budget(at="trunk", metric="shock", min=1e-6, max=1e-5)), ["exceeded"], 1),
+        ((A1, budget(at="FL_foot", metric="effective_mass", max=1.0)), ["undecided"], 3),
+        ((A1, budget(at="FL_foot", metric="effective_mass", max=8.0)), ["passed"], 0),
+    ],
+    ids=["unknown", "none", "given", "warning", "exceeded", "above", "min", "both", "mass", "all masses"],
+)
+def test_what_the_drives_decide_is_undecided(capfd, here, parts, statuses, code):
+    """A limit that some drives meet and others do not is not passed; one that all meet is, and what exceeds another one wins."""
+    write(here, *parts)
+    found = document(capfd, code=code)
+    assert [row["status"] for row in found["tables"]["check"]] == statuses
+    for row in found["tables"]["check"]:
+        if row["smallest"] is not None:
+            assert row["smallest"] <= row["value"] <= row["largest"]
+
+
+def test_undecided_in_every_format(capfd, here):
+    """Every format has both ends, and the joints that decide; the page opens on that landing."""
+    free = A1.replace('"a1"', '"free"', 1) + 'joints = { model = "free" }\n'
+    write(here, free, A1, UNKNOWN)
+    out = run(capfd, "check", "--format", "table", "--format", "junit=j.xml", "--format", "github=g.txt", "--format", "json=c.json")
+    assert out.code == 3
+    assert out.out.startswith("budgets of 2 landings: 1 passed, 0 exceeded, 1 undecided; ")
+    head, _, row = out.out.splitlines()[1:4]
+    assert head.split() == ["result", "landing", "at", "metric", "unit", "value", "smallest", "largest", "limit"]
+    assert row.split() == ["undecided", "a1", "trunk", "shock", "-", "9.29e-04", "8.66e-04", "0.7145", "≤", "0.01"]
+    deciding = "the drives of FL_calf_joint, FL_thigh_joint, FL_hip_joint decide"
+    assert out.out.count(deciding) == 1
+    assert all(word in out.out for word in ("--drives", "--rotor", "--armature", 'joints.model = "free"'))
+    failure = ET.parse(here / "j.xml").getroot().find(".//failure")
+    assert failure.get("type") == "undecided"
+    assert failure.get("message").startswith("from 0.000866 to 0.715 over the drives, so max 0.01 may be met or not; " + deciding)
+    ((kind, properties, text),) = commands((here / "g.txt").read_text())
+    assert (kind, properties["title"]) == ("error", "shockpc: undecided: shock at trunk")
+    assert deciding in text
+    (row,) = (row for row in json.loads((here / "c.json").read_text())["tables"]["check"] if row["status"] == "undecided")
+    assert (row["smallest"], row["largest"]) == (pytest.approx(8.66e-4, rel=1e-3), pytest.approx(0.7145, rel=1e-3))
+    assert list(check_report(check_budgets(here / "budgets.toml")).landings) == ["a1", "free"]
+
+
+def test_a_baseline_is_compared_as_modelled(capfd, here):
+    """A robot that has not changed passes, whatever its drives; a change for the worse is exceeded."""
+    write(here, A1, budget(at="trunk", metric="shock", baseline_tolerance="5%"))
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    (row,) = document(capfd, "--baseline", "base.json")["tables"]["check"]
+    assert (row["status"], row["smallest"]) == ("passed", None)
+    stated = json.loads((here / "base.json").read_text())
+    stated["values"][0]["value"] /= 2.0
+    (here / "base.json").write_text(json.dumps(stated))
+    write(here, A1, budget(at="trunk", metric="shock", max=0.01, baseline_tolerance="5%"))
+    (row,) = document(capfd, "--baseline", "base.json", code=1)["tables"]["check"]
+    assert (row["status"], "baseline" in row["reason"]) == ("exceeded", True)
+
+
+def test_margins_and_percentiles_are_decided_by_all_drives(capfd, here):
+    """A part survives free joints and not stiff ones; random masses do not say what the drives are, and random drives do."""
+    part = '[[case.part]]\nname = "board"\nat = "imu_link"\ncritical_velocity_change = 0.2\n'
+    write(here, A1, part, budget(at="board", metric="part_margin", min=1))
+    (row,) = document(capfd, code=3)["tables"]["check"]
+    assert (row["status"], row["smallest"]) == ("undecided", pytest.approx(0.2 / 0.7145, rel=1e-3))
+    for each, status, code in (("mass:*", "undecided", 3), ("armature:*", "passed", 0)):
+        values = "±5%" if each == "mass:*" else "1e-9±1e-10"
+        vary = f'designs = 4\n[[case.vary]]\neach = "{each}"\nvalues = "{values}"\n'
+        write(here, A1, vary, budget(at="trunk", metric="shock", max=0.01, percentile=95))
+        (row,) = document(capfd, code=code)["tables"]["check"]
+        assert row["status"] == status
+
+
+def test_assert_shock_fails_where_drives_decide():
+    """The message is that of the table."""
+    scene = Scene(robot="a1", contact=Contact(frame="FL_foot"))
+    with pytest.raises(AssertionError, match=r"from 0\.000866 to 0\.715 over the drives, so max 0\.01 may be met"):
+        assert_shock(scene, at="imu_link", max=0.01)
+    assert_shock(scene, at="imu_link", max=0.8)
+
+
 def test_redundant_contacts_have_no_single_impulse(capfd, here):
     """What is determined only as a sum is never compared: along their line, two points of one body share it in any proportion."""
     joint = '<joint name="beside" type="fixed"><origin xyz="0.1 0 0"/><parent link="foot"/><child link="twin"/></joint>'
@@ -368,7 +461,10 @@ def test_text_and_json(capfd, here):
     rows = [line.split()[0] for line in outcome.out.splitlines() if line.startswith(("exceeded", "passed"))]
     found = document(capfd, code=1)
     assert found["schema"] == "shockpc.check/2"
-    assert (found["exit_code"], found["counts"]) == (1, {"passed": 1, "exceeded": 1, "not_computed": 0, "skipped": 0})
+    assert (found["exit_code"], found["counts"]) == (
+        1,
+        {"passed": 1, "exceeded": 1, "undecided": 0, "not_computed": 0, "skipped": 0},
+    )
     assert 0.0 < found["error_bound"] <= 1e-15
     assert [one["case"] for one in found["tables"]["check"]] == [ODD, ODD]
     assert [one["status"] for one in found["tables"]["check"]] == rows == ["exceeded", "passed"]
@@ -829,7 +925,7 @@ def test_a_budget_of_a_baseline_alone_is_skipped_without_one(capfd, here):
     (row,) = [line for line in out.splitlines() if line.startswith("skipped")]
     assert "≤ baseline + 5%" in row
     assert ET.parse(here / "j.xml").getroot().get("skipped") == "1"
-    assert document(capfd)["counts"] == {"passed": 1, "exceeded": 0, "not_computed": 0, "skipped": 1}
+    assert document(capfd)["counts"] == {"passed": 1, "exceeded": 0, "undecided": 0, "not_computed": 0, "skipped": 1}
 
 
 def test_a_check_that_compares_nothing_is_refused(capfd, here):

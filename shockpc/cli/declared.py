@@ -26,7 +26,8 @@ Command: TypeAlias = Callable[..., int | None]
 
 EXIT_CODES = """\b
 Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files,
-3 no verdict (the posture is singular, or the model has no unique solution),
+3 no verdict (the posture is singular, the model has no unique solution, or
+a budget depends on drives that are not known),
 70 an error in shockpc itself, 130 interrupted by Ctrl-C, 143 terminated by
 SIGTERM.
 """

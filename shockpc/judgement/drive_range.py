@@ -7,7 +7,6 @@ at the largest inertias. All others are computed anew at some corners, and so ar
 contacts of finite stiffness: the range is then that of samples.
 """
 
-import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
@@ -99,13 +98,24 @@ class _Response(NamedTuple):
         box: the drives that are not known exactly.
         columns: (n,) their joint velocities.
         solution: of Eq. 4 as modelled, then of unit impulses on each of these joints.
-        impact: the same as an impact for each.
+        jumps: (1, nb, 6, 1 + n) of the bodies, likewise, body axes.
     """
 
     box: DriveBox
     columns: np.ndarray
     solution: Solution
-    impact: ColumnImpact
+    jumps: Array
+
+    def impacts(self, landing: PosedLanding, weights: Array) -> ColumnImpact:
+        """Impacts, one a column, for weights (1 + n, k) of these solutions."""
+        equation, solution = landing.equation(landing.state), self.solution
+        combined = solution._replace(
+            delta_qd=solution.delta_qd @ weights,
+            impulse=solution.impulse @ weights,
+            independent={k: part @ weights for k, part in solution.independent.items()},
+        )
+        b = np.repeat(equation.b[..., 3:], weights.shape[1], axis=2)
+        return ColumnImpact(landing, equation._replace(b=b), combined, self.jumps @ weights)
 
 
 def has_range(landing: PosedLanding) -> bool:
@@ -192,9 +202,11 @@ def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
 
 def _searched(landing: PosedLanding, selection: Selection, place: Place) -> list[tuple[Array, float]]:
     """Changes (nv,) of the inertias among which a range has its ends, and the values there."""
-    kind = _kind(landing, selection, place)
+    kind, wanted, scene = _kind(landing, selection, place), selection.quantity, landing.scene
     changes = [] if kind == "corners" else _extremes(landing)
-    changes += [] if kind == "exact" else _ends(landing, selection, place)
+    # A motion on contacts of finite stiffness takes long, so it is computed of few.
+    if kind != "exact" and not (wanted.of_ground(scene) and scene.contact_stiffness is not None):
+        changes += _ends(landing, selection, place)
     values = _read(landing, selection, place, changes)
     return [(change, value) for change, value in zip(changes, values, strict=True) if not np.isnan(value)]
 
@@ -254,12 +266,11 @@ def _response(landing: PosedLanding) -> _Response:
         impulse=np.concatenate([modelled.impulse[..., 3:], held.impulse], axis=2),
         independent={k: np.column_stack([part[:, 3:], held.independent[k]]) for k, part in modelled.independent.items()},
     )
-    jumps = jumps_of(landing, equation.full(solution.delta_qd), equation.state)
-    impact = _columns_of(landing, solution, jumps)
-    rates = on_joints.T @ impact.delta_qd[0]
+    delta_qd = equation.full(solution.delta_qd)
+    rates = on_joints.T @ delta_qd[0]
     less, more = model.low - model.armature, model.high - model.armature
     box = DriveBox(rates[:, 1:], rates[:, 0], less[columns], more[columns])
-    return _Response(box, columns, solution, impact)
+    return _Response(box, columns, solution, jumps_of(landing, delta_qd, equation.state))
 
 
 def _turns(landing: PosedLanding) -> Array:
@@ -276,56 +287,42 @@ def _turns(landing: PosedLanding) -> Array:
     return turns
 
 
-def _columns_of(landing: PosedLanding, solution: Solution, jumps: Array) -> ColumnImpact:
-    """An impact of a landing for each column of a solution of it. Args: jumps (1, nb, 6, k) of the bodies, body axes."""
-    equation = landing.equation(landing.state)
-    return ColumnImpact(landing, equation._replace(b=np.repeat(equation.b[..., 3:], jumps.shape[-1], axis=2)), solution, jumps)
-
-
-def _impacts_at(landing: PosedLanding, changes: Sequence[Array]) -> ColumnImpact:
-    """The impacts, one a column, with other inertias, by changes (nv,) of those as modelled."""
-    box, columns, solution, impact = _response(landing)
-    weights = np.array([[1.0, *box.impulses(change[columns])] for change in changes]).T
-    combined = solution._replace(
-        delta_qd=solution.delta_qd @ weights,
-        impulse=solution.impulse @ weights,
-        independent={k: part @ weights for k, part in solution.independent.items()},
-    )
-    return _columns_of(landing, combined, impact.jumps @ weights)
-
-
 def _ends(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
     """Changes (nv,) of the inertias as modelled at which a number is smallest and largest, as far as found.
 
     Of a number that is no length or component of what is linear, they are those of the jump at its place, or of the heaviest body.
     """
-    box, columns, _, impact = _response(landing)
+    response = _response(landing)
     linear = _linear(landing, selection, place)
     if linear is None:
         bodies = landing.places("body")
         moving = place if place.body >= 0 else bodies[int(np.argmax(landing.robot.masses))]
         linear = _Linear(quantity("point", "delta_v"), moving)
-    vectors = evaluate(linear.quantity, impact, [linear.place])[0, :, 0]
+    every = response.impacts(landing, np.eye(1 + len(response.columns)))
+    vectors = evaluate(linear.quantity, every, [linear.place])[0, :, 0]
     vectors = vectors[:, None] if vectors.ndim == 1 else vectors
     vectors = vectors if linear.axis is None else vectors[:, linear.axis, None]
     Y, B = vectors[0], vectors[1:].T
     if not (np.isfinite(Y).all() and np.isfinite(B).all()):
         return []
+    box = response.box
     if linear.signed:
         ends = [box.largest(Y, B, lambda vectors: -vectors[0]), box.largest(Y, B, lambda vectors: vectors[0])]
     else:
         ends = [box.smallest(Y, B), box.largest(Y, B)]
     changes = np.zeros((2, len(landing.joint_model.armature)))
-    changes[:, columns] = ends
+    changes[:, response.columns] = ends
     return list(changes)
 
 
 def _read(landing: PosedLanding, selection: Selection, place: Place, changes: Sequence[Array]) -> list[float]:
     """The values of a number at changes (nv,) of the inertias as modelled; NaN where there is none."""
     if _kind(landing, selection, place) == "corners":
-        values = selection.scalar(evaluate(selection.quantity, _impacts_at(landing, changes), [place]))
+        response = _response(landing)
+        weights = np.array([[1.0, *response.box.impulses(change[response.columns])] for change in changes]).T
+        values = selection.scalar(evaluate(selection.quantity, response.impacts(landing, weights), [place]))
         return [float(value) for value in values[0, :, 0]]
-    return [_value_of(one, selection, place) for one in map(functools.partial(_changed, landing), changes)]
+    return [_value_of(_changed(landing, change), selection, place) for change in changes]
 
 
 def _extremes(landing: PosedLanding) -> list[Array]:
@@ -343,7 +340,14 @@ def _extremes(landing: PosedLanding) -> list[Array]:
 
 def _changed(landing: PosedLanding, change: Array) -> PosedLanding | None:
     """A landing with other inertias by a change (nv,), infinite where a joint is held; None where it cannot be solved."""
-    model, held = landing.joint_model, np.isinf(change)
+    return _changed_by(landing, change.tobytes())
+
+
+@memoized(most=8)
+def _changed_by(landing: PosedLanding, data: bytes) -> PosedLanding | None:
+    """The same for the bytes of the change, by which it is kept."""
+    model, change = landing.joint_model, np.frombuffer(data)
+    held = np.isinf(change)
     armature = np.where(held, 0.0, model.armature + np.where(held, 0.0, change))
     moved = change != 0.0
     joints = model._replace(

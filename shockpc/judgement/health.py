@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from shockpc.judgement.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
+from shockpc.judgement.drive_range import deciding_joints, drives_advice, range_of
 from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
 from shockpc.judgement.standing import lying
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
@@ -14,7 +15,7 @@ from shockpc.quantities.bending import Bending, bends, rings
 from shockpc.quantities.of_parts import REMEDIES
 from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import Health
-from shockpc.quantities.selection import quantity
+from shockpc.quantities.selection import quantity, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline
 from shockpc.text.diagnostic import Diagnostic, by_cause
@@ -66,25 +67,41 @@ def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 
 def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
+    """A warning for every sensor whose peak may exceed its range, and for a pulse without a sensor or point."""
     places, limit = profile.places("point"), profile.scene.range_g
     if profile.landing.pulse is not None and not places:
         text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
         yield Diagnostic("sensor", "", None, text)
-    moving = [place for place in places if place.body >= 0]
-    for place, peak in zip(moving, sensor_peaks(profile.landing, profile.proof, moving) if limit is not None else (), strict=False):
-        if limit is not None and peak.peak > limit:
+    if limit is None:
+        return
+    moving, share = [place for place in places if place.body >= 0], select("range_share")
+    for place, peak in zip(moving, sensor_peaks(profile.landing, profile.proof, moving), strict=False):
+        found = range_of(profile, share, place)
+        if found is not None and found.meets(None, 1.0) is None:
+            text = (
+                f'"{place.name}" may saturate or not: it would see {limit * found.smallest:.3g} to {limit * found.largest:.3g} g '
+                f"over the drives, and its range is {limit:g} g; {drives_advice(deciding_joints(profile, share, place))}"
+            )
+            yield Diagnostic("sensor", place.name, limit * found.largest, text)
+        elif peak.peak > limit:
             text = f'"{place.name}" would see {peak.peak:.3g} g {peak}, beyond its range of {limit:g} g; its reading saturates'
             yield Diagnostic("sensor", place.name, peak.peak, text)
 
 
 def _overloaded(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings of parts that are not judged, that have a margin below 1, or whose torque is rated for a shorter time."""
-    length = profile.impact_length
-    for one in profile.parts:
+    """Warnings of parts that are not judged, may have a margin below 1, or whose torque is rated for a shorter time."""
+    length, margin = profile.impact_length, select("part_margin")
+    for one, place in zip(profile.parts, profile.landing.parts, strict=True):
         if one.missing:
             yield Diagnostic("part", one.part, None, f"{one.part} is not judged: it {one.missing}{REMEDIES.get(one.missing, '')}")
-        if one.part_margin is not None and one.part_margin < 1.0:
+        found = range_of(profile, margin, place)
+        if found is not None and found.meets(1.0, None) is None:
+            text = (
+                f"{one.part} may be damaged or not: its margin is {found.smallest:.3g} to {found.largest:.3g} over the drives; "
+                f"{drives_advice(deciding_joints(profile, margin, place))}"
+            )
+            yield Diagnostic("part", one.part, found.smallest, text)
+        elif one.part_margin is not None and one.part_margin < 1.0:
             text = f"{one.part} may be damaged: its margin by {one.governed_by} is {one.part_margin:.3g}, below 1"
             if isinstance(one.strength, TorqueStrength):
                 limit = "its momentary torque" if one.strength.given else "its effort limit"

@@ -63,7 +63,8 @@ with only a baseline_tolerance may change in neither direction.
 
 \b
 Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
-2 bad arguments or files, 3 a number has no solution.
+2 bad arguments or files, 3 a number has no solution, or a budget is
+undecided: drives that are not known decide whether it is met.
 """
 """What stands under the help of the command."""
 
