@@ -418,14 +418,14 @@ def _verdict(planned: _Planned, profile: ShockProfile, baseline: Baseline | None
     reasons = [*limits, *_beyond_baseline(budget, value, before, baseline)]
     limited = budget.max is not None or budget.min is not None
     found = _range(planned, profile, budget, place, value) if limited else None
-    ends = (None, None) if found is None else found[:2]
+    smallest, largest = (None, None) if found is None else (found.smallest, found.largest)
     # A change against the baseline for the worse is one whatever the drives.
     if found is not None and reasons == limits and found.meets(budget.min, budget.max) is None:
         joints = deciding_joints(profile, budget.selection, place)
         advice = drives_advice(joints)
-        return _Verdict("undecided", f"{_undecided(budget, found)}; {advice}", *ends, advice)
+        return _Verdict("undecided", f"{_undecided(budget, found)}; {advice}", smallest, largest, advice)
     status: Status = "exceeded" if reasons else "passed" if limited or baseline is not None else "skipped"
-    return _Verdict(status, "; ".join(reasons), *ends)
+    return _Verdict(status, "; ".join(reasons), smallest, largest)
 
 
 def _range(planned: _Planned, profile: ShockProfile, budget: Budget, place: Place, value: float) -> Range | None:
