@@ -61,10 +61,10 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
             if stiffness := _at_least_zero(name, key, dynamics.get(key)):
                 give(springs, name, "stiffness", stiffness)
         for key in ("spring_reference", "damping"):
-            if (written := dynamics.get(key)) is None:
+            if key not in dynamics.attrib:
                 continue
-            if (value := vector(written, 1)) is None:
-                faults.append(("joint", name, f'its {key} is "{written}", which is no finite number, so it is not read'))
+            if (value := vector(dynamics.get(key), 1)) is None:
+                faults.append(("joint", name, f'its {key} is "{dynamics.get(key)}", which is no finite number, so it is not read'))
             elif key == "damping":
                 model.damping[_velocities(model, name)] = max(float(value[0]), 0.0)
             else:
