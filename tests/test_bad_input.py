@@ -210,6 +210,8 @@ sweep stick.urdf --contact foot --vary base-pitch=0,5:: --base-rpy 1,2,0 => --ba
 sweep stick.urdf --contact foot --vary offset-x=0,0.1:: --offset 0.1,0,0.1 => --offset has no effect
 sweep stick.urdf --contact foot --vary armature:knee=0.1,0.2:: --armature knee=0.1 => --armature knee has no effect
 place stick.urdf --contact foot --vary strike-angle=0,9:: --strike-angle 3 => --strike-angle has no effect
+SWEEP:: --contact-stiffness 1e5 --quantity peak_force@foot --range-g 4 => no number here depends on --range-g
+limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms --range-g 4 => no number here depends on
 SWEEP:: --pulse half-sine:5ms | --pulse half-sine:5ms --quantity shock@body => no number here depends on --pulse
 batch stick.urdf --contact foot:: --pulse half-sine:5ms | --pulse half-sine:5ms --rank mass => such as peak_g, or leave it out
 compare stick.urdf --contact foot --change mass:shin=0.9x:: --part knee="5 N m" => no number here depends on --part

@@ -434,7 +434,7 @@ def test_options_of_a_command_come_before_the_shared_ones(capfd):
         ),
         (
             "place go2",
-            ["--contact-stiffness", "--contact-damping", "--stop-stiffness", "--motors", "--torque", "--part"],
+            ["--contact-stiffness", "--contact-damping", "--stop-stiffness", "--motors", "--torque", "--flex", "--part"],
             {"--set", "--friction", "--lock", "--pulse"},
         ),
         (

@@ -170,6 +170,13 @@ def test_a_range_is_that_of_what_is_read(landed):
         assert all("100 Hz" in str(one) for one in saturated)
 
 
+def test_a_pulse_beside_a_stiffness_does_not_decide_on_the_range():
+    """The range is compared with what sensors read on the contacts, as the tables show it, not with a pulse of another length."""
+    scene = replace(LANDING, range_g=2.0, pulse="half-sine:0.1ms", imu_bandwidth="100Hz")
+    with_pulse, without = (shock_profile(one).value("range_share", "point") for one in (scene, replace(scene, pulse=None)))
+    np.testing.assert_array_equal(with_pulse, without)
+
+
 def test_a_bound_is_linear_in_the_jump_of_velocity():
     profile = shock_profile(Scene(robot="go2", contact="FL_foot", imu_bandwidth="200Hz"))
     jumps = profile.value("delta_v", "point")

@@ -168,7 +168,7 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
 def refuse_unasked(
     study: Callable[..., Any], options: SceneOptions, typed: Mapping[str, Any], quantities: Iterable[str] = ()
 ) -> None:
-    """Refuse a pulse, a bandwidth and parts on which no number of a study depends.
+    """Refuse a pulse, a bandwidth, a range and parts on which no number of a study depends.
 
     In a scene's file they may stand: they are of the robot.
 
@@ -191,10 +191,13 @@ def refuse_unasked(
     wanted = {
         "imu-bandwidth": of_sensors,
         "pulse": any(entry.with_stiffness or entry.key.startswith("peak_g") for entry in entries),
+        "range-g": any(entry.key == "range_share" for entry in entries),
         "part": any(entry.of == "part" or entry.key == "joint_torque_share" for entry in entries),
     }
-    given = {name: options.given.get(name.replace("-", "_")) for name in ("pulse", "imu-bandwidth")} | {"part": options.part}
-    for name, example in {"pulse": "peak_g", "imu-bandwidth": "filtered_peak", "part": "part_margin"}.items():
+    named = "pulse", "imu-bandwidth", "range-g"
+    given = {name: options.given.get(name.replace("-", "_")) for name in named} | {"part": options.part}
+    examples = {"pulse": "peak_g", "imu-bandwidth": "filtered_peak", "range-g": "range_share", "part": "part_margin"}
+    for name, example in examples.items():
         if given[name] and not wanted[name] and name not in declaration(study).uses:
             raise StudyError(f"no number here depends on --{name}; ask for one that does, such as {example}, or leave it out")
 

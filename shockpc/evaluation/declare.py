@@ -73,7 +73,7 @@ class Study(NamedTuple):
         typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
         without: options of a landing that the study refuses, which its command does not take: by their names with underscores, or
             by their headings.
-        uses: "pulse", "imu-bandwidth" or "part", if its numbers depend on these whatever quantities are asked for.
+        uses: "pulse", "imu-bandwidth", "range-g" or "part", if its numbers depend on these whatever quantities are asked for.
         reads: the parameter for what is read; None for a study whose command is written out.
         passed: further parameters that the command passes.
         fails: whether the result has `landings`, and `failures` of those that could not be computed, which decide on the exit code.

@@ -256,8 +256,8 @@ class Scene(Record):
     )
     range_g: float | None = option(
         None,
-        "Measuring range of the sensors, with which all peaks are compared: along each axis of a frame, and for a point with an "
-        "offset that of the whole acceleration.",
+        "Measuring range of the sensors, with which peaks are compared, on contacts of finite stiffness those of the motion, else "
+        "those of the pulse: along each axis of a frame, and for a point with an offset that of the whole acceleration.",
         RESULTS,
         "G",
         unit="g",

@@ -1,4 +1,8 @@
-"""The peaks that an accelerometer would measure, of its range: it saturates along each of its axes apart."""
+"""The peaks that an accelerometer would measure, of its range: it saturates along each of its axes apart.
+
+On contacts of finite stiffness these are the peaks of the motion, else those of the pulse, else, behind a filter, the bound for a
+pulse of any length.
+"""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -46,13 +50,19 @@ def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
     """What gives peaks, and these along the axes of each point (n, 3), or equal ones where the axes are not known [g]."""
     landing = impact.landing
     scene, pulse, filters = landing.scene, landing.pulse, low_passes(landing, places)
-    stiff, behind = scene.contact_stiffness is not None, np.array([one is not None for one in filters])[:, None]
+    behind = np.array([one is not None for one in filters])[:, None]
 
     def along(components: Array, lengths: Array) -> Array:
         known = np.array([_axes_known(scene, place) for place in places])
         return np.where(known[:, None], np.abs(components), lengths[:, None])
 
-    if pulse is not None or (behind.any() and not stiff):
+    if scene.contact_stiffness is not None:
+        compliant = solved_on(landing, "contact_stiffness")
+        components = compliant.peaks(axis_jumps, places)[0].reshape(-1, 3)
+        raw = along(components, compliant.peaks(DELTA_V.compute, places)[0]) / GRAVITY
+        read = along(readings(impact, places, along=True)[0, 0], readings(impact, places)[0, 0]) if behind.any() else raw
+        yield f"on contacts of {scene.contact_stiffness:g} N/m", np.where(behind, read, raw)
+    elif pulse is not None or behind.any():
         scale = np.array([peak_of(pulse, one) for one in filters])[:, None] / GRAVITY
         jumps = [("", impact)]
         if scene.friction is not None and (sliding := solved_on(landing, "friction").impact) is not None:
@@ -61,12 +71,6 @@ def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
         for how, of in jumps:
             components = evaluate(DELTA_V, of, places)[0, 0]
             yield f"{what}{how}", along(components, np.linalg.norm(components, axis=1)) * scale
-    if stiff:
-        compliant = solved_on(landing, "contact_stiffness")
-        components = compliant.peaks(axis_jumps, places)[0].reshape(-1, 3)
-        raw = along(components, compliant.peaks(DELTA_V.compute, places)[0]) / GRAVITY
-        read = along(readings(impact, places, along=True)[0, 0], readings(impact, places)[0, 0]) if behind.any() else raw
-        yield f"on contacts of {scene.contact_stiffness:g} N/m", np.where(behind, read, raw)
 
 
 def _shares(impact: Impact, places: Places) -> Array:
@@ -78,7 +82,7 @@ def _shares(impact: Impact, places: Places) -> Array:
 
 
 def sensor_peaks(landing: PosedLanding, proof: Proof, places: Sequence[Place]) -> list[SensorPeak]:
-    """The largest peak at each point, of all that the scene lets compute; none without a pulse, a stiffness and a bandwidth."""
+    """The largest peak at each point, of all that `_peaks` gives; none without a pulse, a stiffness and a bandwidth."""
     named = proof.read(lambda impact: list(_peaks(impact, places))) if places else []
     largest = []
     for k, low_pass in enumerate(low_passes(landing, places) if named else ()):

@@ -140,7 +140,7 @@ class Falls:
         " its accelerometers read."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
-    uses=("part", "pulse", "imu-bandwidth"),
+    uses=("part", "pulse", "imu-bandwidth", "range-g"),
     reads="postures",
     passed=("trace",),
     fails=True,

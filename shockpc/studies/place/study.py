@@ -165,8 +165,18 @@ class PlaceStudy:
         "--pulse (or --imu-bandwidth) and --range-g, also how much of a sensor's range is left along each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
-    without=("contact_stiffness", "contact_damping", "contact_law", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
-    uses=("pulse", "imu-bandwidth"),
+    without=(
+        "contact_stiffness",
+        "contact_damping",
+        "contact_law",
+        "no_gravity",
+        "stop_stiffness",
+        "motors",
+        "torque",
+        "flex",
+        "part",
+    ),
+    uses=("pulse", "imu-bandwidth", "range-g"),
     reads="landings",
     passed=("progress",),
     fails=True,
