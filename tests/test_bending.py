@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from commands import good
 
 from shockpc import Scene, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
@@ -180,3 +181,13 @@ def test_contacts_stop_the_mass_of_the_landing(contact, model):
     mass = profile.robot.mass / 4.0 if model == "locked" else profile.contacts[0].mass_frictionless
     assert profile.bending.mass == pytest.approx(mass, rel=1e-9)
     assert mass < 0.9 * profile.value("mass_sticking", "contact").min()
+
+
+@pytest.mark.parametrize(("stiffness", "bent"), [("1e4,1e5", False), ("1e5,1e7", True)])
+def test_many_landings_say_that_links_bend(capfd, stiffness, bent):
+    """A sweep warns of the row in which rigid links are the least right, and batch of the robots, on the terminal too."""
+    landing = "go2", "--contact", "FL_foot", "--quantity", "peak_force"
+    swept = good(capfd, "sweep", *landing, "--vary", f"contact-stiffness={stiffness}")
+    listed = good(capfd, "batch", *landing, "--contact-stiffness", stiffness.rpartition(",")[2])
+    assert ("links bend" in swept, "links bend" in listed) == (bent, bent)
+    assert ("row 1 (--contact-stiffness 10000000.0)" in swept) == bent

@@ -43,6 +43,9 @@ ABRUPT = "rectangle", "saw-tooth"
 RINGS = "torques ring, and jumps may differ, however stiff links are"
 """What a step of force does."""
 
+BENDS = "contact", "bending"
+"""Kind and subject of the warning that not even links of metal are stiff enough."""
+
 UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
 
 
@@ -174,7 +177,7 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
             f"the leg is above {_hertz(need)}, and bars or tubes of metal with the inertias of its links reach {_hertz(metal)}: "
             "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
         )
-        yield Diagnostic("contact", "bending", need / metal, text)
+        yield Diagnostic(*BENDS, need / metal, text)
 
 
 def rings(landing: PosedLanding) -> Iterator[Diagnostic]:

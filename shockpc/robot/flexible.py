@@ -92,10 +92,10 @@ def flexible_robot(
     """
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
     lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
-    for body, flex in flexes.items():
-        if flex.clamped and robot.joints[body].kind == "free":
+    for number, flex in flexes.items():
+        if flex.clamped and robot.joints[number].kind == "free":
             raise RobotError(
-                f'link "{robot.bodies[body].name}" is the free base and has no joint at which it can be clamped; give its '
+                f'link "{robot.bodies[number].name}" is the free base and has no joint at which it can be clamped; give its '
                 "frequency with both ends free, such as 180Hz:free, or its EI"
             )
     divisions = {body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()}

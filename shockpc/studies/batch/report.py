@@ -1,7 +1,8 @@
 """A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch has them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
+from shockpc.quantities.bending import BENDS
 from shockpc.quantities.selection import select
 from shockpc.robot.feet_and_sensors import BENT, is_imu
 from shockpc.show.report import Picture, Report, picture_files
@@ -43,6 +44,15 @@ def batch_report(batch: Batch) -> Report:
         tables=True,
         others=picture_files("sheet"),
     )
+
+
+def _bending(rows: Iterable[BatchRow], short: Mapping[str, str]) -> Iterator[str]:
+    """A warning where not even links of metal are stiff enough, with the robots, and the words of the landing that lacks most."""
+    found = [(warning, row) for row in rows for warning in row.warnings if (warning.kind, warning.subject) == BENDS]
+    if found:
+        worst, row = max(found, key=lambda one: one[0].size)
+        robots = few(list(dict.fromkeys(short.get(row.robot, row.robot) for _, row in found)), 6, what=" robots")
+        yield f"warning: {robots}: {worst}" + f" (numbers of {short.get(row.robot, row.robot)} {row.contact})" * (len(found) > 1)
 
 
 def _posture(row: BatchRow) -> str:
@@ -156,6 +166,7 @@ def _notes(batch: Batch) -> Iterable[str]:
         names = [name for name in batch.columns if select(name.partition("@")[0]).quantity.of_ground(slides[0])]
         others = "the others are of contacts that stick"
         yield f"in double precision, not proven: {few(names, 4)}; {others}" if names else f"warning: {STICKING}"
+    yield from _bending(rows, short)
     warned = [row for row in rows if row.warnings]
     if warned:
         robots = ", ".join(dict.fromkeys(short.get(row.robot, row.robot) for row in warned))

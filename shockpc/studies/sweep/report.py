@@ -6,8 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
+from shockpc.profile import profile_of_scene
+from shockpc.quantities.bending import Bending, bends
 from shockpc.show.document import record
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
@@ -125,9 +128,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield from (f"warning: {warning}" for warning in sweep.first.warnings if warning.kind == "scene")
     yield from (f"warning: {text}" for varied in sweep.variations if (text := beyond_limits(sweep.robot, varied)))
     stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
-    if not stiff or not any(
-        (entry := column.selection.quantity).unproven or entry.with_stiffness for column in summary.evaluation.computed
-    ):
+    if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):
         for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness") or varied.kind == "flex"):
             asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
@@ -136,12 +137,34 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"warning: {STICKING}"
     if stiff:
         yield LEFT_OUT
+        yield from _bending(summary)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.rows} landings"
         named = [cause._replace(first=f"row {cause.first}") for cause in summary.messages]
         yield from (f"  {line}" for line in cause_lines(named, "rows", MESSAGES))
     columns = [one.column for one in summary.extents]
     yield from proof_lines(summary.proven, summary.compared, summary.largest_error, columns)
+
+
+def _on_stiffness(column: Computed) -> bool:
+    """Whether a column may depend on the stiffness of the contacts."""
+    quantity = column.selection.quantity
+    return quantity.unproven or quantity.with_stiffness
+
+
+def _bending(summary: Summary[VariedLandings]) -> Iterator[str]:
+    """A warning where not even links of metal are stiff enough, of the row in which they are the least so.
+
+    Looked at are the rows with the most severe values of what depends on the stiffness of the contacts.
+    """
+    sweep, worst = summary.evaluation.landings, list[tuple[float, int, str]]()
+    extents = [one for one in summary.extents if one.greatest_row >= 0]
+    for row in sorted({_most_severe(one) for one in extents if _on_stiffness(one.column)}):
+        found = profile_of_scene(*sweep.case(row)).bending
+        worst += [(warning.size, -row, str(warning)) for warning in bends(found if isinstance(found, Bending) else None)]
+    if worst:
+        _, row, text = max(worst)
+        yield f"warning: row {-row} ({_varied(sweep, -row)}): {text}"
 
 
 def _varied(made: VariedLandings, row: int) -> str:
