@@ -147,6 +147,8 @@ def test_a_drive_is_found_from_a_start_that_is_ten_times_off(here, capfd):
     assert re.search(r"armature:knee +kg m² +0.0090 ", out)
     drives = tomllib.loads((here / "out" / "drives.toml").read_text())["drive"]
     assert [drive["joint"] for drive in drives] == [["hip"], ["knee"]]
+    for drive in drives:  # no nearer than drives of one type agree
+        assert drive["range"] == pytest.approx([0.8 * drive["armature"], 1.2 * drive["armature"]], rel=1e-3)
     assert all(drive["status"] == "identified" and drive["source"].startswith("table.csv, 12 landings, ") for drive in drives)
     scene = read_scene(here / "out" / "scene.toml")
     by_hand = replace(leg_scene(here), joints=Joints(drives=str(here / "out" / "drives.toml")))

@@ -187,14 +187,14 @@ class _Found:
         self.stiffness, self.drive_stiffness = np.zeros(robot.model.nv), np.full(robot.model.nv, np.inf)
         self.per_turn, self.carried = np.zeros(robot.model.nv), np.zeros(robot.model.nv)
         self.origin: dict[str, tuple[Status, str]] = {}
-        without = passive(robot)
+        inertia, motor = self.inertia.tolist(), (robot.actuated_dofs & ~passive(robot)).tolist()
         for joint in () if free else robot.single_joints:
-            if self.inertia[joint.v].any() and joint.name in robot.settings:
+            if inertia[joint.v.start] and joint.name in robot.settings:
                 self.low[joint.v], self.high[joint.v] = 0.0, np.inf
                 self.origin[joint.name] = ("simulation model", SETTING)
-            elif self.inertia[joint.v].any():
+            elif inertia[joint.v.start]:
                 self.origin[joint.name] = ("file", "the robot's file")
-            elif not (alone or joint.kind == "free" or joint.name in robot.followers or without[joint.v].any()):
+            elif motor[joint.v.start] and not alone and joint.name not in robot.followers:
                 self.high[joint.v] = np.inf
                 self.origin[joint.name] = ("unknown", NOTHING)
         for name, k in robot.springs.items():
@@ -276,8 +276,9 @@ class _Found:
     def _sources(self, locked: np.ndarray) -> tuple[DriveSource, ...]:
         """One record for all joints that have their drives from the same. Args: locked (nv,), of which none is told."""
         names_by_origin: dict[tuple[Status, str], list[str]] = {}
+        held = locked.tolist()
         for joint in self.robot.single_joints:
-            if joint.name in self.origin and not locked[joint.v].any():
+            if joint.name in self.origin and not held[joint.v.start]:
                 names_by_origin.setdefault(self.origin[joint.name], []).append(joint.name)
         sources = []
         for (status, text), names in names_by_origin.items():

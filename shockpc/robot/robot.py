@@ -217,10 +217,14 @@ class Robot:
 
     def joint(self, name: str) -> Joint:
         """The joint of the file of that exact name."""
-        for joint in self.single_joints:
-            if joint.name == name:
-                return joint
-        raise self.unknown("joint", name, (joint.name for joint in self.single_joints))
+        if (joint := self._joints_by_name.get(name)) is None:
+            raise self.unknown("joint", name, self._joints_by_name)
+        return joint
+
+    @cached_property
+    def _joints_by_name(self) -> Mapping[str, Joint]:
+        """The joints of the file."""
+        return {joint.name: joint for joint in self.single_joints}
 
     @cached_property
     def followers(self) -> frozenset[str]:

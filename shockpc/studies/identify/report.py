@@ -10,20 +10,23 @@ from typing import Any
 import numpy as np
 
 from shockpc.evaluation.variation import OF_A_LINK
-from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.scene_file import scene_text
 from shockpc.recordings.prediction import SCALE
+from shockpc.robot.elements import IDENTIFIED
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
 from shockpc.studies.identify.study import ERRORS, Identification
+from shockpc.studies.identify.uncertainty import Unknown
 from shockpc.text.printed import cause_lines, causes, few, listed
 from shockpc.text.toml import toml_lines
 
 DRIVES, SCENE = "drives.toml", "scene.toml"
 """Files of what was found."""
 
-OF_DRIVES = ("armature", "rotor", "joint-stiffness")
+INERTIAS = ("armature", "rotor")
+OF_DRIVES = (*INERTIAS, "joint-stiffness")
 """Kinds of unknowns that are drives."""
 
 
@@ -145,18 +148,49 @@ def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]
     return files | {SCENE: scene_text(scene, folder)}
 
 
+def _share(unknown: Unknown) -> tuple[float, float]:
+    """The ends of an inertia that was looked for, as shares of its value.
+
+    They are those of the 95 % interval, and not nearer than drives of one type agree; of what was not
+    identified those of the range in which it was looked for.
+    """
+    known = unknown.state == "identified"
+    looked_for = unknown.variation.span or (unknown.value, unknown.value)
+    low, high = (unknown.low, unknown.high) if known else looked_for
+    spread = IDENTIFIED if known else 0.0
+    return min(low / unknown.value, 1.0 - spread), max(high / unknown.value, 1.0 + spread)
+
+
+def _ends(model: JointModel, v: int, share: tuple[float, float] | None) -> list[float] | None:
+    """The ends of the inertia at a joint for a file of drives [kg m², kg]; None where it is exact or not known.
+
+    Args:
+        model: the drives.
+        v: the joint's velocity.
+        share: of an inertia that was looked for, as in `_share`.
+    """
+    if share is not None:
+        inertia = float(model.armature[v] + model.rotor[v])
+        return [share[0] * inertia, share[1] * inertia]
+    low, high = float(model.low[v]), float(model.high[v])
+    return [low, high] if low < high < math.inf else None
+
+
 def _drives_text(study: Identification, table: str) -> str:
     """All drives of the robot with the values that were found, and today's date as their source, as a file for --drives."""
     day = datetime.date.today().isoformat()
     robot, joints = study.robot, study.scene.joints
     model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
     sources: dict[str, str] = {}
+    shares: dict[str, tuple[float, float]] = {}
     for one in study.unknowns:
         if one.variation.kind in OF_DRIVES:
             interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
             text = f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: {one.value:.4g}{interval}"
             text += f", {one.state}" * (one.state != "identified")
-            sources |= dict.fromkeys(robot.match_joints(one.variation.target), text)
+            names = robot.match_joints(one.variation.target)
+            sources |= dict.fromkeys(names, text)
+            shares |= dict.fromkeys(names if one.variation.kind in INERTIAS else (), _share(one))
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:
         v = robot.joint(name).v.start
@@ -169,6 +203,9 @@ def _drives_text(study: Identification, table: str) -> str:
         values = {key: value for key, value in values.items() if value > 0.0}
         if per_turn := float(model.per_turn[v]):
             values |= {"gear_ratio": 1.0 / abs(per_turn), "gear": "planetary" if per_turn > 0.0 else "harmonic"}
+        ends = _ends(model, v, shares.get(name))
+        if values.get("armature") and ends is not None:
+            values["range"] = ends
         if values:
             more = {"status": "identified", "source": sources[name]} if name in sources else {"source": "of the scene"}
             drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
