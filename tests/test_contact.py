@@ -176,6 +176,7 @@ LANDS = {
     "wheel": ((WHEEL,), {}, ("lowest", "point")),
     "no geometry": ((), {}, ("frame", "point")),
     "offset": ((shape(BOX, "0.02 0 -0.08"),), {"offset": (0.02, 0.0, -0.1)}, ("frame", "point")),
+    "offset of zeros": ((shape(BOX, "0.02 0 -0.08"),), {"offset": (0.0, 0.0, 0.0)}, ("frame", "point")),
     "given": ((shape(BOX, "0.02 0 -0.08"),), {"at": "frame", "kind": "point"}, ("frame", "point")),
     "on a slope": ((shape(BOX, "0.02 0 -0.08"),), {"normal": (0.0, 0.3, 1.0)}, ("frame", "edge")),
     "slides and rebounds": ((shape(BOX, "0.02 0 -0.08"),), {"directions": ("z",), "restitution": 1.0}, ("lowest", "flat")),

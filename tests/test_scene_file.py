@@ -127,7 +127,7 @@ def test_every_key_is_read(here):
     table["packages"] = {"dog_description": str(here / "dog")}
     contact, point = ({field.name: field.default for field in dataclasses.fields(kind)} for kind in (Contact, Point))
     table["contact"] = [as_lists(contact | given) for given in table["contact"]]
-    for key in ("edge", "normal", "velocity"):
+    for key in ("edge", "normal", "velocity", "offset"):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
     del table["point"][1]["imu_bandwidth"]
@@ -395,7 +395,7 @@ def test_text_of_a_scene(here):
     text = by_key(tomllib.loads(scene_text(read_scene(write(here, EVERY_KEY)), here / "dog")))
     given = by_key(tomllib.loads(EVERY_KEY)) | {"robot": "dog.urdf.xacro", "srdf": "dog.srdf", "packages.dog_description": "."}
     assert {key: text.get(key) for key in given} == given
-    contact = {"offset": [0, 0, 0], "kind": "auto", "restitution": 0, "restitution_along": "normal"}
+    contact = {"kind": "auto", "restitution": 0, "restitution_along": "normal"}
     defaults = {"gravity": True, "point.1.offset": [0, 0, 0]} | {f"contact.1.{key}": value for key, value in contact.items()}
     assert {key: value for key, value in text.items() if key not in given} == defaults
 

@@ -27,7 +27,7 @@ from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import configuration, displaced
-from shockpc.landing.scene import Scene
+from shockpc.landing.scene import ORIGIN, Scene
 from shockpc.landing.scene_file import plane_of, with_plane
 from shockpc.robot.changes import ADDED, Change, Property, changed, links_with_mass
 from shockpc.robot.gear import Gear
@@ -110,7 +110,7 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
     if varied.kind.startswith("offset-"):
         moved = []
         for contact in with_offsets(scene).contact:
-            offset = list(contact.offset)
+            offset = list(contact.offset or ORIGIN)
             offset[axis] = float(value)
             moved.append(replace(contact, offset=(offset[0], offset[1], offset[2])))
         return replace(scene, contact=tuple(moved)), robot
@@ -151,7 +151,7 @@ def present_value(landing: PosedLanding, varied: Variation) -> float:
         given = scene.posture.base_rpy_deg or ((0.0, 0.0, 0.0) if level else (None,) * 3)
         values = [given[list(ATTITUDE).index(kind)]]
     elif kind in OFFSET:
-        values = [contact.offset[list(OFFSET).index(kind)] for contact in scene.contact]
+        values = [(contact.offset or ORIGIN)[list(OFFSET).index(kind)] for contact in scene.contact]
     elif kind in OF_THE_SCENE:
         values = [getattr(scene, OF_THE_SCENE[kind])]
     elif kind == "mass":

@@ -101,7 +101,7 @@ def _with_contacts(landing: PosedLanding, contacts: dict[int, Contact]) -> Posed
 def _placed(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Contact:
     """A contact at a definite point, as a point if its kind is open."""
     placed = _as_point(contact)
-    if contact.at != "auto" or any(contact.offset):
+    if contact.at != "auto" or contact.offset is not None:
         return placed
     robot, strikes = landing.robot, striking(landing.robot, contact.frame)
     is_place = strikes.marks or not strikes.shapes
@@ -136,7 +136,7 @@ def _is_near_lowest(
 
 def _sole(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Array | None:
     """The corners (n, 3) of a contact's sole, from the base [m]; None of a point or a given kind."""
-    if contact.kind != "auto" or any(contact.offset) or block.kind == "stop":
+    if contact.kind != "auto" or contact.offset is not None or block.kind == "stop":
         return None
     rotation, position = (
         landing.state.rotation[0, block.body],
@@ -149,7 +149,7 @@ def _sole(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Ar
 
 def _unread_geometry(robot: Robot, contact: Contact) -> list[Diagnostic]:
     """A warning where geometry of an open contact could not be read."""
-    if "auto" not in (contact.at, contact.kind) or any(contact.offset):
+    if "auto" not in (contact.at, contact.kind) or contact.offset is not None:
         return []
     strikes = striking(robot, contact.frame)
     if not strikes.unread:

@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.spatial import Array, cross, cross_matrix
 from shockpc.landing.constraints import NO_AXES, ConstraintBlock
 from shockpc.landing.directions import across, unit_directions
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scene import ORIGIN, Contact, Scene
 from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import STOP, Robot
@@ -92,7 +92,7 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
             f"{name} keeps only directions along the ground, so nothing stops its fall; "
             f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
         )
-    point = frame.rotation @ np.asarray(contact.offset, dtype=float)
+    point = frame.rotation @ np.asarray(contact.offset or ORIGIN, dtype=float)
     lowest = _shapes(robot, contact.frame) if contact.at == "lowest" else ()
     if not lowest:
         point = frame.offset + point

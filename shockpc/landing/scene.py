@@ -24,6 +24,10 @@ Base = Literal["free", "planar", "fixed"]
 """How the base may move."""
 
 
+ORIGIN = (0.0, 0.0, 0.0)
+"""Of an offset that is not given."""
+
+
 @documented
 @frozen(kw_only=True)
 class Contact(Record):
@@ -37,8 +41,8 @@ class Contact(Record):
     """
 
     frame: str
-    offset: tuple[float, float, float] = option(
-        (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", CONTACT, "X,Y,Z", unit="m"
+    offset: tuple[float, float, float] | None = option(
+        None, "Contact point from the frame's origin, in its axes; zeros are an offset too.", CONTACT, "X,Y,Z", unit="m"
     )
     at: Literal["auto", "frame", "lowest"] = option(
         "auto",
@@ -73,6 +77,11 @@ class Contact(Record):
     )
     edge: tuple[float, float, float] | None = None
     velocity: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Write out the offset where nothing is left that depends on whether it is given."""
+        if self.offset is None and "auto" not in (self.at, self.kind):
+            object.__setattr__(self, "offset", ORIGIN)
 
     @property
     def sticks(self) -> bool:

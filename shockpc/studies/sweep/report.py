@@ -9,6 +9,7 @@ import numpy as np
 from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
+from shockpc.landing.scene import ORIGIN
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.bending import Bending, bends
 from shockpc.show.document import record
@@ -194,7 +195,7 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
         elif one.kind.startswith("base-"):
             options.append(("--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ()))))
         elif one.kind.startswith("offset-"):
-            options.append(("--offset", ",".join(map(repr, scene.contact[0].offset))))
+            options.append(("--offset", ",".join(map(repr, scene.contact[0].offset or ORIGIN))))
         else:
             others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
     if made.separate:  # where the joints are that close the loops, as they were followed
