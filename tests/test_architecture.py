@@ -4,6 +4,7 @@ import ast
 import fnmatch
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,9 @@ def test_top_level_and_license():
     found = {path.name for path in top.iterdir() if not path.name.startswith(".")}
     found = {name for name in found if not any(fnmatch.fnmatch(name, pattern) for pattern in ignored)}
     assert found == {"pyproject.toml", "README.md", "Makefile", "shockpc", "robots", "tests"}
+    project = tomllib.loads((top / "pyproject.toml").read_text(encoding="utf-8"))
+    assert any(needed.startswith("plotly") for needed in project["project"]["dependencies"])  # the page is promised by every --help
+    assert project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"] == ["shockpc"]
     assert (PACKAGE / "LICENSE").read_text(encoding="utf-8").startswith("BSD 2-Clause License\n")
 
 

@@ -46,7 +46,7 @@ def test_a_page_opens_in_a_browser(profile, monkeypatch, tmp_path):
     with pytest.raises(shockpc.OutputError, match=r"report\.html"):
         profile.show()
     monkeypatch.setattr("shockpc.show.notebook.plotly", lambda: None)
-    with pytest.raises(shockpc.OutputError, match=r"shockpc\[html\]"):
+    with pytest.raises(shockpc.OutputError, match="pip install plotly"):
         profile.show()
 
 

@@ -181,6 +181,14 @@ def test_the_equations_of_the_paper_are_where_the_guide_says():
         assert found, numbers
 
 
+def test_the_short_help_has_the_options_of_the_first_questions(capfd):
+    """Those of the commands of the README that analyze a landing, and of the drives, the parts and the sensors of a robot."""
+    shown = good(capfd, "analyze", "--help")
+    used = {word for line in re.findall(r"shockpc analyze.*", TEXTS[README]) for word in re.findall(r"--[a-z][a-z-]+", line)}
+    used |= {"--part", "--rotor", "--armature", "--imu-bandwidth"}
+    assert {option for option in used if not re.search(rf"(?m)^  (?:-\w, )?{option}\b", shown)} == set()
+
+
 def test_what_varies_is_in_the_table_of_the_guide():
     (rows,) = re.findall(r"\| NAME \|.*?\n\n", TEXTS[VARY], re.DOTALL)
     assert set(re.findall(r"`([\w-]+(?::\w+)?)`", rows)) == set(WORDS)

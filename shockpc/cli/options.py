@@ -96,7 +96,7 @@ class SceneOptions(NamedTuple):
     package: tuple[tuple[str, str], ...] = PACKAGE
     meshes: str | None = MESHES
     contact: tuple[str, ...] = _in_contact(
-        "What strikes the ground: a link, site or geom, a name or glob. All names here may be globs, such as '*_foot'. Several "
+        "What strikes: a link, site or geom, a name or glob. All names here may be globs, such as '*_foot'. Several "
         "matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
         "NAME",
     )
@@ -113,8 +113,8 @@ class SceneOptions(NamedTuple):
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     rotor: tuple[Motor, ...] = _in_joints(
-        "Inertia of a rotor [kg m²], gear ratio (by default the file's), stiffness of a spring between gear and joint [N m/rad], "
-        "and its gear, planetary, belt, harmonic or spur, which says in which sense the rotor turns. "
+        "Inertia of a rotor [kg m²], gear ratio, and stiffness of a spring between gear and joint [N m/rad]. The ratio is the "
+        "file's by default. Behind them its gear, planetary, belt, harmonic or spur, says in which sense the rotor turns. "
         "An inertia or a ratio that is between two numbers is [LOW,HIGH].",
         "JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR]",
         rotor,
@@ -126,9 +126,8 @@ class SceneOptions(NamedTuple):
         setting,
     )
     armature: tuple[Inertia, ...] = _in_joints(
-        "Reflected inertia of joints [kg m²; kg if prismatic]. Of LOW:HIGH, between which it is, the "
-        "arithmetic middle is computed with.",
-        "JOINT=INERTIA|LOW:HIGH",
+        "Reflected inertia [kg m²; kg if prismatic]. Of LOW:HIGH, between which it is, the arithmetic middle is computed with.",
+        "JOINT=INERTIA",
         armature,
     )
     torque: tuple[Setting, ...] = _in_joints(
@@ -144,9 +143,9 @@ class SceneOptions(NamedTuple):
     )
     at: tuple[str, ...] = _in_results("Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
-        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', behind it the bandwidth of an "
-        "accelerometer, as 200Hz; or joints and the torque that their gears withstand, such as FL_calf_joint='50 N m' or "
-        "'50 N m 20 ms' with its duration; a scene takes more.",
+        "A part and what it survives, such as imu_link='half-sine 1500 g 0.5 ms'. Behind the pulse may stand the bandwidth of an "
+        "accelerometer, as 200Hz. Of joints it is the torque that their gears withstand, such as FL_calf_joint='50 N m' or "
+        "'50 N m 20 ms' with its duration. A scene takes more.",
         f"{FRAME}=RATING|JOINT=TORQUE",
         definition,
     )
@@ -171,7 +170,10 @@ class SceneOptions(NamedTuple):
 
 
 EVERYBODY = frozenset(
-    ("contact", "set", "speed", "strike_angle", "drop_height", "joints", "drives", "contact_stiffness", "friction", "at", "pulse")
+    (
+        *("contact", "set", "speed", "strike_angle", "drop_height", "joints", "drives", "armature", "rotor"),
+        *("contact_stiffness", "friction", "at", "pulse", "part", "imu_bandwidth"),
+    )
 )
 """The options of a landing that --help lists."""
 

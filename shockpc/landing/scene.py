@@ -274,8 +274,8 @@ class Scene(Record):
     )
     imu_bandwidth: str | None = option(
         None,
-        "Bandwidth of the accelerometers, such as 200Hz: also give the peaks that they read behind a low-pass filter of first "
-        "order, or with :2 of second order (Butterworth); a range is then compared with these.",
+        "Also give the peaks that accelerometers read, such as 200Hz. That is their bandwidth: of a low-pass filter of first "
+        "order, or with :2 of second order (Butterworth). A range is then compared with these peaks.",
         RESULTS,
         "F[:1|:2]",
     )

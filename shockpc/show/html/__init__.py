@@ -3,7 +3,7 @@
 import importlib.util
 from pathlib import Path
 
-INSTALL = 'report.html is not written, because it needs Plotly; install it with: pip install "shockpc[html]"'
+INSTALL = "report.html is not written, because it needs Plotly; install it with: pip install plotly"
 
 
 def plotly() -> Path | None:
