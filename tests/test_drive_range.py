@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from shockpc import load_robot
 from shockpc.core.drive_box import DriveBox
+from shockpc.impact.drive_response import with_inertias
 from shockpc.judgement import drive_range
 from shockpc.judgement.drive_range import deciding_joints, effective_mass_range, range_of
 from shockpc.landing.resolve import landing_of
@@ -153,11 +155,11 @@ def test_numbers_of_a_landing_follow_without_solving_again(a1, metric, kind, nam
     """At the ends of a range, and anywhere, a number is that of the landing resolved with these inertias."""
     landing, selection, place = a1.landing, select(metric), _place(a1, kind, name)
     rng = np.random.default_rng(1)
-    changes = drive_range._ends(landing, selection, place)
+    search = drive_range._Search(landing, selection, place)
     some = np.where(landing.joint_model.unknown, rng.uniform(0.0, 0.05, landing.robot.model.nv), 0.0)
-    for change in (*changes, some):
-        anew = drive_range._value_of(drive_range._changed(landing, change), selection, place)
-        assert drive_range._read(landing, selection, place, [change])[0] == pytest.approx(anew, rel=1e-8, abs=1e-11)
+    for change in (*(change for change, _ in search.found), some):
+        anew = drive_range._value_of(with_inertias(landing, change), selection, place)
+        assert search.read([change])[0] == pytest.approx(anew, rel=1e-8, abs=1e-11)
     found, value = range_of(a1, selection, place), a1.numbers(selection, [place])[0]
     assert found.kind == "corners"
     assert found.smallest <= value <= found.largest
@@ -206,9 +208,10 @@ def test_effective_masses_only_grow_with_inertia(a1):
     assert found.kind == all_contacts.kind == "exact"
     assert found[:2] == pytest.approx(all_contacts[:2], rel=1e-9)
     assert found.smallest == pytest.approx(a1.effective_mass, rel=1e-9)
+    search = drive_range._Search(a1.landing, selection, place)
     for _ in range(40):
         change = np.where(a1.landing.joint_model.unknown, np.exp(rng.uniform(-9.0, 0.0, nv)), 0.0)
-        assert found.smallest < drive_range._read(a1.landing, selection, place, [change])[0] < found.largest
+        assert found.smallest < search.read([change])[0] < found.largest
 
 
 def test_what_every_drive_decides_has_a_range_of_samples(a1):
@@ -220,6 +223,21 @@ def test_what_every_drive_decides_has_a_range_of_samples(a1):
     assert found.kind == "samples"
     assert found.smallest <= 8.7e-4
     assert found.largest >= 0.7
+
+
+def test_another_face_of_a_sole_makes_a_range_one_of_samples():
+    """G1's sole carries with an edge where its joints are stiff: its range has what locked joints give with their own face."""
+    landing = landing_of(Scene(robot="g1", contact=(Contact(frame="left_ankle_roll_link"),)), load_robot("g1"))
+    model = landing.joint_model
+    wide = model._replace(low=0.0 * model.low, high=np.where(landing.robot.actuated_dofs, np.inf, 0.0))
+    profile = profile_of(replace(landing, joint_model=wide))
+    place = profile.bracketed[1]
+    found, narrow = (range_of(one, select("shock"), place) for one in (profile, profile_of(landing)))
+    locked = profile.numbers(select("shock_locked"), [place])[0]
+    assert (found.kind, narrow.kind) == ("samples", "corners")
+    assert found.smallest <= narrow.smallest
+    assert locked == pytest.approx(found.largest, rel=0.2)
+    assert locked <= found.largest
 
 
 def test_no_range_where_drives_are_given_or_do_not_count(a1):

@@ -1,0 +1,151 @@
+"""How an impact responds to the drives: the same landing with other inertias, in closed form or solved anew."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.drive_box import DriveBox
+from shockpc.core.impulse import Solution
+from shockpc.core.inertia import solve_inertia
+from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
+from shockpc.impact.friction import jumps_of
+from shockpc.impact.impact import ColumnImpact
+from shockpc.impact.solve import solve_in_doubles
+from shockpc.impact.stops import with_stops
+from shockpc.landing.auto_contact import with_own_faces
+from shockpc.landing.dynamics import dynamics, geared_bodies
+from shockpc.landing.landing import PosedLanding
+from shockpc.text.errors import SceneError, SolveError
+
+MOST_LANDINGS = 8
+"""Landings with other inertias that a landing keeps."""
+
+
+class DriveResponse(NamedTuple):
+    """The response of a landing to impulses of its drives, with the contacts held.
+
+    Attributes:
+        box: the drives that are not known exactly.
+        columns: (n,) their joint velocities.
+        solution: of Eq. 4 as modelled, then of unit impulses of each of these drives.
+        jumps: (1, nb, 6, 1 + n) of the bodies, likewise, body axes.
+    """
+
+    box: DriveBox
+    columns: np.ndarray
+    solution: Solution
+    jumps: Array
+
+    def at(self, landing: PosedLanding, changes: list[Array]) -> ColumnImpact:
+        """Impacts, one a column, with other inertias.
+
+        Args:
+            landing: that this is the response of.
+            changes: (nv,) each, from the inertias as modelled; infinite where a joint is held.
+        """
+        weights = [[1.0, *self.box.impulses(change[self.columns])] for change in changes]
+        return self.combined(landing, np.array(weights).T)
+
+    def combined(self, landing: PosedLanding, weights: Array) -> ColumnImpact:
+        """Impacts, one a column, for weights (1 + n, k) of these solutions."""
+        equation, solution = landing.equation(landing.state), self.solution
+        combined = solution._replace(
+            delta_qd=solution.delta_qd @ weights,
+            impulse=solution.impulse @ weights,
+            independent={k: part @ weights for k, part in solution.independent.items()},
+        )
+        b = np.repeat(equation.b[..., 3:], weights.shape[1], axis=2)
+        return ColumnImpact(landing, equation._replace(b=b), combined, self.jumps @ weights)
+
+
+@memoized()
+def drive_response(landing: PosedLanding) -> DriveResponse:
+    """The response of a landing to those of its drives that are not known exactly."""
+    equation, model = landing.equation(landing.state), landing.joint_model
+    columns = np.flatnonzero(model.low < model.high)
+    modelled = solve_in_doubles(landing, equation)
+    # Of a unit impulse on a joint, H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0: first without contacts,
+    # Δẏ = H⁻¹ Gᵀ e_i, then as an impact that undoes its speeds along the rows.
+    on_joints = _turns(landing)[:, columns]
+    reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
+    unheld = solve_inertia(equation.inertia, reduced[None])
+    held = solve_in_doubles(landing, equation._replace(b=equation.J_c @ unheld))
+    independent = {k: np.column_stack([part[:, 3:], held.independent[k]]) for k, part in modelled.independent.items()}
+    solution = modelled._replace(
+        delta_qd=np.concatenate([modelled.delta_qd[..., 3:], unheld + held.delta_qd], axis=2),
+        impulse=np.concatenate([modelled.impulse[..., 3:], held.impulse], axis=2),
+        independent=independent,
+    )
+    delta_qd = equation.full(solution.delta_qd)
+    rates = on_joints.T @ delta_qd[0]
+    less, more = (end[columns] - model.armature[columns] for end in (model.low, model.high))
+    box = DriveBox(rates[:, 1:], rates[:, 0], less, more)
+    return DriveResponse(box, columns, solution, jumps_of(landing, delta_qd, equation.state))
+
+
+def _turns(landing: PosedLanding) -> Array:
+    """The joint velocities (nv, nv) on which each drive acts, as columns.
+
+    It is the joint's own, or the turns of its rotor, by q̇ + (a·ω)/±n for one turn of the joint, with
+    ω of the link that carries it. Of a drive that may be infinite, which is a joint that is held,
+    the joint's own rate counts alone.
+    """
+    model, J = landing.joint_model, landing.state.J[0, :3]
+    turns = np.eye(len(model.armature))
+    coupling = np.where(np.isinf(model.high), 0.0, model.coupling)
+    for v, body in geared_bodies(landing.robot, coupling):
+        carried = landing.robot.ancestors[landing.robot.parents[body]]
+        turns[:, v] += model.per_turn[v] * carried * (J[:, v] @ J)
+    return turns
+
+
+def extreme_changes(landing: PosedLanding) -> list[Array]:
+    """Changes (nv,) from the inertias as modelled to the smallest ones, and to the largest ones.
+
+    Where the contacts need joints to move, a third one holds as many of them as it can.
+    """
+    model, response = landing.joint_model, drive_response(landing)
+    held = np.zeros(len(model.armature))
+    held[response.columns] = response.box.most
+    changes = [model.low - model.armature, model.high - model.armature, held]
+    return changes[:2] if np.array_equal(held, changes[1]) else changes
+
+
+def with_inertias(landing: PosedLanding, change: Array) -> PosedLanding | None:
+    """A landing with other inertias, and the stops and faces of soles that act with them.
+
+    Args:
+        landing: the landing.
+        change: (nv,) from the inertias as modelled; infinite where a joint is held.
+
+    Returns: None where it cannot be resolved.
+    """
+    return _with_inertias(landing, change.tobytes())
+
+
+@memoized(most=MOST_LANDINGS)
+def _with_inertias(landing: PosedLanding, data: bytes) -> PosedLanding | None:
+    """The same for the bytes of the change, by which it is kept."""
+    model, change = landing.joint_model, np.frombuffer(data)
+    held, moved = np.isinf(change), change != 0.0
+    armature = np.where(held, 0.0, model.armature + np.where(held, 0.0, change))
+    joints = model._replace(
+        armature=armature,
+        locked=model.locked | held,
+        name="mixed",
+        stiffness=np.where(held, 0.0, model.stiffness),
+        drive_stiffness=np.where(moved, np.inf, model.drive_stiffness),
+        rotor=np.where(moved, 0.0, model.rotor),
+        low=armature,
+        high=armature,
+        sources=(),
+    )
+    state = dynamics(landing.robot, landing.q[None], joints)
+    other = replace(landing.without_stops, joint_model=joints, state=state)
+    try:
+        other = with_own_faces(other)
+        return with_stops(other) if landing.scene.stops else other
+    except (SceneError, SolveError):
+        return None
