@@ -171,7 +171,7 @@ def refuse(landing: PosedLanding) -> None:
             raise SceneError(
                 f"{block.name} strikes at its lowest point, which jumps as postures change, so it has no symbols; "
                 f"take the frame's origin (--contact-point frame), or the point of this posture: --offset {offset}"
-                + (" --contact-kind flat" if len(block.moments) else ""),
+                + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
                 blocks=[block.frame],
             )
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))

@@ -8,6 +8,7 @@ point in the middle of a sole, a humanoid's foot would pivot, and the shock be s
 small.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,14 +16,17 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
-from shockpc.landing.faces import carrying_faces, ends_of, is_whole
+from shockpc.landing.directions import across
+from shockpc.landing.faces import carrying_faces
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Contact
 from shockpc.landing.soles import (
     INSIDE,
     SHARE,
     distance_aside,
+    ends_of,
     height_of_lowest,
+    is_thin,
     lowest_points,
     most_inside,
     sole_corners,
@@ -35,6 +39,9 @@ from shockpc.text.printed import listed
 
 MIDDLE = 1e-6
 """Difference in height of points in whose middle a contact is, as a share of what they span."""
+
+LIFTED = "lifted"
+"""Kind of the warning of a foot that is left out."""
 
 
 def resolve_contacts(landing: PosedLanding) -> PosedLanding:
@@ -50,35 +57,68 @@ def resolve_contacts(landing: PosedLanding) -> PosedLanding:
     if not any("auto" in (contact.at, contact.kind) for contact in asked):
         return landing
     landing = replace(landing, asked=asked, asked_rows=landing.contacts)
-    warnings, definite, soles = list(landing.warnings), list[Contact](), dict[int, Array]()
-    for number, (contact, block) in enumerate(zip(asked, landing.contacts, strict=True)):
-        if block.kind == "stop":
-            definite.append(_as_point(contact))
-            continue
-        placed = _placed(landing, contact, block)
-        if (sole := _sole(landing, contact, block)) is not None:
-            soles[number] = sole
-            placed = replace(placed, kind="flat")
-        definite.append(placed)
-        warnings += _unread_geometry(landing.robot, contact)
-    landing = _with_contacts(replace(landing, warnings=tuple(warnings)), dict(enumerate(definite)))
-    return _with_faces(landing, soles) if soles else landing
+    warnings = list(landing.warnings)
+    for contact, block in zip(asked, landing.contacts, strict=True):
+        if block.kind != "stop":
+            warnings += _unread_geometry(landing.robot, contact)
+    flat = with_flat_soles(replace(landing, warnings=tuple(warnings)))
+    return _with_faces(flat, carrying_faces(flat))
 
 
 def with_own_faces(landing: PosedLanding) -> PosedLanding:
     """The landing with its own faces: what of its soles carries with its joint model.
 
     Whoever changes the joint model of a landing calls this: for locked joints, for rotors at one
-    end of their range. A landing without soles is returned as it is.
+    end of their range. A landing without soles is returned as it is, and so is one in another
+    posture than that of its scene, whose contacts are definite.
 
     Raises:
         SolveError: what of the soles carries is not found.
     """
-    open_contacts = zip(landing.asked, landing.asked_rows, strict=True)
-    if all(_sole(landing, contact, block) is None for contact, block in open_contacts):
+    has_soles = bool(landing.lifted) or any(len(block.sole) for block in landing.contacts)
+    if not has_soles or not landing.asked_rows:
         return landing
-    asked = replace(landing.scene, contact=landing.asked)
-    return resolve_contacts(replace(landing, scene=asked, contacts=landing.asked_rows, lifted=()))
+    flat = with_flat_soles(landing)
+    return _with_faces(flat, carrying_faces(flat))
+
+
+def with_faces_of(
+    landing: PosedLanding,
+    mechanism: Callable[[PosedLanding], PosedLanding],
+) -> PosedLanding:
+    """The landing with what of its soles carries in another mechanism, such as links that bend.
+
+    It keeps its own faces where they have another number of contacts: a foot is lifted in one of both.
+
+    Args:
+        landing: with its own faces.
+        mechanism: makes the landing of flat soles one of the mechanism, with the same contacts.
+
+    Raises:
+        SolveError: what of the soles carries is not found.
+    """
+    if not landing.asked_rows or not any(len(block.sole) for block in landing.contacts):
+        return landing
+    flat = with_flat_soles(landing)
+    carried = _with_faces(flat, carrying_faces(mechanism(flat)))
+    return landing if landing.lifted or carried.lifted else carried
+
+
+def with_flat_soles(landing: PosedLanding) -> PosedLanding:
+    """The landing that was asked for, with every sole whose kind is open as a flat contact."""
+    contacts = dict[int, Contact]()
+    soles = dict[int, Array]()
+    for number, (contact, block) in enumerate(zip(landing.asked, landing.asked_rows, strict=True)):
+        if block.kind == "stop":
+            contacts[number] = _as_point(contact)
+            continue
+        placed = _placed(landing, contact, block)
+        sole = _sole(landing, contact, block)
+        if sole is not None:
+            soles[number] = sole
+            placed = replace(placed, kind="flat")
+        contacts[number] = placed
+    return replace(_with_contacts(landing, contacts, soles), lifted=())
 
 
 def _as_point(contact: Contact) -> Contact:
@@ -87,13 +127,24 @@ def _as_point(contact: Contact) -> Contact:
     return replace(contact, at=at, kind="point" if contact.kind == "auto" else contact.kind)
 
 
-def _with_contacts(landing: PosedLanding, contacts: dict[int, Contact]) -> PosedLanding:
-    """The landing with some of its contacts, by their number among those that it was asked for."""
+def _with_contacts(
+    landing: PosedLanding,
+    contacts: Mapping[int, Contact],
+    soles: Mapping[int, Array],
+) -> PosedLanding:
+    """The landing with some of its contacts, by their number among those that it was asked for.
+
+    Args:
+        landing: which was asked for its contacts.
+        contacts: definite ones.
+        soles: corners (n, 3) of those that have a sole, in the frame of their body [m].
+    """
     rows = []
     for number, contact in contacts.items():
         block = landing.asked_rows[number]
-        unchanged = block.kind == "stop" or contact == landing.asked[number]
-        rows.append(block if unchanged else contact_block(landing.robot, contact, block.normal))
+        if block.kind != "stop" and contact != landing.asked[number]:
+            block = contact_block(landing.robot, contact, block.normal)
+        rows.append(block._replace(sole=soles[number]) if number in soles else block)
     scene = replace(landing.scene, contact=tuple(contacts.values()))
     return replace(landing, scene=scene, contacts=tuple(rows))
 
@@ -135,16 +186,11 @@ def _is_near_lowest(
 
 
 def _sole(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Array | None:
-    """The corners (n, 3) of a contact's sole, from the base [m]; None of a point or a given kind."""
-    if contact.kind != "auto" or contact.offset is not None or block.kind == "stop":
+    """The corners (n, 3) of a contact's sole, in the frame of its body [m]; None of a point or a given kind."""
+    if contact.kind != "auto" or contact.offset is not None:
         return None
-    rotation, position = (
-        landing.state.rotation[0, block.body],
-        landing.state.position[0, block.body],
-    )
-    x, y, z = (block.normal @ rotation).tolist()
-    corners = sole_corners(landing.robot, contact.frame, (x, y, z), landing.scene.ground_tolerance)
-    return None if corners is None else position + corners @ rotation.T
+    x, y, z = (block.normal @ landing.state.rotation[0, block.body]).tolist()
+    return sole_corners(landing.robot, contact.frame, (x, y, z), landing.scene.ground_tolerance)
 
 
 def _unread_geometry(robot: Robot, contact: Contact) -> list[Diagnostic]:
@@ -165,50 +211,49 @@ def _unread_geometry(robot: Robot, contact: Contact) -> list[Diagnostic]:
     return [Diagnostic("geometry", contact.frame, None, text)]
 
 
-def _with_faces(landing: PosedLanding, soles: dict[int, Array]) -> PosedLanding:
+def _with_faces(landing: PosedLanding, faces: Mapping[int, np.ndarray]) -> PosedLanding:
     """The landing of flat soles with what carries of them.
 
     Args:
-        landing: with its soles as flat contacts.
-        soles: their corners (n, 3), from the base [m], by the number of the contact.
+        landing: as of `with_flat_soles`.
+        faces: as of `carrying_faces`.
     """
-    faces = carrying_faces(landing, soles)
-    contacts, lifted, warnings = (
-        dict(enumerate(landing.scene.contact)),
-        list[int](),
-        list(landing.warnings),
-    )
+    contacts, lifted = dict(enumerate(landing.scene.contact)), list[int]()
+    warnings = [warning for warning in landing.warnings if warning.kind != LIFTED]
     for number, face in faces.items():
-        contact, block = contacts[number], landing.contacts[number]
-        if is_whole(face, soles[number], block.normal):
-            continue
+        block = landing.contacts[number]
         if len(face):
-            # A point that is given stays where it is.
-            is_given = landing.asked[number].at == "frame"
-            on_face = _on_face(landing, contact, block, face)
-            contacts[number] = replace(contact, kind="point") if is_given else on_face
+            contacts[number] = _on_face(landing, number, face)
             continue
-        del contacts[number]
+        text = f"{block.frame} is lifted by the impact on the other feet, so it takes no impulse and is left out"
+        warnings.append(Diagnostic(LIFTED, block.frame, None, text))
         lifted.append(block.body)
-        text = f"{contact.frame} is lifted by the impact on the other feet, so it takes no impulse and is left out"
-        warnings.append(Diagnostic("contact", contact.frame, None, text))
-    carried = _with_contacts(landing, contacts)
+        del contacts[number]
+    soles = {number: landing.contacts[number].sole for number in faces}
+    carried = _with_contacts(landing, contacts, soles)
     return replace(carried, lifted=tuple(lifted), warnings=tuple(warnings))
 
 
-def _on_face(
-    landing: PosedLanding,
-    contact: Contact,
-    block: ConstraintBlock,
-    face: Array,
-) -> Contact:
-    """A contact at the edge or corner (k, 3) of its sole that carries, from the base [m]."""
+def _on_face(landing: PosedLanding, number: int, face: np.ndarray) -> Contact:
+    """A contact of a landing of flat soles as what carries of its sole: all, an edge, or a corner.
+
+    Args:
+        landing: as of `with_flat_soles`.
+        number: of the contact.
+        face: numbers of the corners that carry.
+    """
+    contact, block = landing.scene.contact[number], landing.contacts[number]
     frame, rotation = landing.robot.frame(contact.frame), landing.state.rotation[0, block.body]
-    first, second = ends_of(face)
-    middle = rotation.T @ ((first + second) / 2.0 - landing.state.position[0, block.body])
-    x, y, z = (frame.rotation.T @ (middle - frame.offset)).tolist()
+    if len(face) == len(block.sole) and not is_thin(block.sole @ rotation.T @ np.transpose(across(block.normal))):
+        return contact
+    if landing.asked[number].at == "frame":
+        # A point that is given stays where it is.
+        return replace(contact, kind="point")
+    first, second = ends_of(block.sole[face])
+    middle = frame.rotation.T @ ((first + second) / 2.0 - frame.offset)
+    x, y, z = middle.tolist()
     at_face = replace(contact, at="frame", offset=(x, y, z), kind="corner")
-    along = second - first
+    along = rotation @ (second - first)
     length = float(np.linalg.norm(along))
     if not length > 0.0:
         return at_face

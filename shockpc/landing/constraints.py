@@ -37,6 +37,7 @@ class ConstraintBlock(NamedTuple):
         normal: (3,) unit normal of the ground at a contact or standing foot, world axes.
         velocity: (3,), or (N, 3) where it differs between postures, of the point before the impact, world axes, where it is not
             that of the robot's motion [m/s].
+        sole: (n, 3) corners of the sole of which what carries is held, in the body's frame [m]; none of a point.
         lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
     """
 
@@ -52,6 +53,7 @@ class ConstraintBlock(NamedTuple):
     rebound: Array | None = None
     normal: Array = NO_NORMAL
     velocity: Array | None = None
+    sole: Array = NO_AXES
     lowest: tuple[Shape, ...] = ()
 
     @property

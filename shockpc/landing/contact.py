@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array, cross, cross_matrix
 from shockpc.landing.constraints import NO_AXES, ConstraintBlock
 from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.scene import ORIGIN, Contact, Scene
-from shockpc.robot.feet_and_sensors import feet
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.shapes import Shape
@@ -158,7 +158,7 @@ def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> Constraint
 
 def _feet(robot: Robot) -> str:
     """The robot's feet, for messages."""
-    return f"the feet of this robot: {listed(feet(robot), 12)}"
+    return f"the feet of this robot: {listed(each_foot(robot), 12)}"
 
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:

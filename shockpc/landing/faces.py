@@ -9,18 +9,16 @@ have the same jump. All soles are flat exactly where every centre of pressure li
 The face belongs to the inertia of the joints: locked joints, or other rotors, have another.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.corners import corner_impulse
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.constraints import ConstraintBlock, block_point, slices_of
-from shockpc.landing.directions import across
+from shockpc.landing.constraints import ConstraintBlock, block_point, slices_of, world_point
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.soles import is_thin
 from shockpc.text.errors import SolveError
 
 STILL = 1e-9
@@ -41,25 +39,28 @@ class Generators(NamedTuple):
     contact: np.ndarray
 
 
-def carrying_faces(landing: PosedLanding, soles: Mapping[int, Array]) -> dict[int, Array]:
-    """The corners (k, 3) of each sole that carry, by the number of its contact [m].
+def carrying_faces(landing: PosedLanding) -> dict[int, np.ndarray]:
+    """The numbers of the corners of each sole that carry, by the number of its contact.
 
     A foot that the impact on the others lifts has none.
 
     Args:
-        landing: which has these contacts as flat ones.
-        soles: their corners (n, 3), from the base, world axes [m].
+        landing: its contacts with a `sole` are flat.
 
     Raises:
         SolveError: the corners that carry are not found.
     """
+    soles = {number: block.sole for number, block in enumerate(landing.contacts) if len(block.sole)}
+    if not soles:
+        return {}
     equation = landing.equation(landing.state)
     b = equation.b[0, :, 3]
     try:
         to_metric = np.linalg.cholesky(equation.H[0])
     except np.linalg.LinAlgError:
-        return dict(soles)  # the solution says what is wrong with the inertia
-    generators = _generators(landing.state, equation.blocks, soles)
+        # The solution says what is wrong with the inertia.
+        return {number: np.arange(len(corners)) for number, corners in soles.items()}
+    generators = _generators(landing.state, equation.blocks)
     X = np.linalg.solve(to_metric, equation.J_c[0].T)
     try:
         speed = corner_impulse(X, b, generators.free, generators.pushes).speed
@@ -67,35 +68,16 @@ def carrying_faces(landing: PosedLanding, soles: Mapping[int, Array]) -> dict[in
         remedy = "say what of the sole carries, by the kind of the contact (--contact-kind)"
         raise SolveError(f"{refusal}; {remedy}") from None
     still = speed <= STILL * np.abs(b).max(initial=0.0)
-    faces = dict[int, Array]()
-    for number, corners in soles.items():
-        faces[number] = corners[still[generators.contact == number]]
-    return faces
+    return {number: np.flatnonzero(still[generators.contact == number]) for number in soles}
 
 
-def is_whole(face: Array, sole: Array, up: Array) -> bool:
-    """Whether a face (k, 3) is all of a sole (n, 3) that has an area. Args: up, (3,) unit normal of the ground."""
-    return len(face) == len(sole) and not is_thin(sole @ np.transpose(across(up)))
-
-
-def ends_of(face: Array) -> tuple[Array, Array]:
-    """The two corners (3,) of a face (k, 3) that are farthest apart; a single one twice."""
-    apart = np.linalg.norm(face[:, None] - face, axis=2)
-    i, j = np.unravel_index(int(apart.argmax()), apart.shape)
-    return face[i], face[j]
-
-
-def _generators(
-    state: Dynamics,
-    blocks: Sequence[ConstraintBlock],
-    soles: Mapping[int, Array],
-) -> Generators:
-    """The generators of a landing. Args: blocks, all rows; soles, as of `carrying_faces`."""
+def _generators(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Generators:
+    """The generators of a landing. Args: blocks, all rows, those with a `sole` flat."""
     rows, size = slices_of(blocks), sum(block.size for block in blocks)
     free, pushes, contact = [np.zeros((size, 0))], [np.zeros((size, 0))], list[int]()
     for number, block in enumerate(blocks):
         of_block = np.eye(size)[:, rows[number]]
-        if number not in soles:
+        if not len(block.sole):
             free.append(of_block)
             continue
         n = len(block.forces)
@@ -105,9 +87,9 @@ def _generators(
         free += [forces @ along_ground.T, twist]
         # A push at a corner is a force along the normal at the contact's point, and its moment about that.
         normal_force = np.linalg.lstsq(block.forces.T, block.normal, rcond=None)[0]
-        arms = soles[number] - block_point(state, block)
-        moments = cross(arms, block.normal) @ block.moments[:2].T
+        corners = world_point(state, block.body, block.sole[:, None])[:, 0]
+        moments = cross(corners - block_point(state, block), block.normal) @ block.moments[:2].T
         pushes.append((forces @ normal_force)[:, None] + tilts @ moments.T)
-        contact += [number] * len(moments)
+        contact += [number] * len(corners)
     columns = np.concatenate(free, axis=1), np.concatenate(pushes, axis=1)
     return Generators(*columns, np.array(contact))

@@ -5,14 +5,15 @@ Joint model, posture and motion are those of the rigid robot, so that nothing th
 
 import functools
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 
 from shockpc.core.frozen import frozen
 from shockpc.core.segments import Flex, elastic_frequencies, flex_from
 from shockpc.core.spatial import Array
-from shockpc.landing.constraints import ConstraintBlock
+from shockpc.landing.auto_contact import with_faces_of
+from shockpc.landing.constraints import ConstraintBlock, slices_of
 from shockpc.landing.dynamics import dynamics, geared_bodies
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
@@ -110,7 +111,7 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         UnknownName: a pattern fits no link.
         RobotError: a link cannot bend.
     """
-    robot, contacts = landing.robot, len(landing.contacts)
+    robot = landing.robot
     struck = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance) if block.kind != "stop"]
     ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
     joints = landing.joint_model
@@ -119,8 +120,14 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
     if landing.base == "fixed" and robot.free_base and 0 in flexible.divisions:
         name = robot.bodies[0].name
         raise SceneError(f'link "{name}" cannot bend, because it is fixed to the world; {LEAVE_OUT}', bodies=[name])
+    return _bent(with_faces_of(landing, lambda flat: _with_springs_as_inertia(_bent(flat, flexible))), flexible)
+
+
+def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
+    """A landing on the robot whose links bend. Args: landing, with rigid links."""
+    contacts, joints = len(landing.contacts), landing.joint_model
     blocks = [_on_segments(flexible, block) for block in landing.without_stops.blocks[: contacts + len(landing.stance)]]
-    q, zero = flexible.configuration(landing.q), np.zeros(robot.model.nv)
+    q, zero = flexible.configuration(landing.q), np.zeros(landing.robot.model.nv)
     whole = flexible.velocities
     model = joints._replace(
         armature=whole(joints.armature),
@@ -147,6 +154,28 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         "acting": (),
     }
     return FlexibleLanding(**values, rigid=landing, flexible=flexible)
+
+
+def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
+    """The landing with the inertia k / ω² that a hinge of stiffness k has in a contact of frequency ω.
+
+    What of a sole carries follows from it: links that are stiff against the contact are rigid then, and
+    the hinges of soft ones are free. Of the energy that the rigid robot would lose, ω² = K Σ v² / (b · f),
+    with the stiffness K of the contacts, their speeds v, all speeds b and impulses f.
+    """
+    stiffness = landing.scene.contact_stiffness
+    if stiffness is None:
+        return landing
+    equation = landing.rigid.equation(landing.rigid.state)
+    J, b = equation.J_c[0], equation.b[0, :, 3]
+    impulse = np.linalg.lstsq(J @ np.linalg.solve(equation.H[0], J.T), b, rcond=1e-10)[0]
+    speeds = [b[rows][: len(block.forces)] for rows, block in zip(slices_of(equation.blocks), landing.contacts, strict=False)]
+    squared_frequency = stiffness * float(np.sum(np.concatenate(speeds) ** 2)) / float(b @ impulse)
+    model, hinges = landing.joint_model, landing.hinges
+    armature = model.armature.copy()
+    armature[hinges] += landing.flexible.stiffness[hinges] / squared_frequency
+    model = model._replace(armature=armature)
+    return replace(landing, joint_model=model, state=dynamics(landing.robot, landing.q[None], model))
 
 
 def _on_segments(flexible: FlexibleRobot, block: ConstraintBlock) -> ConstraintBlock:

@@ -18,7 +18,7 @@ from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
-from shockpc.landing.soles import LEVEL, most_inside
+from shockpc.landing.soles import LEVEL, height_of_lowest, most_inside, sole_corners
 from shockpc.robot.feet_and_sensors import each_foot, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
@@ -91,12 +91,48 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
     return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= tolerance))
 
 
+def whole_feet(landing: PosedLanding) -> Scene | None:
+    """The landing on the whole of feet of which it strikes parts, such as one of several geoms.
+
+    None where it strikes no part of a foot that has other parts as low.
+    """
+    contacts = tuple(_whole_foot(landing, contact) for contact in landing.asked)
+    changed = contacts != landing.asked
+    return replace(landing.scene, contact=tuple(dict.fromkeys(contacts))) if changed else None
+
+
+def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
+    """A contact at the whole foot of which it strikes a part; the same contact where it does not."""
+    robot = landing.robot
+    is_open = contact.at == "auto" and contact.kind == "auto" and not any(contact.offset)
+    if not is_open or contact.frame not in robot.frames or contact.frame in each_foot(robot):
+        return contact
+    frame = robot.frame(contact.frame)
+    if frame.kind == "joint" or not recognised(robot):
+        return contact
+    rotation = landing.state.rotation[0, frame.body]
+    up = landing.up @ rotation
+    tolerance = landing.scene.ground_tolerance
+    for foot in each_foot(robot):
+        if robot.frame(foot).body != frame.body:
+            continue
+        sole = sole_corners(robot, foot, (float(up[0]), float(up[1]), float(up[2])), tolerance)
+        if sole is None:
+            continue
+        # The part is one of those that are lowest.
+        own = _struck_shapes(robot, contact.frame)
+        low = height_of_lowest(own, up) if own else float(up @ frame.offset) - most_inside(robot)
+        if low <= float((sole @ up).min()) + tolerance + LEVEL:
+            return replace(contact, frame=foot)
+    return contact
+
+
 def together(landing: PosedLanding) -> Scene | None:
     """The landing on all level feet, where one of some of them is given: its scene with a contact more for each other foot.
 
     These are as its first contact, at their own points. None where no other foot is level, or the landing is no drop on all feet.
     """
-    scene = replace(landing.scene, contact=landing.asked)
+    scene = whole_feet(landing) or replace(landing.scene, contact=landing.asked)
     if landing.base == "fixed" or landing.stance or not landing.translates:
         return None
     beside = feet_beside(landing, landing.state.rotation, landing.state.position)[0]

@@ -235,6 +235,13 @@ def area(polygon: Array) -> float:
     return abs(float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))))
 
 
+def ends_of(corners: Array) -> tuple[Array, Array]:
+    """The two of some corners (k, 3) that are farthest apart; a single one twice."""
+    apart = np.linalg.norm(corners[:, None] - corners, axis=2)
+    i, j = np.unravel_index(int(apart.argmax()), apart.shape)
+    return corners[i], corners[j]
+
+
 def is_thin(polygon: Array) -> bool:
     """Whether a polygon (n, 2), corners in their order, is a line or a point."""
     return area(polygon) <= LEVEL * float(np.ptp(polygon, axis=0).max()) ** 2

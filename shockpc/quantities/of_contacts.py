@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.percussion import dot, norm
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross
 from shockpc.impact.exact.arithmetic import entries
 from shockpc.impact.exact.balls import BALLS, BallImpact, BallMatrix, Balls, PrecisionError
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows_of
 from shockpc.landing.closure import closure_block
-from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_axes, block_point, slices_of
-from shockpc.landing.directions import across
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_axes, block_point, slices_of, world_point
 from shockpc.quantities.quantity import Places, Quantity, cached, reach
 
 STRUCTURAL = 1e-26
@@ -33,6 +32,12 @@ LEFT_OUT = 10.0
 """The same where a direction is left out, relative to what rounding of the file makes of it."""
 
 STANDS = "a standing foot strikes nothing"
+TILTS = {"edge": 1, "flat": 2}
+"""How many rotations about axes along the ground each kind of contact holds: the first of its moments."""
+
+HOLD_TWIST = ("corner", "edge", "flat")
+"""Kinds of contact that hold the rotation about the normal if they stick."""
+
 REDUNDANT = "contacts are redundant, so the impulse of a single one is not determined"
 PULLED = f"{REDUNDANT}; or the contact receives no impulse, or the ground would have to pull it"
 MITIGATION = "it requires a free base, no stance, no loop that ties the robot to the world, and no end stop"
@@ -84,11 +89,51 @@ def _moment(impact: Impact, places: Places) -> Any:
 def friction_needed(impact: Impact, places: Places) -> Any:
     """Tangential over normal impulse (N, S, n) [1]; NaN where the ground would have to pull."""
     impulse = np.stack([_force(impact, block, rows) for block, rows in _rows(impact, places)], axis=-2)
+    normal, up, pressed = _normal_impulse(impact, places)
+    return np.where(pressed, norm(impulse - normal[..., None] * up) / np.where(pressed, normal, 1), np.nan)
+
+
+def _normal_impulse(impact: Impact, places: Places) -> tuple[Any, Any, np.ndarray]:
+    """Impulses (N, S, n) of contacts along their normals, these (n, 3), and whether the ground pushes (N, S, n)."""
+    impulse = np.stack([_force(impact, block, rows) for block, rows in _rows(impact, places)], axis=-2)
     up = impact.exact(np.array([block.normal for block, _ in _rows(impact, places)]))
     normal = dot(impulse, up)
     # A normal impulse that may be zero is none: of a ball around zero the midpoint has either sign.
     pressed = (impact.rounded(normal, lambda values: _impulse_size(impact, values)) > 0.0) & _determined(impact, places)
-    return np.where(pressed, norm(impulse - normal[..., None] * up) / np.where(pressed, normal, 1), np.nan)
+    return normal, up, pressed
+
+
+def _centre_of_pressure(impact: Impact, places: Places) -> Any:
+    """Where the normal impulse of each contact acts (N, S, n, 3), world [m]: r = p + n × M / (n · ι) of the contact point p."""
+    normal, up, pressed = _normal_impulse(impact, places)
+    points = np.broadcast_to(_point(impact, places), (*pressed.shape, 3))
+    moment = _moment(impact, places)
+    # A point, and a corner that slides, have no moment.
+    has_moment = np.array([len(block.moments) > 0 for block, _ in _rows(impact, places)])[:, None]
+    moment = np.where(has_moment, moment, impact.exact(np.zeros(3)))
+    aside = cross(np.broadcast_to(up, moment.shape), moment) / np.where(pressed, normal, 1)[..., None]
+    return np.where(pressed[..., None], points + aside, np.nan)
+
+
+def _twist_needed(impact: Impact, places: Places) -> Any:
+    """Friction (N, S, n) that the twist of each contact needs: |n · M| / (n · ι · d) [1]; NaN of a point.
+
+    d is the mean distance of the corners of the sole from the centre of pressure, as if each carried the same.
+    """
+    normal, up, pressed = _normal_impulse(impact, places)
+    twist = np.abs(dot(_moment(impact, places), up))
+    centres = _centre_of_pressure(impact, places) - impact.exact(impact.state.origin)[:, None, None]
+    needed = []
+    for k, (block, _) in enumerate(_rows(impact, places)):
+        if not len(block.sole):
+            needed.append(np.full(pressed.shape[:-1], np.nan))
+            continue
+        corners = [world_point(impact.state, block.body, corner) for corner in block.sole]
+        distances = [norm(centres[:, :, k] - corner[:, None]) for corner in corners]
+        arm = np.sum(distances, axis=0) / len(corners)
+        known = pressed[..., k]
+        needed.append(np.where(known, twist[..., k] / np.where(known, normal[..., k] * arm, 1), np.nan))
+    return np.stack(needed, axis=-1)
 
 
 @cached
@@ -146,7 +191,8 @@ def _fastest(impact: Impact, values: Array) -> float:
 class _Resistance:
     """The effective masses and mitigation factors of one contact, while standing feet and loops hold but other contacts do not.
 
-    A is the Delassus matrix of the contact point; a flat contact's rotations are held too. The effective mass along the ground's
+    A is the Delassus matrix of the contact point, while the rotations are held that its kind holds: all of a flat contact, those
+    across an edge, the twist of a corner if it sticks. The effective mass along the ground's
     normal n is 1 / (nᵀ A n) if the contact slides, and nᵀ A⁻¹ n if it sticks. The impact mitigation factor is the share of the
     mobility that is due to joints: det(1 − Λ Λ_L⁻¹) with Λ = A⁻¹, and Λ_L with every joint locked (Wensing et al., T-RO 2017), in
     the directions in which joints can move the point; if the contact slides, that along n alone, 1 − nᵀ A_L n / nᵀ A n.
@@ -155,7 +201,13 @@ class _Resistance:
     def __init__(self, impact: BallImpact, contact: int) -> None:
         block = self.block = impact.blocks[contact]
         self.impact, self.n, self.contact = impact, block.normal, impact.landing.scene.contact[contact]
-        self.flat, self.point = bool(len(block.moments)), block._replace(forces=np.eye(3), moments=NO_AXES)
+        self.point = block._replace(forces=np.eye(3), moments=NO_AXES)
+
+    def _held_rotations(self, sticks: bool) -> Array:
+        """The axes (m, 3) about which the contact is held. Args: sticks, whether it does, and so holds the twist too."""
+        tilts = self.block.moments[: TILTS.get(self.contact.kind, 0)]
+        twist = self.n[None] if sticks and self.contact.kind in HOLD_TWIST else NO_AXES
+        return np.concatenate([tilts, twist])
 
     def _mobility(self, moments: Array) -> BallMatrix:
         """A while standing feet, loops and the contact's rotation about some axes are held."""
@@ -193,7 +245,8 @@ class _Resistance:
         """Effective mass if the contact slides [kg]; inf if it cannot give way. Of an end stop see `_stop`."""
         if self.block.kind == "stop":
             return self._stop()
-        A = self._mobility(np.array(across(self.n))) if self.flat else self.point_mobility
+        moments = self._held_rotations(sticks=False)
+        A = self._mobility(moments) if len(moments) else self.point_mobility
         return 1 / self._along_normal(A) if self._gives_way(A) else np.inf
 
     @functools.cached_property
@@ -201,8 +254,8 @@ class _Resistance:
         """Effective mass if the contact sticks [kg]; inf if it cannot give way. Of an end stop see `_stop`."""
         if self.block.kind == "stop":
             return self._stop()
-        moments = np.array([*across(self.n), self.n]) if self.flat else NO_AXES
-        A = self._mobility(moments) if self.flat else self.point_mobility
+        moments = self._held_rotations(sticks=True)
+        A = self._mobility(moments) if len(moments) else self.point_mobility
         if not self._gives_way(A):
             return np.inf
         # Solved in the axes along which the point can move; it is held where the normal has a part in none of them.
@@ -332,6 +385,10 @@ CONTACTS = (
         f"{REDUNDANT}; or it is a point", vector=True),
     Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS,
         needs_posture=True, in_doubles=True, strikes=True),
+    Quantity("centre_of_pressure", "contact", "centre of pressure, world", "m", "neither", _centre_of_pressure, reach, PULLED,
+        vector=True),
+    Quantity("twist_needed", "contact", "friction against twist", "1", "greater", _twist_needed, lambda i, x: 1.0,
+        f"{PULLED}; or it is a point, or a sole that is not known"),
     Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", pull, missing=REDUNDANT,
         role="pull"),
 )  # fmt: skip

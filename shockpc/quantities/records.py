@@ -100,6 +100,8 @@ class ContactImpulse(NamedTuple):
     effective_mass: float
     mitigation: float | None
     mitigation_frictionless: float | None
+    centre_of_pressure: Array | None
+    twist_needed: float | None
     pull: float | None
 
 

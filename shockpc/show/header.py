@@ -47,7 +47,7 @@ def landing_text(profile: ShockProfile) -> str:
     struck, each = sorted(contact.body for contact in contacts), each_foot(robot)
     if len(struck) == 1:
         return f"{names} only"
-    on_feet = recognised(robot) and all(contact.frame in feet(robot) for contact in contacts)
+    on_feet = recognised(robot) and all(contact.frame in (*feet(robot), *each) for contact in contacts)
     if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
         return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together"
     return f"{names} together"
@@ -256,12 +256,31 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
         "" if friction is None or friction.impact is None else f" ({friction.state[i]} with friction {profile.scene.friction:g})"
     )
     parts.append(f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
-    parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
+    parts += _sole_words(profile, i)
+    parts += [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
     parts += [f"not along ({axis}), where only rounding of the file moves it" for axis in _left_out(profile, i)]
     if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
     return ", ".join(parts)
+
+
+def _sole_words(profile: ShockProfile, i: int) -> list[str]:
+    """What of its sole a contact carries with: where the pressure is on an edge, and what its twist needs."""
+    contact, kind = profile.contacts[i], profile.scene.contact[i].kind
+    if kind in ("point", "auto"):
+        return []
+    if kind == "flat":
+        return ["flat"]
+    words = ["a corner of its sole"]
+    if kind == "edge":
+        words = [f"an edge of its sole along ({vector_text(profile.scene.contact[i].edge or ())})"]
+        if contact.centre_of_pressure is not None:
+            where = ", ".join(f"{x:.3f}" for x in contact.centre_of_pressure.round(3) + 0.0)
+            words.append(f"centre of pressure at ({where}) m")
+    if contact.twist_needed is not None:
+        words.append(f"does not twist with friction {contact.twist_needed:.2g} or more")
+    return words
 
 
 def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:

@@ -43,12 +43,12 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
-        from shockpc.landing.level_feet import together
+        from shockpc.landing.level_feet import together, whole_feet
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.quantities.shock_profile import ShockProfile
         from shockpc.studies.analyze.report import accuracy_line, analyze_report
-        from shockpc.studies.analyze.several import level_text
+        from shockpc.studies.analyze.several import level_text, whole_feet_text
         from shockpc.text.errors import ShockError, StudyError, traces
     loaded, scenes = scenes_from(robot, options, trace)
     if force and save_scene is None:
@@ -81,17 +81,20 @@ def analyze(
     # no files without --save-scene
     file_of = dict(zip(names, files, strict=False))
     saved = {file: scene_text(profiles[name].scene, file.parent) for name, file in file_of.items() if name in profiles}
-    remark, first = "", next(iter(profiles.values()))
-    prose = output.out is not None or output.format in ("table", "markdown")  # the only places of the remark
+    remarks, first = list[tuple[str, str]](), next(iter(profiles.values()))
+    prose = output.out is not None or output.format in ("table", "markdown")  # the only places of remarks
+    if (whole := whole_feet(first.landing) if prose else None) is not None:
+        with trace.stage("landing on whole feet"), suppress(ShockError):
+            remarks.append(("whole foot", whole_feet_text(first, shock_profile(whole, loaded))))
     if (joint := together(first.landing) if prose else None) and not any(
         {contact.frame for contact in scene.contact} == {contact.frame for contact in joint.contact} for scene in scenes
     ):
         with trace.stage("landing on all level feet"), suppress(ShockError):
-            remark = level_text(first, shock_profile(joint, loaded))
+            remarks.append(("level feet", level_text(first, shock_profile(joint, loaded))))
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        emit(analyze_report(profiles, bodies, spectrum, all_, failures, remark, live), output, saved)
+        emit(analyze_report(profiles, bodies, spectrum, all_, failures, remarks, live), output, saved)
     if explain:
         sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values()))
     return exit_code(len(failures), len(scenes), strict, traces(failures.values()))

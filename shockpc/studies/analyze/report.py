@@ -58,7 +58,7 @@ def landing_report(
     bodies: Sequence[int] | None = None,
     spectrum: bool = False,
     whole: bool = False,
-    remark: str = "",
+    remarks: Sequence[tuple[str, str]] = (),
     live: Sequence[str] = (),
 ) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
@@ -71,14 +71,14 @@ def landing_report(
         name="profile",
         title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
         body=lambda full: [
-            Lines([*_summary(profile), *_level_feet(remark)]),
+            Lines([*_summary(profile), *remarks]),
             Lines(header_lines(profile)),
             Picture("shock", f"shock profile of {robot_name(profile.robot)}", "show.figure.plane:draw_landing", (profile,)),
             *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
         ],
-        brief=None if whole else lambda: _answer(profile, bodies, remark),
+        brief=None if whole else lambda: _answer(profile, bodies, remarks),
         closing=[
             *_balance_lines(profile),
             *_stop_lines(profile),
@@ -109,7 +109,7 @@ def analyze_report(
     spectrum: bool = False,
     whole: bool = False,
     failures: Mapping[str, ShockError] = MappingProxyType({}),
-    remark: str = "",
+    remarks: Sequence[tuple[str, str]] = (),
     live: Sequence[str] = (),
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
@@ -120,10 +120,10 @@ def analyze_report(
         spectrum: whether to draw the shock response spectrum of the points.
         whole: whether a terminal shows all tables of each.
         failures: why others could not be computed, by name.
-        remark: which other feet are level, as `level_text` says it.
+        remarks: what landings on whole feet and on all level feet give, each with its heading.
         live: names or globs of joints that have sliders in report.html; of one landing those that carry the contact always have.
     """
-    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark, live))
+    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remarks, live))
     if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
     profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
@@ -134,7 +134,7 @@ def analyze_report(
         head += [("contact", contacts_text(profiles))]
         head += [CLEAN] * (not any(profile.health.warnings for profile in profiles))
         asked = [sheets["summary"]()] if bodies else []
-        head += _level_feet(remark)
+        head += remarks
         return [Lines(head), landings_sheet(landings), *asked, Lines([MORE]), Lines(shared_warnings(landings))]
 
     return Report(
@@ -250,12 +250,7 @@ def _stop_text(contact: ContactImpulse, stop: ConstraintBlock) -> str:
     return f"{contact.frame}: impulse {size}, effective {what} {rounded(contact.effective_mass)} {mass}"
 
 
-def _level_feet(remark: str) -> list[tuple[str, str]]:
-    """A line about other feet that are level, if there are some."""
-    return [("level feet", remark)] if remark else []
-
-
-def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remark: str) -> list[Section]:
+def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remarks: Sequence[tuple[str, str]]) -> list[Section]:
     """The summary, the landing, shocks and joint impulses with the worst first, and what decides on them."""
     doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
     numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
@@ -263,7 +258,7 @@ def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remark: str) ->
     known = "points" if profile.robot.joint_names else "joint_models"  # that table has the shock at points too
     shown = [make() for name, make in tables.items() if name in ANSWER and name != known]
     return [
-        Lines([*_summary_with_ground(profile), ("numbers", numbers), *_level_feet(remark)]),
+        Lines([*_summary_with_ground(profile), ("numbers", numbers), *remarks]),
         Lines(landing_lines(header_lines(profile)[1:])),
         worst_bodies(profile, None if bodies else WORST, bodies),
         *shown,

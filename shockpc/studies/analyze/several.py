@@ -81,12 +81,22 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
 
 def level_text(given: ShockProfile, joint: ShockProfile) -> str:
     """Which feet are level with the contacts of a landing, and what landing on all of them gives. Args: joint, that landing."""
-    struck = {contact.frame for contact in given.scene.contact}
-    others = [contact.frame for contact in joint.scene.contact if contact.frame not in struck]
+    struck = {block.body for block in given.landing.contacts}
+    others = [block.frame for block in joint.landing.contacts if block.body not in struck]
     names, shocks = _shocks({"": joint})
     found = few([f"{name} {rounded(value)}" for name, value in zip(names, shocks[0], strict=True)], PLACES)
     low = f"{few(others, 8)} {'are' if len(others) > 1 else 'is'} as low (within {1e3 * given.scene.ground_tolerance:g} mm)"
     return f"{low}; with {'them' if len(others) > 1 else 'it'}, {landing_text(joint)}: {found}"
+
+
+def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
+    """What whole feet give, of which a landing strikes parts. Args: given, that landing; whole, on the feet."""
+    named = {contact.frame for contact in whole.scene.contact}
+    parts = [contact.frame for contact in given.scene.contact if contact.frame not in named]
+    names, shocks = _shocks({"": whole})
+    found = few([f"{name} {rounded(value)}" for name, value in zip(names, shocks[0], strict=True)], PLACES)
+    are_parts = "are parts of feet that are" if len(parts) > 1 else "is one part of a foot that is"
+    return f"{few(parts, 8)} {are_parts} as low elsewhere; {landing_text(whole)}: {found}"
 
 
 def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:

@@ -161,7 +161,10 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
 
 def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse) -> str | None:
     """What is to be known of a contact before its numbers are read."""
-    words = ["stance"] * (k >= len(profile.contacts))
+    is_stance = k >= len(profile.contacts)
+    words = ["stance"] if is_stance else []
+    if not is_stance and profile.scene.contact[k].kind in ("edge", "corner"):
+        words.append(profile.scene.contact[k].kind)
     if contact.impulse is None:
         words.append("not unique")
     elif contact.frame.startswith(STOP) and contact.frame not in profile.robot.frames:

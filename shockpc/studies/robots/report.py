@@ -11,7 +11,7 @@ from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import PUBLIC, catalogue_drives
-from shockpc.robot.feet_and_sensors import feet, sensors
+from shockpc.robot.feet_and_sensors import each_foot, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record
 from shockpc.show.header import base_text
@@ -57,7 +57,7 @@ def _known(name: str, robot: Robot | None) -> Row:
     """A row of the list."""
     if robot is None:
         return name, None, None, None, None, f"cannot be loaded; shockpc robots {name} says why"
-    return name, len(robot.bodies), float(robot.mass), ", ".join(feet(robot)), ", ".join(robot.postures) or "neutral", None
+    return name, len(robot.bodies), float(robot.mass), ", ".join(each_foot(robot)), ", ".join(robot.postures) or "neutral", None
 
 
 def robot_report(robot: Robot) -> Report:
@@ -82,7 +82,7 @@ def robot_report(robot: Robot) -> Report:
             **record(robot, "name", "mass"),
             "file": str(robot.source.path),
             "base": robot.usual_base,
-            "feet": feet(robot),
+            "feet": each_foot(robot),
             "sensors": sensors(robot),
             "postures": tuple(robot.postures),
             "default_posture": reference_name(robot, None),
@@ -178,7 +178,7 @@ def _lines(robot: Robot) -> list[tuple[str, str]]:
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
         "base": base_text(robot, robot.usual_base),
-        "feet": few(feet(robot), 12),
+        "feet": few(each_foot(robot), 12),
         "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
         "postures": f"{postures}; {reference_name(robot, None)} by default",
         "mimic": followers,
