@@ -3,12 +3,14 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import good
 from scipy.optimize import nnls
-from standing import soles
+from standing import quadruped, soles
 
 from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
 from shockpc.landing.joint_options import Joints
+from shockpc.landing.level_feet import default_landings
 from shockpc.landing.scene import Contact
 from shockpc.landing.strike import Strike
 from shockpc.robot.load import load_robot
@@ -124,3 +126,183 @@ def test_least_squares_without_negative_unknowns_agree_with_scipy():
         B, d = rng.normal(size=(8, 6)), rng.normal(size=8)
         B /= np.linalg.norm(B, axis=0)
         np.testing.assert_allclose(nonnegative_least_squares(B, d), nnls(B, d)[0], atol=1e-12)
+
+
+# The feet of robots of other hands: several geoms, sites or links make a foot
+
+
+def biped_text(foot: str, roll: bool) -> str:
+    """A biped in MJCF whose hips, knees and ankles pitch. Args: foot, its parts, with {side}; roll, whether the ankles roll too."""
+    legs = []
+    for side, y in (("left", 0.1), ("right", -0.1)):
+        inertia = "0.00054 0.0018 0.00198" if roll else "0.0006 0.0018 0.00198"
+        parts = f'<inertial pos=".02 0 -.03" mass=".6" diaginertia="{inertia}"/>{foot.format(side=side)}'
+        if roll:
+            cross = '<inertial pos="0 0 0" mass=".1" diaginertia="1e-4 1e-4 1e-4"/>'
+            parts = f'{cross}<body name="{side}_ankle_roll"><joint name="{side}_roll" axis="1 0 0" range="-.5 .5"/>{parts}</body>'
+        legs.append(
+            f'<body name="{side}_thigh" pos="0 {y} 0"><joint name="{side}_hip" axis="0 1 0" range="-1.6 1.6"/>'
+            '<inertial pos="0 0 -.15" mass="4" diaginertia=".04 .04 .008"/>'
+            f'<body name="{side}_shank" pos="0 0 -.3"><joint name="{side}_knee" axis="0 1 0" range="0 2.3"/>'
+            '<inertial pos="0 0 -.15" mass="2" diaginertia=".02 .02 .004"/>'
+            f'<body name="{side}_ankle{"_cross" * roll}" pos="0 0 -.3"><joint name="{side}_ankle" axis="0 1 0" range="-1.2 .6"/>'
+            f"{parts}</body></body></body>"
+        )
+    trunk = '<freejoint/><inertial pos="0 0 .2" mass="20" diaginertia=".8 .7 .3"/><site name="imu" pos="0 0 .1"/>'
+    body = f'<body name="trunk" pos="0 0 .7">{trunk}{"".join(legs)}</body>'
+    return f'<mujoco><compiler angle="radian" autolimits="true"/><worldbody>{body}</worldbody></mujoco>'
+
+
+def balls(form: str, radius: float = 0.005, higher: float = 0.0) -> str:
+    """Four balls under a foot, each as a form says, the first one higher."""
+    places = [(x, y, -0.045 + higher * (x < 0.0 < y)) for x in (-0.05, 0.12) for y in (0.025, -0.025)]
+    geoms = [f'type="sphere" size="{radius}"', *(f'pos="{x} {y} {z}"' for x, y, z in places)]
+    return "".join(form.format(shape=geoms[0], place=place, k=k, side="{side}") for k, place in enumerate(geoms[1:]))
+
+
+GEOMS, WELDED = '<geom name="{side}_foot{k}" {shape} {place}/>', '<body name="{side}_foot{k}" {place}><geom {shape}/></body>'
+BOX = '<geom type="box" size=".1 .05 .01" pos=".03 0 -.04"/>'
+SITES = "".join(f'<site name="{{side}}_foot{k}" pos="{x} {y} -.05"/>' for k, (x, y) in enumerate([(-0.07, 0.05), (0.13, 0.05)]))
+CAPSULES = "".join(
+    f'<geom name="{{side}}_toe{k}" type="capsule" fromto="-.07 {y} -.04 .13 {y} -.04" size=".01"/>'
+    for k, y in enumerate((0.03, -0.03))
+)
+# Shock at the IMU, or the trunk's centre of mass without a roll, on both feet and on one: unilateral corners, on another's H and J.
+FEET = {
+    "named balls": (balls(GEOMS), True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
+    "unnamed balls": (balls("<geom {shape} {place}/>"), True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
+    "balls on welded bodies": (balls(WELDED), True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
+    "capsules": (CAPSULES, True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
+    "sites on a box": (BOX + SITES, True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
+    "box without roll": (BOX, False, "left_ankle", 0.3105, 0.1811, "edge"),
+    "balls without roll": (balls(GEOMS), False, "left_ankle", 0.3105, 0.1816, "edge"),
+    "one ball little higher": (balls(GEOMS, higher=0.004), False, "left_ankle", 0.3105, 0.1816, "edge"),
+}
+
+
+@pytest.fixture(scope="module")
+def of_text(tmp_path_factory):
+    """A function that loads a robot from its text."""
+    folder = tmp_path_factory.mktemp("texts")
+
+    def load(text: str, name: str = "robot.xml"):
+        (folder / name).write_text(text)
+        return load_robot(folder / name)
+
+    return load
+
+
+def trunk_shock(profile) -> float:
+    """The shock at the IMU of a biped whose ankles roll, else at the centre of mass of its trunk."""
+    at_com = len(profile.robot.bodies) == 7
+    return float(profile.value("shock_com", "body")[0] if at_com else profile.value("shock", "point")[0])
+
+
+@pytest.mark.parametrize("case", FEET)
+def test_a_foot_strikes_with_all_of_its_parts_and_is_called_by_its_body(of_text, case):
+    foot, roll, name, both, single, kind = FEET[case]
+    robot = of_text(biped_text(foot, roll))
+    first, *_, last = default_landings(robot, Scene(robot=robot.label))
+    assert [contact.frame for contact in first] == [name, name.replace("left", "right")]
+    profiles = [shock_profile(Scene(robot=robot.label, contact=contacts), robot) for contacts in (first, last)]
+    np.testing.assert_allclose([trunk_shock(profile) for profile in profiles], [both, single], rtol=1e-3)
+    assert [contact.kind for profile in profiles for contact in profile.scene.contact] == ["flat", "flat", kind]
+
+
+def test_a_part_that_is_named_strikes_alone_and_the_whole_foot_is_a_remark(of_text, capfd):
+    robot = of_text(biped_text(balls(GEOMS), True))
+    printed = good(capfd, "analyze", robot.label, "--contact", "left_foot0")
+    assert "left_foot0 only: imu 0.0686" in printed
+    assert "left_ankle_roll only: imu 0.2021" in next(line for line in printed.splitlines() if line.startswith("whole foot"))
+    assert "both feet together: imu 0.3456" in next(line for line in printed.splitlines() if line.startswith("level feet"))
+    assert "whole foot" not in good(capfd, "analyze", robot.label, "--contact", "left_ankle_roll")
+
+
+def test_the_line_of_level_feet_is_the_landing_on_them(of_text, capfd):
+    robot = of_text(biped_text(BOX, False))
+    alone = good(capfd, "analyze", robot.label, "--contact", "left_ankle", "--at", "trunk").splitlines()
+    whole = good(capfd, "analyze", robot.label, "--contact", "left_ankle+right_ankle", "--at", "trunk").splitlines()
+    together = next(line for line in alone if line.startswith("level feet")).rpartition("both feet together: ")[2]
+    assert whole[0].partition("both feet together: ")[2].startswith(together.partition(" (")[0].partition(",")[0])
+
+
+def test_links_fixed_to_the_trunk_are_no_feet_of_a_robot_with_limbs(tmp_path):
+    path = quadruped(tmp_path, "q", "ankle")
+    text = path.read_text().replace("_foot", "_tip")
+    pad = '<link name="rubber_feet"><collision><geometry><box size="0.2 0.1 0.01"/></geometry></collision></link>'
+    pad += '<joint name="pad" type="fixed"><parent link="base"/><child link="rubber_feet"/><origin xyz="0 0 -0.065"/></joint>'
+    landings = []
+    for more in ("", pad):
+        path.write_text(text.replace("</robot>", f"{more}</robot>"))
+        robot = load_robot(path)
+        landings.append([[contact.frame for contact in contacts] for contacts in default_landings(robot, Scene(robot=str(path)))])
+    assert landings[1] == landings[0]
+    assert len(landings[0][0]) == 4
+
+
+WHEEL = """<mujoco><worldbody><body name="chassis" pos="0 0 .4"><freejoint/>
+<inertial pos="0 0 .05" mass="10" diaginertia=".2 .15 .2"/>{}</worldbody></mujoco>"""
+
+
+def test_the_hub_of_a_wheel_is_not_its_lowest_point(of_text):
+    legs = "".join(
+        f'<body name="{side}_leg" pos="0 {y} 0"><joint axis="0 1 0"/>'
+        '<inertial pos="0 0 -.1" mass=".5" diaginertia="1e-3 1e-3 1e-4"/>'
+        f'<body name="{side}_wheel" pos=".1 0 -.2"><joint axis="0 1 0"/>'
+        '<geom type="cylinder" size=".08 .02" zaxis="0 1 0" mass=".6"/>'
+        f'<site name="{side}_hub"/></body></body>'
+        for side, y in (("left", 0.2), ("right", -0.2))
+    )
+    robot = of_text(WHEEL.format(legs + "</body>"))
+    contacts = default_landings(robot, Scene(robot=robot.label))[0]
+    assert [contact.frame for contact in contacts] == ["left_wheel", "right_wheel"]
+    profile = shock_profile(Scene(robot=robot.label, contact=contacts), robot)
+    assert {(contact.at, contact.kind) for contact in profile.scene.contact} == {("lowest", "point")}
+    assert profile.contacts[0].point[2] == pytest.approx(0.4 - 0.2 - 0.08 - 0.4, abs=1e-12)
+
+
+def test_a_joint_beside_a_toe_is_not_its_tip(of_text):
+    """It is 27 mm above the tip, and 150 mm behind it."""
+    rod = '<joint axis="0 1 0"/><geom type="capsule" fromto="{}" size="{}" mass="{}"/>'
+    toe = f'<body name="toe" pos="0 0 -.2">{rod.format("0 0 0 .15 0 -.015", 0.012, 0.1)}</body>'
+    leg = f'<body name="leg">{rod.format("0 0 0 0 0 -.2", 0.02, 1.0)}{toe}</body>'
+    robot = of_text(WHEEL.format(leg + "</body>"))
+    profile = shock_profile(Scene(robot=robot.label, contact="toe"), robot)
+    assert profile.scene.contact[0].at == "lowest"
+    np.testing.assert_allclose(profile.contacts[0].point - profile.landing.state.position[0, 2], [0.15, 0.0, -0.027], atol=2e-3)
+
+
+def test_geometry_of_what_is_fixed_to_a_contact_is_its_own(of_text):
+    """A foot without shapes whose pad is fixed to it strikes as the pad does."""
+    pad = '<body name="pad" pos="0 0 -.02"><geom type="box" size=".05 .03 .01" mass=".1"/></body>'
+    leg = f'<geom type="capsule" fromto="0 0 0 0 0 -.2" size=".02" mass="1"/><body name="plate" pos="0 0 -.2">{pad}</body>'
+    robot = of_text(WHEEL.format(f'<body name="leg"><joint axis="0 1 0"/>{leg}</body></body>'))
+    profiles = [shock_profile(Scene(robot=robot.label, contact=name), robot) for name in ("plate", "pad")]
+    assert {profile.scene.contact[0].kind for profile in profiles} != {"point"}
+    np.testing.assert_allclose(profiles[0].delta_qd, profiles[1].delta_qd, atol=1e-12)
+
+
+def test_mujoco_lands_on_the_edge_of_a_foot_that_cannot_roll(of_text):
+    """Its contacts are overdamped springs of 40 µs with friction 20, of the left foot only; 1 ms is simulated."""
+    mujoco = pytest.importorskip("mujoco")
+    robot = of_text(biped_text(BOX, False))
+    profile = shock_profile(Scene(robot=robot.label, contact="left_ankle"), robot)
+    ground = '<geom name="ground" type="plane" size="5 5 1" friction="20 1 1" solref="4e-5 5"/>'
+    option = '<option timestep="2e-6" gravity="0 0 0" cone="elliptic"/>'
+    text = biped_text(BOX.replace("<geom", '<geom name="{side}_sole"'), False)
+    text = text.replace("<worldbody>", f"{option}<worldbody>{ground}")
+    text = text.replace('name="right_sole"', 'contype="0" conaffinity="0"')
+    text = text.replace('name="left_sole"', 'name="left_sole" friction="20 1 1" solref="4e-5 5"')
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for joint in robot.single_joints[1:]:
+        data.joint(joint.name).qpos = joint.value(profile.q)
+    mujoco.mj_kinematics(model, data)
+    data.qpos[2] -= data.geom("left_sole").xpos[2] - 0.01
+    data.qvel[2] = -1.0
+    mujoco.mj_step(model, data, 500)
+    # Of a body MuJoCo gives the velocity of its centre of mass.
+    velocity = np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, model.body("trunk").id, velocity, 0)
+    assert np.linalg.norm(velocity[3:] - [0.0, 0.0, -1.0]) == pytest.approx(trunk_shock(profile), rel=0.02)
+    assert profile.scene.contact[0].kind == "edge"
