@@ -104,7 +104,7 @@ def whole_feet(landing: PosedLanding) -> Scene | None:
 def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
     """A contact at the whole foot of which it strikes a part; the same contact where it does not."""
     robot = landing.robot
-    is_open = contact.at == "auto" and contact.kind == "auto" and not any(contact.offset)
+    is_open = contact.at == "auto" and contact.kind == "auto" and contact.offset is None
     if not is_open or contact.frame not in robot.frames or contact.frame in each_foot(robot):
         return contact
     frame = robot.frame(contact.frame)
