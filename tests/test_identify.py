@@ -247,6 +247,36 @@ def test_a_value_at_its_bound():
     assert any(text.startswith("friction is at the bound 0.6") for text in found.statements)
 
 
+def test_nothing_is_identified_where_the_error_does_not_fall(here):
+    """Of 15 landings the scene predicts eight exactly, and the fit moves away from them for the sake of seven others."""
+    scene = replace(leg_scene(here), joints=Joints(armature={"hip": 0.004, "knee": 0.009}))
+    table, others = (
+        leg(rng(), 15, here, true={"armature:hip": 0.004, "armature:knee": knee}, noise=0.0) for knee in (0.009, 0.016)
+    )
+    for name in table:
+        if name.startswith("after"):
+            table[name][:7] = others[name][:7]
+    found = identify(table, scene, {"armature:knee": "0.0003:0.3:log"})
+    (knee,) = found.unknowns
+    assert found.errors["after"] > found.errors["before"]
+    assert (knee.state, np.isnan(knee.low)) == ("error does not fall", True)
+    assert found.statements[0].startswith("nothing is identified: the error is ")
+    same = identify(leg(rng(), 15, here, noise=0.0), scene, {"armature:knee": "0.0003:0.3:log"})
+    assert same.unknowns[0].state == "identified"
+
+
+def test_control_that_holds_a_joint_acts_as_inertia(here):
+    """M Δq̇ + Δ(impulse of the damping) = 0: a damping k_d over a window t is an armature k_d t, in the data and in the answer."""
+    damping, window = 2.0, 6e-3
+    held = leg(rng(), 12, here, true={"armature:hip": 0.004, "armature:knee": 0.009 + damping * window}, noise=0.0)
+    held = {re.sub("^after_", "after6ms_", name): values for name, values in held.items()}
+    found = identify(held, leg_scene(here), {"armature:hip": "0.0003:0.3:log", "armature:knee": "0.0003:0.3:log"})
+    assert found.values["armature:knee"] - damping * window == pytest.approx(0.009, rel=1e-3)
+    (text,) = [text for text in found.statements if "damping k_d" in text]
+    assert says(text, "0.006 s × k_d in 6 ms", "0.012 kg m² at k_d = 2 N m s/rad")
+    assert not any("damping k_d" in text for text in identify(blocks(rng(), 20), TOSSED, GROUND).statements)
+
+
 def test_landings_in_one_posture_identify_nothing(here):
     """However many there are."""
     found = identify(leg(rng(), 30, here, alike=0.005), leg_scene(here), {"armature:knee": "0.0003:0.3:log"})

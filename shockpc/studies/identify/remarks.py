@@ -5,12 +5,16 @@ from itertools import combinations
 
 import numpy as np
 
+from shockpc.recordings.prediction import coordinate
 from shockpc.studies.identify.fit import Fit, Solution
 from shockpc.studies.identify.uncertainty import ALIKE, DRAWS, Uncertainty, drawn
 from shockpc.text.printed import few
 
 HARD = 0.95
 """Correlation from which two unknowns are hard to tell apart."""
+
+HELD = 0.1
+"""Rate of a joint before touchdown up to which motors may hold it, as a share of its jump."""
 
 SLIGHT = 0.02
 """Share of the jumps by which they may be wrong without a word."""
@@ -47,6 +51,40 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
                 f"{names[i]} and {names[j]} are hard to tell apart (correlation {r:.2f}): an error of one is made up for by the "
                 "other"
             )
+
+
+def of_errors(known: Uncertainty, errors: Mapping[str, float]) -> Iterator[str]:
+    """That nothing is identified, where the error does not fall. Args: errors, as in `Identification`."""
+    if names := [one.variation.subject for one in known.unknowns if one.state == "error does not fall"]:
+        yield (
+            f"nothing is identified: the error is {errors['before']:.3g} with the scene as it is given, and {errors['after']:.3g} "
+            f"with the values found, so they predict no better; what is wrong is not {' or '.join(names)}"
+        )
+
+
+def of_control(fit: Fit) -> Iterator[str]:
+    """That control acts as inertia, where joints whose inertia is unknown hardly move before touchdown, as motors hold them.
+
+    A damping k_d takes the impulse k_d t Δq̇ in a window t, as an inertia k_d t would.
+    """
+    predictor = fit.predictor
+    robot, window = predictor.robot, predictor.measured[0].time
+    inertias = [one for one in predictor.unknowns if one.kind in ("armature", "rotor")]
+    joints = {name for one in inertias for name in robot.match_joints(one.target)}
+    places = [v for name in sorted(joints) for v in range(robot.joint(name).v.start, robot.joint(name).v.stop)]
+    jumps = [k for k, column in enumerate(predictor.measured) if coordinate(column, robot) in places]
+    if not jumps:
+        return
+    before = np.abs(predictor.rows.before.joint_rates[fit.used][:, places])
+    after = np.abs(np.nan_to_num(fit.before.measured[fit.used][:, jumps]))
+    if np.median(before) > HELD * np.median(after):
+        return
+    inertia = "k_d t in a window t" if window is None else f"{1e-3 * window:.3g} s × k_d in {window:g} ms"
+    example = "" if window is None else f", {2e-3 * window:.2g} kg m² at k_d = 2 N m s/rad"
+    yield (
+        "the joints hardly move before touchdown, as where motors hold them: damping k_d of such control acts as an inertia of "
+        f"{inertia}{example}, which the value found then includes. Switch the control off before touchdown, or subtract it"
+    )
 
 
 def of_model(fit: Fit, found: Solution, errors: Mapping[str, float]) -> Iterator[str]:

@@ -30,8 +30,15 @@ from shockpc.recordings.prediction import SCALE, Predicted, Predictor, coordinat
 from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.identify.fit import Fit, Solution, fit_of, solve
-from shockpc.studies.identify.remarks import of_model, of_unknowns
-from shockpc.studies.identify.uncertainty import Unknown, errors_left_out, errors_of_free_impulse, uncertainty
+from shockpc.studies.identify.remarks import of_control, of_errors, of_model, of_unknowns
+from shockpc.studies.identify.uncertainty import (
+    Unknown,
+    confirmed,
+    errors_left_out,
+    errors_of_free_impulse,
+    uncertainty,
+    unidentified,
+)
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 from shockpc.text.shown import shown_by
@@ -233,13 +240,17 @@ def _identification(fit: Fit, scene: Scene) -> Identification:
     others = errors_left_out(fit, found, known.seen), errors_of_free_impulse(fit, found)
     by_landing = dict(zip(ERRORS, (fit.errors(W, fit.before), fit.errors(W, found.predicted), *others), strict=True))
     errors = {name: float(np.median(values[fit.used])) for name, values in by_landing.items()}
+    if not (errors["after"] < errors["before"] or confirmed(fit, found)):
+        known = unidentified(known)
     fitted, robot = scene, fit.predictor.robot
     for one in known.unknowns:
         if one.variation.subject != SCALE:
             fitted, robot = applied(fitted, robot, one.variation, one.value)
+    n = int(fit.used.sum())
+    statements = (*of_errors(known, errors), *of_unknowns(known, n), *of_control(fit), *of_model(fit, found, errors))
     return Identification(
         known.unknowns, fitted, robot, fit.predictor, fit.before, found.predicted, fit.used, errors, by_landing, known.correlation,
-        known.singular, (*of_unknowns(known, int(fit.used.sum())), *of_model(fit, found, errors)), found.predicted.messages,
+        known.singular, statements, found.predicted.messages,
         cache(partial(_scan, fit, found)),
     )  # fmt: skip
 

@@ -22,7 +22,10 @@ ALIKE = 0.05
 NO_INFLUENCE, UNSEEN = 1e-6, 1e-4
 """Shares of the jumps: what changes so little over its range has no influence, and what several change together is not seen."""
 
-State = Literal["identified", "at its bound", "not identifiable", "no influence"]
+State = Literal["identified", "at its bound", "not identifiable", "no influence", "error does not fall"]
+
+CONFIRMED = 1e-3
+"""Share of the jumps by which two predictions may differ that count as the same."""
 
 
 class Unknown(NamedTuple):
@@ -92,6 +95,21 @@ def uncertainty(fit: Fit, found: Solution) -> Uncertainty:
         sizes = np.sqrt(np.maximum(np.diagonal(covariance), 1e-300))
         correlation[np.ix_(free, free)] = covariance / np.outer(sizes, sizes)
     return Uncertainty(tuple(unknowns), correlation, singular / max(found.left, 1e-300), unseen, scatter, ~(without | vague))
+
+
+def confirmed(fit: Fit, found: Solution) -> bool:
+    """Whether the scene as it is given predicts the same as the values found, so that no error can fall."""
+    given, after = (np.nan_to_num(part.jumps[fit.used]) for part in (fit.before, found.predicted))
+    return bool(np.linalg.norm(after - given) <= CONFIRMED * np.linalg.norm(after))
+
+
+def unidentified(known: Uncertainty) -> Uncertainty:
+    """The same where the values found predict no better than the scene as it is given: nothing is identified."""
+    unknowns = tuple(
+        one._replace(low=np.nan, high=np.nan, state="error does not fall") if one.state == "identified" else one
+        for one in known.unknowns
+    )
+    return known._replace(unknowns=unknowns, correlation=np.full_like(known.correlation, np.nan))
 
 
 def _scatter(fit: Fit, u: Array) -> float:
