@@ -420,6 +420,8 @@ def test_drives_of_a_robot_of_the_catalogue_for_a_copy_of_it(capfd, tmp_path):
     file.write_text(file.read_text().replace("calf_joint", "shin_joint"))
     part = shock_profile(scene, load_robot(file)).landing.joint_model
     assert 'none is named "*_calf_joint"' in part.drives
+    assert {source.status for source in part.sources} == {"derived", "unknown"}
+    assert part.sources[0].text.startswith("as go1's, by the names of joints: rotor: links *_rotor")
     assert part.unknown.sum() == 4
     for name, told in (
         ("foo", "no robot with known drives"),

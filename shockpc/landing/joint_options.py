@@ -57,7 +57,8 @@ class Joints(Record):
     drives: str | None = option(
         None,
         "A file or robot that has the drives, or none. Joints of the same names have the drives "
-        "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's file gives. "
+        "of that robot. By default a robot of the catalogue has those known of it, which go over what its file gives; none leaves "
+        "the file's. "
         "The form of a file is that of robots/drives.toml.",
         JOINT_MODEL,
         "FILE|NAME|none",

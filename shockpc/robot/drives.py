@@ -146,7 +146,11 @@ def drives_like(robot: Robot, name: str) -> Drives:
         )
     without = f" (none is named {listed(missing, 4)})" if missing else ""
     label = f"drives of {name}, {_status(known)}, by the names of joints{without}"
-    return drives_of(robot, [replace(drive, joint=(pattern,), robot=()) for drive, pattern in matched], label)
+    drives = [
+        replace(drive, joint=(pattern,), robot=(), source=f"as {name}'s, by the names of joints: {drive.source}")
+        for drive, pattern in matched
+    ]
+    return drives_of(robot, drives, label)
 
 
 def similar_robots(robot: Robot) -> tuple[str, ...]:
