@@ -93,7 +93,7 @@ def test_the_largest_is_at_a_corner_and_the_smallest_below_every_draw():
         low, high = _random_box(rng, dense)
         box, Y, B = dense.box(low, high)
         corners = max(dense.value(np.array(corner)) for corner in itertools.product(*zip(low, high, strict=True)))
-        largest, smallest = (dense.value(dense.armature + change) for change in (box.largest(Y, B), box.smallest(Y, B)))
+        smallest, largest = (dense.value(dense.armature + change) for change in box.lengths(Y, B))
         top = np.where(np.isinf(high), 1e3, high)
         draws = [dense.value(low + rng.random(4) ** 3 * (top - low)) for _ in range(100)]
         assert max(draws) <= corners * (1.0 + 1e-9)
@@ -111,8 +111,7 @@ def test_a_component_has_both_ends_at_corners():
     low, high = _random_box(rng, dense)
     box, Y, B = dense.box(low, high)
     corners = [(dense.point[:1] @ dense.solved(np.array(c)))[0] for c in itertools.product(*zip(low, high, strict=True))]
-    for sign, wanted in ((1.0, max(corners)), (-1.0, min(corners))):
-        change = box.largest(Y[:1], B[:1], lambda vectors, sign=sign: sign * vectors[0])
+    for change, wanted in zip(box.values(Y[:1], B[:1]), (min(corners), max(corners)), strict=True):
         assert (dense.point[:1] @ dense.solved(dense.armature + change))[0] == pytest.approx(wanted, rel=1e-9)
 
 
@@ -125,7 +124,7 @@ def test_contacts_that_need_a_joint_leave_it_free():
     box = DriveBox(C, x, np.zeros(3), np.full(3, np.inf))
     assert np.isinf(box.most).tolist() == [True, False, False]
     # With one joint held the rows decide all: −1 or 0, 0 or −1, 1 or 0.
-    assert np.abs(x + C @ box.impulses(box.largest(x[1:2], C[1:2])))[1] == pytest.approx(1.0, rel=1e-9)
+    assert np.abs(x + C @ box.impulses(box.lengths(x[1:2], C[1:2])[1]))[1] == pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,8 @@
 With C the mobility of the joints while the contacts hold, and x the jumps of their rates, an
 inertia d more on joint i gives
 
-    x − t C_i x_i,    Y − t B_i x_i,    C − t C_i C_iᵀ,    B − t B_i C_iᵀ,        t = d / (1 + d C_ii),   held: t = 1 / C_ii
+    x − t C_i x_i,   Y − t B_i x_i,   C − t C_i C_iᵀ,   B − t B_i C_iᵀ,
+    t = d / (1 + d C_ii),   held: t = 1 / C_ii
 
 for any Y that is linear in the jumps and impulses, where B is its response to an impulse on each
 joint (Sherman and Morrison's formula for H + d e_i e_iᵀ). So Y is affine in t, which grows with d:
@@ -11,6 +12,7 @@ a component of Y is largest and smallest at a corner of the box of all intervals
 convex in t, is largest at one. The smallest |Y| may be inside. Works on arrays alone.
 """
 
+import copy
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -43,7 +45,7 @@ class DriveBox(NamedTuple):
         C: (n, n) jumps of their rates for unit impulses on them, with the inertias as modelled.
         x: (n,) jumps of their rates by the impact, likewise.
         less: (n,) from the inertias as modelled to the smallest ones, not above zero [kg m², kg].
-        more: (n,) from the inertias as modelled to the largest ones, not below zero; infinite where a joint may be held.
+        more: (n,) from there to the largest ones, not below zero; infinite where a joint may be held.
     """
 
     C: Array
@@ -59,12 +61,13 @@ class DriveBox(NamedTuple):
         """
         w, chosen = np.zeros(len(change)), np.flatnonzero(change)
         if len(chosen):
-            w[chosen] = -np.linalg.solve(self.C[np.ix_(chosen, chosen)] + np.diag(1.0 / change[chosen]), self.x[chosen])
+            resisting = self.C[np.ix_(chosen, chosen)] + np.diag(1.0 / change[chosen])
+            w[chosen] = -np.linalg.solve(resisting, self.x[chosen])
         return w
 
     @property
     def most(self) -> Array:
-        """The change (n,) of the inertias as modelled to the largest ones that contacts leave possible.
+        """The change (n,) to the largest inertias that the contacts leave possible.
 
         A joint that they need to move, while those before it are held, keeps its smallest inertia.
         """
@@ -72,55 +75,36 @@ class DriveBox(NamedTuple):
         inertias.fill()
         return inertias.change
 
-    def largest(self, Y: Array, B: Array, size: Callable[[Array], Array] | None = None) -> Array:
-        """The change (n,) of the inertias as modelled at which a number is largest, as far as found.
+    def lengths(self, Y: Array, B: Array) -> tuple[Array, Array]:
+        """The changes (n,) of the inertias as modelled at which |Y| is smallest and largest.
 
-        It is a corner of the box.
-
-        From the smallest inertias and from the largest ones, the drive that raises the number most
-        goes to its other end, until none does.
+        Both as far as found: the smallest, which may be inside the box, from the smallest inertias,
+        those as modelled and the largest ones; the largest, a corner, from the smallest and the
+        largest inertias.
 
         Args:
             Y: (m,) the vector as modelled.
             B: (m, n) its response.
-            size: of vectors (m, k), the numbers (k,), convex in them; their lengths by default.
         """
-        size = _lengths if size is None else size
-        best, change = -np.inf, self.less
-        for inertias in _starts(self, Y, B, with_modelled=False):
-            for _ in range(STEPS * len(self.x)):
-                _, most, V = inertias.steps()
-                now, moved = size(inertias.vector[:, None])[0], size(inertias.vector[:, None] - V * most)
-                i = int(np.argmax(moved))
-                if not moved[i] > now + RAISED * abs(now):
-                    break
-                inertias.flip(i)
-            if now > best:
-                best, change = now, inertias.change
-        return change
+        low, high, modelled = _starts(self, Y, B)
+        inside = [modelled] if modelled.d.any() else []
+        zero = ZERO * float(np.linalg.norm(Y))
+        lowest = min((_lowered(start.copy(), zero) for start in (low, high, *inside)), key=_length)
+        highest = max((_raised(start, _lengths) for start in (low, high)), key=_length)
+        return lowest.change, highest.change
 
-    def smallest(self, Y: Array, B: Array) -> Array:
-        """The change (n,) of the inertias as modelled at which a length is smallest, as far as found.
+    def values(self, Y: Array, B: Array) -> tuple[Array, Array]:
+        """The changes (n,) at which a number is smallest and largest, as far as found: corners.
 
-        From the smallest inertias, those as modelled and the largest ones, the drive that lowers
-        the length most goes to where it is lowest, until none lowers it. That may be inside the box.
-        Arguments are those of `largest`.
+        Args:
+            Y: (1,) the number as modelled.
+            B: (1, n) its response.
         """
-        best, change, zero = np.inf, self.less, (ZERO * np.linalg.norm(Y)) ** 2
-        for inertias in _starts(self, Y, B, with_modelled=True):
-            for _ in range(STEPS * len(self.x)):
-                least, most, V = inertias.steps()
-                now, slope, square = float(inertias.vector @ inertias.vector), inertias.vector @ V, np.sum(V**2, axis=0)
-                # |Y − s V|² is lowest at s = Y·V / V·V.
-                s = np.clip(slope / np.where(square > 0.0, square, 1.0), least, most)
-                lowered = now + s * (s * square - 2.0 * slope)
-                i = int(np.argmin(lowered))
-                if now <= zero or not lowered[i] < now * (1.0 - LOWERED) ** 2:
-                    break
-                inertias.step(i, float(s[i]), float(least[i]), float(most[i]))
-            if now < best:
-                best, change = now, inertias.change
-        return change
+        low, high, _ = _starts(self, Y, B)
+        falls = [_raised(start.copy(), _opposites) for start in (low, high)]
+        climbs = [_raised(start, _numbers) for start in (low, high)]
+        lowest, highest = min(falls, key=_number), max(climbs, key=_number)
+        return lowest.change, highest.change
 
 
 class _Inertias:
@@ -139,16 +123,27 @@ class _Inertias:
 
     def __init__(self, box: DriveBox, Y: Array, B: Array) -> None:
         n = len(box.x)
-        self.M = np.block([[box.C, box.x[:, None]], [B, Y[:, None]]])
-        self.d, self.less, self.mobility = np.zeros(n), box.less.copy(), np.diagonal(box.C).copy()
+        self.M = np.concatenate([np.column_stack([box.C, box.x]), np.column_stack([B, Y])])
+        self.d, self.less = np.zeros(n), box.less.copy()
         for i in np.flatnonzero(self.less < 0.0).tolist():
             share = 1.0 + self.less[i] * self.M[i, i]
             if share > NEEDED:
-                self.M = self.M - np.outer(self.M[:, i], self.M[i]) * (self.less[i] / share)
+                self.M -= np.outer(self.M[:, i], self.M[i]) * (self.less[i] / share)
             else:
                 self.less[i] = 0.0  # nothing else would resist the joint's motion
         self.span = box.more - self.less
         self.inverse_span = 1.0 / self.span
+        # Of joints S: sign −1, and no rest; of the others 1, and 1/d of their largest inertia.
+        self.sign, self.rest = np.ones(n), self.inverse_span.copy()
+        self.left = np.where(np.isinf(self.span), NEEDED * np.diagonal(box.C), 0.0)
+        self.floor = self.left.copy()
+
+    def copy(self) -> "_Inertias":
+        """The same inertias, to be changed apart."""
+        other = copy.copy(self)
+        for name in ("M", "d", "sign", "rest", "floor"):
+            setattr(other, name, getattr(self, name).copy())
+        return other
 
     @property
     def change(self) -> Array:
@@ -160,73 +155,131 @@ class _Inertias:
         """Y (m,)."""
         return np.asarray(self.M[len(self.d) :, -1])
 
-    def steps(self) -> tuple[Array, Array, Array]:
-        """What the inertia of each joint alone changes: Y − s V_i, with s from `least` to `most`.
+    def steps(self) -> tuple[Array, Array]:
+        """What the inertia of each joint alone changes: Y − s V_i, with s from zero to most.
 
-        Returns: least (n,), at the largest inertia of a joint that has some, else zero; most (n,),
-            at the other end of its interval; V (m, n).
+        Returns: most (n,), at the other end of its interval, zero where it cannot be held; V (m, n).
         """
-        n, on = len(self.d), self.d > 0.0
-        diagonal = np.diagonal(self.M)[:n]
-        V = self.M[n:, :n] * np.where(on, -self.M[:n, -1], self.M[:n, -1])
-        e = self.inverse_span - 1.0 / np.where(on, self.d, self.span)
-        least = np.where(on, e / (1.0 - e * diagonal), 0.0)
-        # Without its drive a joint has s = 1 / K_ii; with the largest one t = 1 / (1/d + C_ii).
-        exists = on | (self.inverse_span > 0.0) | (diagonal > NEEDED * self.mobility)
-        divisor = np.where(on, -diagonal, self.inverse_span + diagonal)
-        return least, np.where(exists, 1.0 / np.where(exists, divisor, 1.0), 0.0), V
+        n = len(self.d)
+        V = self.M[n:, :n] * (self.sign * self.M[:n, -1])
+        # Without its drive a joint of S has s = 1 / K_ii; one of F gets t = 1 / (1/d + C_ii).
+        divisor = self.sign * self.M.diagonal()[:n] + self.rest
+        most = np.zeros(n)
+        np.divide(1.0, divisor, out=most, where=divisor > self.floor)
+        return most, V
+
+    def least(self) -> Array:
+        """The step (n,) of each joint of S to its largest inertia, not above zero; else zero."""
+        on = self.d > 0.0
+        e = np.where(on, self.inverse_span - 1.0 / np.where(on, self.d, 1.0), 0.0)
+        return np.asarray(e / (1.0 - e * self.M.diagonal()[: len(e)]))
 
     def flip(self, i: int) -> None:
         """Take joint i to the other end of its interval."""
         if self.d[i] > 0.0:
             self._pivot(i, self.M[i, i])
             self.M[i, i] -= 1.0 / self.d[i]
-            self.d[i] = 0.0
+            self.d[i], self.sign[i] = 0.0, 1.0
+            self.rest[i], self.floor[i] = self.inverse_span[i], self.left[i]
         else:
-            self._set(i, self.span[i])
+            self.set(i, self.span[i])
 
     def step(self, i: int, s: float, least: float, most: float) -> None:
-        """Take joint i to where its inertia changes Y by −s V_i; the ends of s are as `steps` gives them."""
-        on = self.d[i] > 0.0
+        """Take joint i to where its inertia changes Y by −s V_i, with s from least to most."""
         if s == most:
             self.flip(i)
-        elif on:
-            inverse = self.inverse_span[i] if s == least else 1.0 / self.d[i] + s / (1.0 + s * self.M[i, i])
+        elif self.d[i] > 0.0:
+            inverse = self.inverse_span[i]
+            if s > least:
+                inverse = 1.0 / self.d[i] + s / (1.0 + s * self.M[i, i])
             self.M = self.M + s * np.outer(self.M[:, i], self.M[i])
             self.d[i] = 1.0 / inverse if inverse > 0.0 else np.inf
         else:
-            self._set(i, 1.0 / (1.0 / s - self.M[i, i]))
+            self.set(i, 1.0 / (1.0 / s - self.M[i, i]))
 
     def fill(self) -> None:
         """Take every joint to its largest inertia, but those that the contacts need to move."""
         for i in range(len(self.d)):
-            if self.inverse_span[i] > 0.0 or self.M[i, i] > NEEDED * self.mobility[i]:
-                self._set(i, self.span[i])
+            if self.M[i, i] + self.inverse_span[i] > self.left[i]:
+                self.set(i, self.span[i])
 
-    def to(self, d: Array) -> None:
-        """Give joints without an inertia above the smallest one some (n,)."""
-        for i in np.flatnonzero(d).tolist():
-            self._set(i, d[i])
-
-    def _set(self, i: int, d: float) -> None:
+    def set(self, i: int, d: float) -> None:
+        """Give joint i, which has its smallest inertia, one that is larger by d."""
         self._pivot(i, self.M[i, i] + 1.0 / d)
-        self.d[i] = d
+        self.d[i], self.sign[i], self.rest[i], self.floor[i] = d, -1.0, 0.0, 0.0
 
     def _pivot(self, i: int, pivot: float) -> None:
         """The principal pivot of M at joint i: joints S have K where the others have C."""
         row, column = self.M[i] / abs(pivot), self.M[:, i] / abs(pivot)
-        self.M = self.M - np.outer(self.M[:, i], self.M[i]) / pivot
+        self.M -= np.outer(self.M[:, i] / pivot, self.M[i])
         self.M[i], self.M[:, i] = row, column
         self.M[i, i] = -1.0 / pivot
 
 
-def _starts(box: DriveBox, Y: Array, B: Array, with_modelled: bool) -> list[_Inertias]:
-    """Where a search starts: the smallest inertias, the largest, and those as modelled if asked."""
-    low, high, modelled = (_Inertias(box, Y, B) for _ in range(3))
+def _starts(box: DriveBox, Y: Array, B: Array) -> tuple[_Inertias, _Inertias, _Inertias]:
+    """Where searches start: the smallest inertias, the largest ones, and those as modelled."""
+    low = _Inertias(box, Y, B)
+    high, modelled = low.copy(), low.copy()
     high.fill()
-    modelled.to(-modelled.less)
-    return [low, high, *([modelled] if with_modelled and modelled.d.any() else [])]
+    for i in np.flatnonzero(low.less).tolist():
+        modelled.set(i, -low.less[i])
+    return low, high, modelled
+
+
+def _raised(inertias: _Inertias, size: Callable[[Array], Array]) -> _Inertias:
+    """Inertias at which no other end of a single interval makes a number larger.
+
+    Args:
+        inertias: the start; they are changed.
+        size: of vectors (m, k), the numbers (k,), convex in them.
+    """
+    for _ in range(STEPS * len(inertias.d)):
+        now = inertias.vector[:, None]
+        most, V = inertias.steps()
+        moved = size(now - V * most)
+        i, value = int(moved.argmax()), float(size(now)[0])
+        if not moved[i] > value + RAISED * abs(value):
+            break
+        inertias.flip(i)
+    return inertias
+
+
+def _lowered(inertias: _Inertias, zero: float) -> _Inertias:
+    """Inertias at which no other one of a single joint makes a length clearly smaller.
+
+    Args:
+        inertias: the start; they are changed.
+        zero: the length that counts as zero.
+    """
+    for _ in range(STEPS * len(inertias.d)):
+        (most, V), least = inertias.steps(), inertias.least()
+        now = float(inertias.vector @ inertias.vector)
+        slope, square = inertias.vector @ V, np.einsum("ik,ik->k", V, V)
+        # |Y − s V|² is lowest at s = Y·V / V·V.
+        s = np.clip(slope / np.where(square > 0.0, square, 1.0), least, most)
+        lowered = now + s * (s * square - 2.0 * slope)
+        i = int(lowered.argmin())
+        if now <= zero**2 or not lowered[i] < now * (1.0 - LOWERED) ** 2:
+            break
+        inertias.step(i, float(s[i]), float(least[i]), float(most[i]))
+    return inertias
+
+
+def _length(inertias: _Inertias) -> float:
+    return float(np.linalg.norm(inertias.vector))
+
+
+def _number(inertias: _Inertias) -> float:
+    return float(inertias.vector[0])
 
 
 def _lengths(vectors: Array) -> Array:
-    return np.asarray(np.linalg.norm(vectors, axis=0))
+    return np.asarray(np.sqrt(np.einsum("ik,ik->k", vectors, vectors)))
+
+
+def _numbers(vectors: Array) -> Array:
+    return np.asarray(vectors[0])
+
+
+def _opposites(vectors: Array) -> Array:
+    return np.asarray(-vectors[0])

@@ -22,6 +22,7 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
+from shockpc.landing.scene import Contact
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.quantities.shock_profile import ShockProfile, mass_of_contacts
@@ -235,7 +236,7 @@ class _Search:
         return [float(value) for value in values]
 
     def _place_in(self, other: PosedLanding | None) -> Place | None:
-        """The place in a landing with other inertias, whose contacts are others where some are lifted."""
+        """The place in a landing with other inertias, where some of the contacts may be lifted."""
         if other is None or self.selection.quantity.of != "contact":
             return self.place
         return next((one for one in other.contact_places if one.name == self.place.name), None)
@@ -294,25 +295,24 @@ def _ends(landing: PosedLanding, selection: Selection, place: Place) -> list[Arr
     Y, B = vectors[0], vectors[1:].T
     if not (np.isfinite(Y).all() and np.isfinite(B).all()):
         return []
-    box, size = response.box, _first if linear.signed else None
-    lowest = box.largest(-Y, -B, _first) if linear.signed else box.smallest(Y, B)
+    ends = response.box.values(Y, B) if linear.signed else response.box.lengths(Y, B)
     changes = np.zeros((2, len(landing.joint_model.armature)))
-    changes[:, response.columns] = lowest, box.largest(Y, B, size)
+    changes[:, response.columns] = ends
     return list(changes)
-
-
-def _first(vectors: Array) -> Array:
-    """The numbers (k,) that vectors (1, k) of one component are."""
-    return np.asarray(vectors[0])
 
 
 def _other_faces(landing: PosedLanding, changes: list[Array]) -> bool:
     """Whether other faces of the soles carry with other inertias, by changes (nv,)."""
-    # What strikes with a point has no other face.
-    if not landing.lifted and all(contact.kind == "point" for contact in landing.scene.contact):
+    asked = zip(landing.asked, landing.scene.contact, strict=False)
+    if not landing.lifted and not any(_has_faces(*contacts) for contacts in asked):
         return False
     found = (with_inertias(landing, change) for change in changes)
     return any(one is not None and _faces(one) != _faces(landing) for one in found)
+
+
+def _has_faces(asked: Contact, contact: Contact) -> bool:
+    """Whether a contact is of a sole, or is a given point of one. Args: as asked for; as it is."""
+    return contact.kind != "point" or (asked.kind == "auto" and asked.at == "frame")
 
 
 def _faces(landing: PosedLanding) -> tuple[object, ...]:
