@@ -219,7 +219,7 @@ def at_a_hinge(distance, seed):
     posture = Posture(
         base_rpy_deg=tuple(rng.uniform(-90, 90, 3).tolist()), joints={name: float(rng.uniform(-1, 1)) for name in robot.joint_names}
     )
-    return robot, Scene(robot="chain", contact=contacts, posture=posture)
+    return robot, Scene(robot="chain", base="free", contact=contacts, posture=posture)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 5])

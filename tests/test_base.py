@@ -8,11 +8,14 @@ import mujoco
 import numpy as np
 import pytest
 from commands import good, run, says
-from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
+from robot_texts import BODY, HINGE, LIMIT, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, shock_profile
+from shockpc.judgement.standing import posture_marks
 from shockpc.landing.joint_model import joint_model
+from shockpc.robot.usual_base import hangs, usual_base
+from shockpc.show.header import base_text
 from shockpc.studies.analyze.report import document
 
 SCENE = Scene(
@@ -85,16 +88,19 @@ def test_a_floating_joint_has_no_drive():
 def test_a_massless_root_under_a_hinge_is_computed_with_the_base_that_the_message_names(capfd, tmp_path):
     """The message says --base fixed, and that works."""
     robot = written(tmp_path, arm(base='<link name="base"/>'))
-    command = ("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0")
+    command = ("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0", "--base", "free")
     code, out, err = run(capfd, *command)
     assert (code, out) == (3, "")
     assert 'bodies "base", "tip" of robot "r" can move' in err
     assert "bolt the robot's massless root down with --base fixed" in err
-    assert "fixed to the world; --base free releases it" in good(capfd, *command, "--base", "fixed")
+    assert "fixed to the world" in good(capfd, *command[:-2], "--base", "fixed")
 
 
 HEADERS = {
     arm(): "falls freely; --base planar or --base fixed restrains it",
+    arm(tip=link("tip") + link("a") + link("b") + joint("ja", "tip", "a") + joint("jb", "a", "b")): (
+        "fixed to the world, because the robot has no feet and hangs on its root by one chain; --base free releases it"
+    ),
     arm(base=link("world"), elbow=joint("elbow", "world", "tip")): (
         'fixed to the world, because its root link is called "world"; --base free releases it'
     ),
@@ -204,3 +210,102 @@ def test_a_base_that_cannot_be_freed(bodies, parts, tmp_path, capfd):
     assert (outcome.code, outcome.out) == (2, "")
     for part in ("cannot be freed", *parts):
         assert part in outcome.err
+
+
+# The default
+
+
+ARM = urdf(
+    link("stand", "8"), link("upper", "2"), link("fore", "1"), link("hand", "0.5"),
+    joint("j1", "stand", "upper", more=f'<origin xyz="0 0 0.1"/>{LIMIT}'),
+    joint("j2", "upper", "fore", more=f'<origin xyz="0.3 0 0.1"/>{LIMIT}'),
+    joint("j3", "fore", "hand", axis="1 0 0", more=f'<origin xyz="0.2 0.1 0"/>{LIMIT}'),
+)  # fmt: skip
+STRIKES = Contact(frame="hand", offset=(0.1, 0.05, 0.0), directions=("z",))
+
+
+def test_an_arm_stands_fixed_and_its_stand_is_no_part_of_it(tmp_path, capfd):
+    """Every number is that of an arm whose stand weighs something else, and that of the same arm on a root link "world"."""
+    light = ARM.replace('<mass value="8"/>', '<mass value="3"/>', 1)
+    in_world = ARM.replace("stand", "world")
+    robots = [robot_from(text) for text in (ARM, light, in_world)]
+    assert [usual_base(robot) for robot in robots] == [("fixed", "arm"), ("fixed", "arm"), ("fixed", "world")]
+    for v_in in ("contact", "com"):
+        profiles = [shock_profile(Scene(robot="r.urdf", contact=STRIKES, v_in=v_in), robot) for robot in robots]
+        numbers = [[profile.delta_qd, profile.total_moment, profile.value("mass", "robot"), profile.v_in] for profile in profiles]
+        for other in numbers[1:]:
+            for one, same in zip(numbers[0], other, strict=True):
+                np.testing.assert_allclose(one, same, rtol=1e-12)
+        assert float(numbers[0][2][0]) == pytest.approx(3.5)
+    path = written(tmp_path, ARM, "arm.urdf")
+    command = ("analyze", path, "--contact", "hand", "--offset", "0.1,0.05,0", "--slide")
+    first, *_ = good(capfd, *command).splitlines()
+    assert "CoM of fore" in first or "CoM of upper" in first
+    assert "3.5 kg, 3 moving bodies" in good(capfd, "robots", path)
+    document = json.loads(good(capfd, "robots", path, "--format", "json"))
+    assert (document["mass"], document["base"]) == (3.5, "fixed")
+
+
+@pytest.mark.parametrize(
+    ("change", "base"),
+    [
+        (lambda text: text.replace("hand", "foot"), "free"),
+        (lambda text: text.replace("stand", "drone"), "free"),
+        (lambda text: text.replace("</robot>", link("tail") + joint("j4", "stand", "tail") + "</robot>"), "free"),
+        (lambda text: text.replace('name="j3" type="revolute"', 'name="j3" type="fixed"'), "free"),
+        (lambda text: text.replace("hand", "tool"), "fixed"),
+    ],
+)
+def test_only_a_single_chain_without_feet_is_an_arm(change, base):
+    assert usual_base(robot_from(change(ARM))).base == base
+
+
+def dog(trunk):
+    """Legs of two joints at the corners of a trunk."""
+    parts = []
+    for name, x, y in (("FL", 0.2, 0.1), ("FR", 0.2, -0.1), ("RL", -0.2, 0.1), ("RR", -0.2, -0.1)):
+        parts += [link(f"{name}_thigh", "0.6"), link(f"{name}_calf", "0.2"), link(f"{name}_foot", "0.05")]
+        parts += [
+            joint(f"{name}_hip", trunk, f"{name}_thigh", more=f'<origin xyz="{x} {y} 0"/>{LIMIT}'),
+            joint(f"{name}_knee", f"{name}_thigh", f"{name}_calf", more=f'<origin xyz="0 0 -0.2"/>{LIMIT}'),
+            joint(f"{name}_end", f"{name}_calf", f"{name}_foot", "fixed", more='<origin xyz="0 0 -0.2"/>'),
+        ]
+    return parts
+
+
+def test_a_legged_robot_that_its_file_bolts_to_a_link_called_world_is_freed():
+    """Every number is that of the same robot without that link, and the body has the name of its trunk."""
+    hold = joint("hold", "world", "trunk", "fixed", more="")
+    held = robot_from(urdf('<link name="world"/>', hold, link("trunk", "8"), *dog("trunk")))
+    plain = robot_from(urdf(link("trunk", "8"), *dog("trunk")))
+    assert (usual_base(held), usual_base(plain)) == (("free", "legs"), ("free", "falls"))
+    assert [body.name for body in held.bodies] == [body.name for body in plain.bodies]
+    scene = Scene(robot="r.urdf", contact=("FL_foot", "RR_foot"))
+    found, expected = (shock_profile(scene, robot) for robot in (held, plain))
+    np.testing.assert_allclose(found.delta_v, expected.delta_v, rtol=0.0, atol=1e-12)
+    assert "because legs hang on that; --base fixed holds it" in base_text(held, "free")
+    assert base_text(held, "fixed") == "fixed to the world; --base free releases it"
+
+
+def test_legs_on_a_rail_fall_along_it():
+    """A root link "world" stays the ground where a joint lies between it and the legs."""
+    rail = joint("rail", "world", "trunk", "prismatic", "0 0 1")
+    robot = robot_from(urdf('<link name="world"/>', rail, link("trunk", "8"), *dog("trunk")))
+    assert usual_base(robot) == ("fixed", "world")
+    assert not hangs(robot, "fixed")
+
+
+def test_the_first_line_says_that_a_robot_hangs_on_a_base_that_its_file_holds(tmp_path, capfd):
+    """Legs of an MJCF without a free joint: no landing; with --base free it is one."""
+    legs = "".join(
+        body(f"{side}_foot", at=f'pos="0 {y} -0.3"', joints=HINGE.replace('"j"', f'"{side}"'))
+        for side, y in (("left", 0.1), ("right", -0.1))
+    )
+    path = written(tmp_path, mjcf(f'<body name="trunk">{BODY}{legs}</body>'), "biped.xml")
+    command = ("analyze", path, "--contact", "left_foot", "--offset", "0.1,0,0")
+    first, *others = good(capfd, *command).splitlines()
+    assert "left_foot only, the base held" in first
+    assert any("hangs on it" in line and "no landing; release it with --base free" in line for line in others)
+    assert "base held" not in good(capfd, *command, "--base", "free")
+    profile = shock_profile(Scene(robot=path, contact=Contact(frame="left_foot", offset=(0.1, 0.0, 0.0))))
+    assert posture_marks(profile.scene, profile.health.warnings) == ("base fixed",)

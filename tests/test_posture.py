@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import BODY, LIMIT, body, floating, joint, link, mjcf, refused, urdf
+from robot_texts import BODY, INERTIA, LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, random_rotations, robot_from
 
@@ -29,7 +29,7 @@ from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.landing.scene_file import scene_text
-from shockpc.robot.feet_and_sensors import STANDING
+from shockpc.robot.feet_and_sensors import BENT, STANDING
 from shockpc.show.header import posture_text
 from shockpc.studies.analyze.report import document
 
@@ -80,8 +80,8 @@ def test_references_are_those_pinocchio_loads(name):
     if robot.source.srdf is not None:
         pin.loadReferenceConfigurations(model, str(robot.source.srdf), False)
     expected = {entry.key(): entry.data() for entry in model.referenceConfigurations}
-    assert set(robot.postures) == set(expected)
-    for posture, q in robot.postures.items():
+    assert set(robot.postures) - {BENT} == set(expected)
+    for posture, q in ((name, robot.postures[name]) for name in expected):
         whole = pin.normalize(model, expected[posture])
         np.testing.assert_allclose(configuration(robot, Posture(reference=posture)), whole, atol=1e-15)
         np.testing.assert_array_equal(q, expected[posture])
@@ -94,7 +94,7 @@ def test_references_are_those_pinocchio_loads(name):
         ("hyq", "straight_standing", "straight_standing"),
         ("hyq", "neutral", "neutral"),
         ("talos", None, "half_sitting"),
-        ("laikago", None, "neutral"),
+        ("laikago", "neutral", "neutral"),
     ],
 )
 def test_the_posture_is_the_one_asked_for_else_standing_else_neutral(name, wanted, found):
@@ -301,7 +301,7 @@ def test_joints_outside_for_one_reason_are_reported_together():
     ]
     robot = robot_from(urdf(*(link(f"l{k}") for k in range(10)), *chain))
     angles = {f"j{k}": 0.1 + 0.01 * k for k in range(8)} | {"j8": 1.5}
-    profile = shock_profile(Scene(robot="r.urdf", contact="l9", posture=Posture(joints=angles)), robot)
+    profile = shock_profile(Scene(robot="r.urdf", contact="l9", base="free", posture=Posture(joints=angles)), robot)
     without, true = (one for one in profile.health.warnings if one.kind == "limits")
     assert (without.value, without.subject, true.value, true.subject) == (
         pytest.approx(0.17), "+".join(f"j{k}" for k in range(7, -1, -1)), pytest.approx(0.5), "j8"
@@ -401,16 +401,20 @@ def test_the_neutral_posture_keeps_to_the_limits():
     assert not robot.start.flags.writeable
 
 
-def leg(knee="0 2.5", axis="0 1 0", foot="foot", bend="0 0 0"):
+def limits(text):
+    """The limits of a joint, "LOW HIGH"."""
+    low, high = text.split()
+    return f'<limit lower="{low}" upper="{high}" effort="1" velocity="1"/>'
+
+
+def leg(knee="0 2.5", axis="0 1 0", foot="foot", bend="0 0 0", hip="-9 9", ankle="-9 9"):
     """A leg of three parallel joints under a body, its shank turned by `bend` [rad]."""
-    low, high = knee.split()
-    limit = f'<limit lower="{low}" upper="{high}" effort="1" velocity="1"/>'
     below = '<origin xyz="0 0 {}" rpy="{}"/>'
     return urdf(
         *map(link, ("base", "thigh", "shank", foot)),
-        joint("hip", "base", "thigh", "continuous", "0 -1 0"),
-        joint("knee", "thigh", "shank", axis=axis, more=below.format(-0.3, bend) + limit),
-        joint("ankle", "shank", foot, "continuous", "0 1 0", below.format(-0.25, "0 0 0")),
+        joint("hip", "base", "thigh", axis="0 -1 0", more=limits(hip)),
+        joint("knee", "thigh", "shank", axis=axis, more=below.format(-0.3, bend) + limits(knee)),
+        joint("ankle", "shank", foot, axis="0 1 0", more=below.format(-0.25, "0 0 0") + limits(ankle)),
     )  # fmt: skip
 
 
@@ -439,7 +443,83 @@ def test_straight_legs_are_bent_where_no_posture_is_known(knee, axis, angle):
     assert np.sign(shank[0]) == np.sign(angle if axis == "0 1 0" else -angle)
     profile = shock_profile(Scene(robot="r.urdf", contact=robot.bodies[3].name), robot)
     assert "30 deg at the knees" in posture_text(profile)
-    assert not [warning for warning in profile.health.warnings if warning.kind == "posture"]
+    nearly_straight = abs(angle) < 15.0
+    assert [warning.kind for warning in profile.health.warnings if warning.kind == "posture"] == ["posture"] * nearly_straight
+
+
+@pytest.mark.parametrize(
+    ("given", "knee", "under_hip"),
+    [
+        ({"knee": "0.2 2.3"}, 0.2 + math.pi / 6, True),
+        ({"knee": "0.35 2.3"}, 0.35, True),
+        ({"knee": "-2.7 -0.8"}, -0.8, True),
+        ({"hip": "-1.6 0"}, math.pi / 6, False),
+        ({"hip": "-1.6 0", "knee": "-2 2"}, -math.pi / 6, True),
+        ({"ankle": "-0.1 0.1"}, math.pi / 6, False),
+        ({"ankle": "-0.1 0.1", "hip": "-0.2 0.2"}, 0.3, False),
+        ({"bend": "0 0.5 0"}, 0.0, True),
+        ({"bend": "0 0.5 0", "knee": "0.1 2"}, 0.1, True),
+    ],
+    ids=str,
+)
+def test_limits_of_joints_leave_feet_level_and_below_the_hips_where_they_can(given, knee, under_hip):
+    """As level as with all joints at zero, and on the same line from the hip unless a limit of hip or ankle forbids that."""
+    robot = robot_from(leg(**given))
+    q = configuration(robot)
+    zero = configuration(robot, Posture(joints={"*": 0.0}))
+    state = dynamics(robot, np.stack([q, zero]))
+    np.testing.assert_allclose(*state.rotation[:, 3], atol=1e-12)
+    assert outside_limits(robot, q) == ()
+    assert robot.joint("knee").value(q) == pytest.approx(knee, abs=1e-12)
+    ankle, ankle_at_zero = state.position[:, 3] - state.position[:, 1]
+    turned = math.atan2(ankle[0], -ankle[2]) - math.atan2(ankle_at_zero[0], -ankle_at_zero[2])
+    assert (abs(turned) < 1e-9) is under_hip
+
+
+def dog(knee="-2 2", foot=""):
+    """Four legs of thigh and calf under a trunk; a calf ends in a ball, or in a link that is called as `foot` says."""
+    parts = [link("trunk", "8")]
+    ball = '<collision><origin xyz="0 0 -0.2"/><geometry><sphere radius="0.02"/></geometry></collision>'
+    for name, x, y in (("FL", 0.2, 0.1), ("FR", 0.2, -0.1), ("RL", -0.2, 0.1), ("RR", -0.2, -0.1)):
+        halfway = f'<origin xyz="0 0 -0.1"/>{INERTIA}'
+        parts += [link(f"{name}_thigh", "0.6"), link(f"{name}_calf", "0.2", halfway, "" if foot else ball)]
+        hip, below = f'<origin xyz="{x} {y} 0"/>{limits("-2 2")}', '<origin xyz="0 0 -0.2"/>'
+        parts += [joint(f"{name}_hip", "trunk", f"{name}_thigh", more=hip)]
+        parts += [joint(f"{name}_knee", f"{name}_thigh", f"{name}_calf", more=below + limits(knee))]
+        if foot:
+            parts += [link(f"{name}_{foot}", "0.01"), joint(f"{name}_end", f"{name}_calf", f"{name}_{foot}", "fixed", more=below)]
+    return urdf(*parts)
+
+
+def test_a_leg_whose_calf_is_the_foot_is_bent_as_one_with_a_foot_at_its_end():
+    """The calf's origin is at the knee; it ends at the lowest point of its shapes, or twice as far as its centre of mass."""
+    for text, shank in ((dog(foot="foot"), 0.2), (dog(), 0.22), (dog().replace("sphere radius", "sphere size"), 0.2)):
+        robot = robot_from(text)
+        q = configuration(robot)
+        hip = -math.atan2(shank * math.sin(math.pi / 6), 0.2 + shank * math.cos(math.pi / 6))
+        assert [robot.joint(f"FL_{name}").value(q) for name in ("hip", "knee")] == pytest.approx([hip, math.pi / 6])
+
+
+@pytest.mark.parametrize("knee", [f"{-k} {k}" for k in (0.06, 0.1, 0.14, 0.2, 0.3)])
+def test_a_leg_is_nearly_straight_where_its_foot_hardly_moves_in_one_direction(knee):
+    """Below 5 % of the largest speed for joint rates of one length, by finite differences of the place of the foot."""
+    robot = robot_from(dog(knee, foot="foot"))
+    q = configuration(robot)
+    names = ("FL_hip", "FL_knee")
+
+    def place(rates):
+        moved = configuration(
+            robot, joints={name: robot.joint(name).value(q) + rate for name, rate in zip(names, rates, strict=True)}
+        )
+        return robot.body_placements(moved)[robot.frame("FL_foot").body].act(robot.frame("FL_foot").offset)[[0, 2]]
+
+    h = 1e-6
+    jacobian = np.stack([(place(rates) - place(-rates)) / (2.0 * h) for rates in h * np.eye(2)], axis=1)
+    most, least = np.linalg.svd(jacobian, compute_uv=False)
+    warned = [
+        one for one in shock_profile(Scene(robot="r.urdf", contact="FL_foot"), robot).health.warnings if one.kind == "posture"
+    ]
+    assert bool(warned) is bool(least < 0.05 * most)
 
 
 @pytest.mark.parametrize(

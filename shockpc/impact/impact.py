@@ -142,10 +142,10 @@ class Impact:
         """Velocities (N, S, k, 3) before the impact of which the fastest normalises shock: contacts, or centre of mass [m/s]."""
         if self.landing.scene.v_in != "com":
             return self.approach
-        bodies = range(len(self.landing.robot.bodies))
-        velocity = self.velocities_before(bodies, self.points(bodies, self.coms))
-        total = np.sum(self.masses, axis=-1)[:, None, None]
-        return (np.sum(velocity * self.masses[:, None, :, None], axis=-2) / total)[..., None, :]
+        bodies, masses, coms = self._moving
+        velocity = self.velocities_before(bodies, self.points(bodies, coms))
+        total = np.sum(masses, axis=-1)[:, None, None]
+        return (np.sum(velocity * masses[:, None, :, None], axis=-2) / total)[..., None, :]
 
     @functools.cached_property
     def v_in(self) -> Any:
@@ -170,9 +170,15 @@ class Impact:
 
     @functools.cached_property
     def com(self) -> Any:
-        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]."""
-        bodies = range(len(self.landing.robot.bodies))
-        return np.sum(self.points(bodies, self.coms) * self.masses[..., None], axis=1) / np.sum(self.masses, axis=-1)[:, None]
+        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]; a fixed base is left out."""
+        bodies, masses, coms = self._moving
+        return np.sum(self.points(bodies, coms) * masses[..., None], axis=1) / np.sum(masses, axis=-1)[:, None]
+
+    @property
+    def _moving(self) -> tuple[range, Any, Any]:
+        """The bodies that can move, their masses and centres of mass."""
+        movable = self.landing.robot.movable(self.landing.base)
+        return range(len(self.landing.robot.bodies))[movable], self.masses[:, movable], self.coms[:, movable]
 
     @functools.cached_property
     def joint_origins(self) -> Any:

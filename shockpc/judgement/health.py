@@ -7,8 +7,8 @@ import numpy as np
 
 from shockpc.judgement.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
 from shockpc.judgement.drive_range import deciding_joints, drives_advice, range_of
-from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
-from shockpc.judgement.standing import lying
+from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping
+from shockpc.judgement.standing import hanging, lying, straight
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.bending import Bending, bends, rings
@@ -142,6 +142,7 @@ def _beyond_stops(profile: ShockProfile) -> Iterator[Diagnostic]:
 CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     oversized,
     lying,
+    hanging,
     lambda profile: (Diagnostic("robot", profile.robot.name, None, text) for text in profile.robot.warnings),
     lambda profile: (*profile.robot.change_warnings, *profile.landing.warnings),
     inertias,

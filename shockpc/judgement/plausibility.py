@@ -5,9 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.landing.constraints import NO_AXES, block_point, row_jacobian
-from shockpc.landing.dynamics import dynamics
-from shockpc.landing.posture import reference_name, set_joints
+from shockpc.landing.constraints import block_point
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
 from shockpc.quantities.heights import levels, on_ground
@@ -15,12 +13,6 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
-
-STRAIGHT = 0.02
-"""A limb cannot move its end in a direction in which the joints move it by less than this share of what they do elsewhere [1]."""
-
-BEND = 0.7
-"""By how much every joint is moved to count the directions in which a limb that is not straight moves its end [rad, m]."""
 
 SMALL_ANGLES = (0.1, 3.2)
 """Angles in degrees of which the largest lies between these may be meant in radians, where half a turn is 3.14."""
@@ -76,34 +68,6 @@ def heights(profile: ShockProfile) -> Iterator[Diagnostic]:
         meets = f'so flat ground meets "{shapes[k].link}" first'
         text = f'"{first}": {low:.2g} m of the robot{along} is below the contact, {meets}; {remedy}'
         yield Diagnostic("height", first, low, text)
-
-
-def straight(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings of limbs that are straight in the neutral posture, which was taken because the robot has no other."""
-    landing, robot, posture = profile.landing, profile.robot, profile.scene.posture
-    chosen = {posture.reference, reference_name(robot, None)} != {"neutral"} or "neutral" in robot.postures
-    if chosen or posture.joints or posture.joints_deg or landing.loops:
-        return
-    bent, single = landing.q.copy(), [joint for joint in robot.single_joints if joint.axis is not None]
-    set_joints(robot, [(joint, joint.value(bent) + BEND) for joint in single], bent)
-    state = dynamics(robot, np.stack([landing.q, bent]))
-    limbs = []
-    for k, block in enumerate(landing.contacts):
-        moved = row_jacobian(state, [block._replace(forces=np.eye(3), moments=NO_AXES)])[..., 6 * robot.free_base :]
-        size = np.linalg.svd(moved, compute_uv=False)
-        here, elsewhere = np.sum(size > STRAIGHT * size.max(initial=0.0), axis=1)
-        if here < elsewhere:
-            limbs.append(k)
-    remedy = "the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf"
-    if robot.postures:
-        remedy = f"one of its postures with --posture: {listed(robot.postures, 4)}"
-    for k in limbs:
-        name, factor = landing.contacts[k].frame, float(profile.value("mitigation", "contact")[k])
-        text = f'no standing posture found: neutral, with a straight limb at "{name}"'
-        text += "" if math.isnan(factor) else f"; mitigation {factor:.2g}"
-        yield Diagnostic(
-            "posture", name, None if math.isnan(factor) else factor, f"{text}; set joints with --set, or give {remedy}"
-        )
 
 
 def angles(profile: ShockProfile) -> Iterator[Diagnostic]:

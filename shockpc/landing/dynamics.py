@@ -59,11 +59,6 @@ class Inertias(NamedTuple):
         trace = np.trace(self.inertia, axis1=-2, axis2=-1)
         return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.mass > 0.0, self.mass, np.inf)))
 
-    @property
-    def total_mass(self) -> Array:
-        """Mass (N,) of all bodies [kg]."""
-        return np.asarray(sum(self.mass.T))
-
     def rows(self, chosen: slice) -> "Inertias":
         """Some of the robots."""
         return Inertias(*(part[chosen] for part in self))

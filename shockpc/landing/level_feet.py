@@ -23,6 +23,7 @@ from shockpc.robot.feet_and_sensors import each_foot, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.striking import striking
+from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
 
 STRAIGHT = 0.01
@@ -165,7 +166,7 @@ def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, flo
             f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one with --contact{example}'
         )
     landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
-    if len(feet) > 1 and not standing and (scene.base or robot.usual_base) != "fixed" and recognised(robot):
+    if len(feet) > 1 and not standing and (scene.base or usual_base(robot).base) != "fixed" and recognised(robot):
         landings = [*_together(robot, scene, normal), *landings]
     return [tuple(Contact(frame=name) for name in landing) for landing in landings]
 

@@ -16,6 +16,7 @@ from shockpc.landing.selection_matrix import free_columns
 from shockpc.landing.strike import GRAVITY
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
+from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
 
 
@@ -138,7 +139,7 @@ def _rail(robot: Robot, scene: Scene, contacts: Sequence[ConstraintBlock], state
 
     The rail is the first joint towards a contact that lifts what it carries, if it slides.
     """
-    if scene.strike.drop_height is None or scene.base != "fixed" or robot.usual_base != "fixed":
+    if scene.strike.drop_height is None or scene.base != "fixed" or usual_base(robot).base != "fixed":
         return None
     lifts = mass_lifted(robot, state)
     carrying = np.flatnonzero(state.ancestors[contacts[0].body] & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300)))

@@ -21,11 +21,12 @@ from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scene import Base, Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, scene_of, with_paths, with_plane
 from shockpc.landing.strike import Strike
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
+from shockpc.robot.usual_base import usual_base
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
@@ -41,7 +42,7 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
         if not others:
             example = f'a link of robot "{robot.name}", such as {first}'
         raise SceneError(f"no contact is defined; name {example}")
-    strike, base = scene.strike, scene.base or robot.usual_base
+    strike, base = scene.strike, scene.base or _default_base(scene, robot)
     only_stops = all(is_stop(robot, contact.frame) for contact in scene.contact)
     if strike == Strike(joint_velocities=strike.joint_velocities) and (only_stops or (base == "fixed" and strike.joint_velocities)):
         # The motion of a fixed base is that of the ground, of which there is none where the joints move.
@@ -52,6 +53,13 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     scene = with_paths(scene, lambda path: os.path.realpath(os.path.expanduser(path)))
     posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
     return with_plane(replace(scene, robot=robot.label, base=base, strike=strike, posture=posture))
+
+
+def _default_base(scene: Scene, robot: Robot) -> Base:
+    """How the base moves where the scene does not say so: as usual, but an arm that is struck at its base falls."""
+    base, reason = usual_base(robot)
+    struck = {robot.frames[contact.frame].body for contact in scene.contact if contact.frame in robot.frames}
+    return "free" if reason == "arm" and 0 in struck else base
 
 
 def pulse_of(scene: Scene) -> Pulse | None:

@@ -229,7 +229,8 @@ class Scene(Record):
     base: Base | None = option(
         None,
         "How the base may move: free, in the plane only (planar), or not (fixed). By default free, or fixed where the file fixes "
-        "it or its root link is called world; free and planar give the base of such an MJCF file a free joint.",
+        "it, where its root link is called world and no legs hang on that, and of an arm, which has no feet and hangs on its "
+        "root by one chain; free and planar give the base of an MJCF file that fixes it a free joint.",
         POSTURE,
     )
     plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = option(

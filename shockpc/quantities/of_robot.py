@@ -31,7 +31,8 @@ def _one(values: Any) -> Any:
 
 def _mass(impact: Impact, places: Places) -> Array:
     del places
-    return np.array(np.broadcast_to(impact.inertias.total_mass[:, None, None], (*impact.v_in.shape, 1)))
+    moving = impact.inertias.mass[:, impact.landing.robot.movable(impact.landing.base)]
+    return np.array(np.broadcast_to(np.asarray(sum(moving.T))[:, None, None], (*impact.v_in.shape, 1)))
 
 
 def _approach(impact: Impact) -> Any:

@@ -422,11 +422,32 @@ class ShockProfile(OfLanding):
             return float(self.stiffness.duration.max())
         return None if self.landing.pulse is None else self.landing.pulse.length
 
+    @cached_property
+    def main_body(self) -> int:
+        """The index of the body that an answer is about: the heaviest.
+
+        With a fixed base it is, of those that carry what strikes, that of the largest shock at its centre of mass; what strikes
+        itself where these do not move.
+        """
+        if self.landing.base != "fixed":
+            return int(np.argmax(self.robot.masses))
+        struck = [block.body for block in self.landing.contacts]
+        carries = np.any(self.robot.ancestors[struck], axis=0).tolist()
+        shocks = np.where(self.moved, np.nan_to_num(self.shock_com), 0.0).tolist()
+        carriers = [i for i, joint in enumerate(self.robot.joints) if any(carries[joint.v]) and i not in struck]
+        bodies = [i for i in carriers if shocks[i] > 0.0] or struck
+        return max(bodies, key=lambda i: shocks[i])
+
     @property
     def bracketed(self) -> list[Place]:
-        """The heaviest body's centre of mass, every sensor and every point."""
-        heaviest = body_places(self.robot)[int(np.argmax(self.robot.masses))]
-        return [heaviest, *(place for place in self.landing.points if place.body >= 0)]
+        """The main body's centre of mass, and every sensor and point that can move."""
+        return [body_places(self.robot)[self.main_body], *self.moving_points]
+
+    @property
+    def moving_points(self) -> list[Place]:
+        """The sensors and points that are fixed neither to the world nor to a fixed base."""
+        first = self.robot.movable(self.landing.base).start
+        return [place for place in self.landing.points if place.body >= first]
 
     def shock_at(self, frame: str, r: Array) -> Array:
         """Shock at points of a body, |Δv + Δω × r| / v_in [1].

@@ -1,4 +1,4 @@
-"""A posture for robots without one in which they stand: neutral, with those legs bent that are straight there.
+"""A posture for robots without one in which they stand: straight legs are bent, with level feet under the hips.
 
 A leg that is straight carries the strike to the trunk as a column does, and its posture is singular; no robot lands so.
 """
@@ -6,21 +6,23 @@ A leg that is straight carries the strike to the trunk as a column does, and its
 import math
 import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.elements import Joint
+from shockpc.robot.elements import Frame, Joint
 from shockpc.robot.feet_and_sensors import each_foot, is_foot
 from shockpc.robot.robot import Robot
+from shockpc.robot.striking import striking
 
 ANGLE = math.radians(30.0)
 """By how much knees are bent, or as far as their limits allow."""
 
 STRAIGHT = math.radians(15.0)
-"""Angle of a knee up to which a leg counts as straight, such as where the limits of the knee leave out a straight leg."""
+"""Angle of a knee up to which a leg counts as straight."""
 
 PARALLEL = math.radians(5.0)
 """Angle between axes up to which they count as parallel, and room of a knee up to which it has none."""
@@ -29,27 +31,144 @@ LEG_PART = r"(?i)ankle|leg(?!ro)|thigh|knee|calf|shank"
 """Names of parts of a leg; no finger of an "allegro" hand."""
 
 SHORT_SHARE = 0.25
-"""Share of the distance from a leg's first joint to its foot up to which a part of it is neither thigh nor shank."""
+"""Share of the distance from a leg's first joint to its foot up to which a part is neither thigh nor shank."""
+
+DOWN = np.array([0.0, 0.0, -1.0])
+"""Downward, world axes."""
+
+
+class Axis(NamedTuple):
+    """A joint of a limb that turns, with all joints at zero.
+
+    Attributes:
+        joint: the joint.
+        direction: (3,) of its axis, unit length, world axes.
+        place: (3,) its origin in the world [m].
+    """
+
+    joint: Joint
+    direction: Array
+    place: Array
+
+
+class Hinge(NamedTuple):
+    """A joint of a leg whose axis is parallel to that of the knee; its angles are about the knee's axis [rad].
+
+    Attributes:
+        joint: the joint.
+        sign: 1 if its axis points as that of the knee does, -1 if the other way.
+        start: its angle in the neutral posture: zero, or the limit nearest to zero.
+        low: smallest angle.
+        high: largest angle.
+    """
+
+    joint: Joint
+    sign: float
+    start: float
+    low: float
+    high: float
+
+    def clamped(self, angle: float) -> float:
+        """The angle within the limits that is nearest to a given one."""
+        return min(max(angle, self.low), self.high)
+
+
+class Leg(NamedTuple):
+    """A leg with all joints at zero, in the plane across the axis of its knee.
+
+    Attributes:
+        axis: (3,) of the knee, unit length, world axes.
+        thigh: (3,) from hip to knee [m].
+        shank: (3,) from knee to ankle, or to the foot if there is no ankle [m].
+        hip: the last hinge before the knee that has a thigh between them.
+        knee: the knee.
+        ankle: the next hinge beyond it; None if there is none.
+    """
+
+    axis: Array
+    thigh: Array
+    shank: Array
+    hip: Hinge
+    knee: Hinge
+    ankle: Hinge | None
 
 
 def bent_legs(robot: Robot) -> Array | None:
-    """The neutral configuration (nq,) with straight legs bent by 30° at the knee; None where no leg can be.
+    """The neutral configuration (nq,) with straight legs bent and feet level under the hips; None if no joint turns.
 
-    A leg is what `ends_leg` says. Its knee is the first joint whose axis is parallel to that of a joint before it, the hip, with a
-    thigh between them and a shank beyond, which ends at the next joint with such an axis, the ankle, or at the foot. The knee turns
-    to the side on which its limits leave more room, or forward; the hip turns so that the end of the shank stays on the line from
-    the hip on which it was, and the ankle keeps the direction of the foot.
+    A leg is what `ends_leg` says. Its knee is the first joint whose axis is parallel to that of a joint before it, the
+    hip, with a thigh between them and a shank beyond. The shank ends at the next such joint, the ankle, or at the foot.
     """
     if robot.loops:
         return None
-    placed, q = robot.joint_placements(robot.start), np.array(robot.start)
+    q, placed = np.array(robot.start), robot.joint_placements(_at_zero(robot))
     for foot in each_foot(robot):
-        if ends_leg(robot, foot):
-            for joint, turn in _turns(robot, placed, foot):
-                joint.set(joint.value(robot.start) + turn, q)
+        leg = _leg_of(robot, placed, robot.frames[foot]) if ends_leg(robot, foot) else None
+        if leg is None:
+            continue
+        for hinge, angle in zip((leg.hip, leg.knee, leg.ankle), stance_of(leg), strict=True):
+            if hinge is not None and angle != hinge.start:
+                hinge.joint.set(hinge.sign * angle, q)
     robot.set_followers(q)
     # Limbs that a scene of the catalogue joins to one another cannot bend alone.
     return None if (q == robot.start).all() or closing_scene(robot.source.path) else q
+
+
+def stance_of(leg: Leg) -> tuple[float, float, float]:
+    """The angles of hip, knee and ankle about the axis of the knee, from zero and within their limits [rad].
+
+    A knee that is straight in the neutral posture is bent by 30° from there; a bent one stays. Then
+
+        hip = -angle(thigh + shank, thigh + R shank)   with R the rotation by the angle of the knee,
+        ankle = -(hip + knee),
+
+    so that the shank ends on its line from the hip, and the foot is as level, as with all joints at zero. If a limit
+    of the ankle leaves the foot tilted, the hip levels it; if a limit of the hip still does, the knee.
+    """
+    knee = _knee_angle(leg)
+    hip = leg.hip.clamped(_hip_angle(leg, knee))
+    if leg.ankle is None:
+        return hip, knee, 0.0
+    level = -(hip + knee)
+    ankle = leg.ankle.clamped(level)
+    if ankle != level:
+        hip = leg.hip.clamped(-(knee + ankle))
+        knee = leg.knee.clamped(-(hip + ankle))
+    return hip, knee, ankle
+
+
+def _knee_angle(leg: Leg) -> float:
+    """The angle of the knee: as in the neutral posture if the leg is bent there, else 30° more [rad].
+
+    It bends to the side on which its limits leave more room, and without limits to negative angles of its joint, as
+    those of quadrupeds do. If the limits leave the same, it goes forward, unless a limit of the hip then keeps the foot
+    farther from its line than on the other side.
+    """
+    knee = leg.knee
+    below, above = knee.start - knee.low, knee.high - knee.start
+    is_bent = abs(_angle(leg.thigh, _turned(leg, knee.start), leg.axis)) > STRAIGHT
+    if is_bent or max(below, above) <= PARALLEL:
+        return knee.start
+    less, more = knee.start - min(ANGLE, below), knee.start + min(ANGLE, above)
+    if math.isinf(below) and math.isinf(above):
+        return less
+    if abs(above - below) > PARALLEL:
+        return more if above > below else less
+    # A positive turn moves the end of the shank along axis × thigh, and the knee the other way, as the hip turns back.
+    more_is_forward = np.cross(leg.axis, leg.thigh)[0] <= 0.0
+    forward, backward = (more, less) if more_is_forward else (less, more)
+    missed = [abs(leg.hip.clamped(hip) - hip) for hip in (_hip_angle(leg, forward), _hip_angle(leg, backward))]
+    return forward if missed[0] <= missed[1] else backward
+
+
+def _hip_angle(leg: Leg, knee: float) -> float:
+    """The angle of the hip that keeps the end of the shank on its line [rad]. Args: knee, its angle [rad]."""
+    return -_angle(leg.thigh + leg.shank, leg.thigh + _turned(leg, knee), leg.axis)
+
+
+def _turned(leg: Leg, knee: float) -> Array:
+    """The shank (3,) turned by the angle of the knee [m]."""
+    return np.asarray(pin.AngleAxis(knee, leg.axis).toRotationMatrix() @ leg.shank)
 
 
 def ends_leg(robot: Robot, foot: str, wheels: bool = True) -> bool:
@@ -66,51 +185,78 @@ def _limb_names(robot: Robot, body: int) -> Iterator[str]:
         body = robot.parents[body]
 
 
-def _turns(robot: Robot, placed: list[pin.SE3], foot: str) -> Iterator[tuple[Joint, float]]:
-    """The joints of a leg that turn, and by how much [rad]; none of a leg that is bent already, or has no knee."""
-    frame = robot.frames[foot]
-    body = robot.bodies[frame.body]
-    end = placed[body.joint].act(body.offset + body.rotation @ frame.offset)
-    leg: list[tuple[Joint, Array, Array]] = []  # joints, their axes and places, from the trunk
-    number = frame.body
-    while number >= 0:
-        joint, place = robot.joints[number], placed[robot.bodies[number].joint]
-        if joint.axis is not None and joint.kind in ("revolute", "continuous") and joint.name not in robot.followers:
-            leg.insert(0, (joint, place.rotation @ joint.axis, np.array(place.translation)))
-        number = robot.parents[number]
-    for k, (knee, axis, at) in enumerate(leg):
-        along = [(joint, float(axis @ other), place) for joint, other, place in leg]
-        above, below = ([one for one in part if abs(one[1]) > math.cos(PARALLEL)] for part in (along[:k], along[k + 1 :]))
-        if not above:
+def _at_zero(robot: Robot) -> Array:
+    """The configuration (nq,) with all joints of one coordinate at zero, whatever their limits."""
+    q = np.array(robot.start)
+    for joint in robot.independent_joints:
+        joint.set(0.0, q)
+    robot.set_followers(q)
+    return q
+
+
+def _leg_of(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Leg | None:
+    """The leg that ends at a foot; None if it has no knee.
+
+    Args:
+        robot: the robot.
+        placed: its joints with all at zero.
+        foot: frame of the foot; the shank itself if its origin is at the knee, and its lowest point is then the end.
+    """
+    body = robot.bodies[foot.body]
+    end = placed[body.joint].act(body.offset + body.rotation @ foot.offset)
+    axes = _axes(robot, placed, foot.body)
+    for k, knee in enumerate(axes):
+        before, beyond = (_parallel(part, knee) for part in (axes[:k], axes[k + 1 :]))
+        if not before:
             continue
-        hip, hip_sign, hip_place = above[-1]
-        plane = np.eye(3) - np.outer(axis, axis)
-        thigh, shank = plane @ (at - hip_place), plane @ ((below[0][2] if below else end) - at)
-        if min(np.linalg.norm(thigh), np.linalg.norm(shank)) <= SHORT_SHARE * np.linalg.norm(end - leg[0][2]):
-            continue
-        room = _room(knee, robot.start)
-        if abs(_angle(thigh, shank, axis)) > STRAIGHT or max(room) <= PARALLEL:
-            return
-        forward = np.cross(axis, thigh)[0] <= 0.0  # the knee goes forward as the hip turns back
-        more = room[1] - room[0]
-        side = 1.0 if more > PARALLEL or (abs(more) <= PARALLEL and forward) else -1.0
-        bend = side * min(ANGLE, room[side > 0.0])
-        back = -_angle(thigh + shank, thigh + pin.AngleAxis(bend, axis).toRotationMatrix() @ shank, axis)
-        yield knee, bend
-        yield hip, _within(math.copysign(back, back * hip_sign), _room(hip, robot.start))
-        for ankle, ankle_sign, _ in below[:1]:
-            yield ankle, _within(math.copysign(1.0, -ankle_sign) * (bend + back), _room(ankle, robot.start))
-        return
+        hip, across = before[-1], np.eye(3) - np.outer(knee.direction, knee.direction)
+        short = SHORT_SHARE * np.linalg.norm(end - axes[0].place)
+        thigh = across @ (knee.place - hip.place)
+        shank = across @ ((beyond[0].place if beyond else end) - knee.place)
+        if not beyond and np.linalg.norm(shank) <= short:
+            shank = across @ (_lowest_point(robot, placed, foot) - knee.place)
+        if min(np.linalg.norm(thigh), np.linalg.norm(shank)) > short:
+            ankle = _hinge(robot, beyond[0], knee) if beyond else None
+            return Leg(knee.direction, thigh, shank, _hinge(robot, hip, knee), _hinge(robot, knee, knee), ankle)
+    return None
 
 
-def _room(joint: Joint, q: Array) -> tuple[float, float]:
-    """How far a joint can turn to either side within its limits [rad]."""
-    low, high = joint.limits if joint.kind == "revolute" else (-math.inf, math.inf)
-    return joint.value(q) - low, high - joint.value(q)
+def _axes(robot: Robot, placed: list[pin.SE3], body: int) -> list[Axis]:
+    """The joints from the base to a body that turn and follow no other, with all joints at zero."""
+    axes: list[Axis] = []
+    while body >= 0:
+        joint, place = robot.joints[body], placed[robot.bodies[body].joint]
+        turns = joint.axis is not None and joint.kind in ("revolute", "continuous")
+        if turns and joint.name not in robot.followers:
+            axes.insert(0, Axis(joint, place.rotation @ joint.axis, np.array(place.translation)))
+        body = robot.parents[body]
+    return axes
 
 
-def _within(turn: float, room: tuple[float, float]) -> float:
-    return min(max(turn, -room[0]), room[1])
+def _parallel(axes: list[Axis], knee: Axis) -> list[Axis]:
+    """Those of some axes that are parallel to that of the knee."""
+    return [axis for axis in axes if abs(axis.direction @ knee.direction) > math.cos(PARALLEL)]
+
+
+def _hinge(robot: Robot, axis: Axis, knee: Axis) -> Hinge:
+    """A joint of a leg with its angles about the axis of the knee."""
+    joint, sign = axis.joint, math.copysign(1.0, float(axis.direction @ knee.direction))
+    limits = joint.limits if joint.kind == "revolute" else (-math.inf, math.inf)
+    low, high = sorted(sign * limit for limit in limits)
+    return Hinge(joint, sign, sign * joint.value(robot.start), low, high)
+
+
+def _lowest_point(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Array:
+    """The lowest point (3,) of a foot in the world [m]; without shapes the one that its centre of mass halves."""
+    body = robot.bodies[foot.body]
+    place = placed[body.joint] * pin.SE3(body.rotation, body.offset)
+    down = place.rotation.T @ DOWN
+    shapes = striking(robot, foot.name).shapes
+    if not shapes:
+        return np.asarray(place.act(2.0 * body.com))
+    lowest = max(shapes, key=lambda shape: float(shape.reach(down[None])[0]))
+    points = lowest.farthest(down)
+    return np.asarray(place.act(points[(points @ down).argmax()]))
 
 
 def _angle(first: Array, second: Array, axis: Array) -> float:

@@ -17,6 +17,9 @@ KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composit
 KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
+WORLD = "world"
+"""A root link of this name stands for the ground."""
+
 IDENTIFIED = 0.2
 """Share by which identified inertias of drives of one type differ: ANYmal D's twelve, by one standard deviation."""
 
@@ -238,13 +241,18 @@ class Drives(NamedTuple):
 
 
 def bodies_of(model: pin.Model) -> tuple[Body, ...]:
-    """The moving bodies of a model in the order of the tree, base first; each is named after the link that its joint carries."""
+    """The moving bodies of a model in the order of the tree, base first; each is named after the link that its joint carries.
+
+    A root link called "world" that has no mass is the ground: the body is then named after the first link that is fixed to it.
+    """
     links: list[list[pin.Frame]] = [[] for _ in range(model.njoints)]
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY:
             links[frame.parentJoint].append(frame)
     bodies = []
     for joint, carried in list(enumerate(links))[1:]:
+        if carried[0].name == WORLD and not carried[0].inertia.mass:
+            carried.sort(key=lambda frame: not frame.inertia.mass)  # stable: links with mass first
         names, place = tuple(frame.name for frame in carried), carried[0].placement
         inertia = place.actInv(model.inertias[joint])
         frame = read_only(place.rotation), read_only(place.translation)

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -19,9 +18,6 @@ from shockpc.text.errors import UnknownName
 from shockpc.text.names import match
 from shockpc.text.printed import few
 from shockpc.text.shown import shown_by
-
-WORLD = "world"
-"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
 STOP = "stop:"
 """Before the name of a joint: its end stop, as what strikes."""
@@ -164,10 +160,15 @@ class Robot:
         """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
         return self.joints[0].kind == "free"
 
-    @property
-    def usual_base(self) -> Literal["free", "fixed"]:
-        """How the base moves unless a scene says otherwise: a root link called "world" stands for the ground, and a weld holds."""
-        return "free" if self.free_base and self.bodies[0].name != WORLD and not self.welded else "fixed"
+    @cached_property
+    def root(self) -> str:
+        """The link of the file that carries all others; it belongs to the first body."""
+        links = (frame for frame in self.model.frames if frame.type == pin.FrameType.BODY)
+        return next((str(link.name) for link in links if link.parentJoint == 1), self.bodies[0].name)
+
+    def movable(self, base: str) -> slice:
+        """Which bodies can move: all but the base if that is "fixed" (in a file that fixes it, it is none of the bodies)."""
+        return slice(int(self.free_base and base == "fixed"), None)
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:

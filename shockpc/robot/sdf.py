@@ -13,8 +13,9 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
+from shockpc.robot.elements import WORLD
 from shockpc.robot.reading import parse_xml
-from shockpc.robot.robot import WORLD, RobotSource
+from shockpc.robot.robot import RobotSource
 from shockpc.robot.tags import SDF, SDF_UNTIL_1_6, unread
 from shockpc.robot.tolerances import refuse_count
 from shockpc.robot.urdf import build, choose, with_postures

@@ -17,9 +17,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import read_only
 from shockpc.robot.catalogue import find_srdf
-from shockpc.robot.elements import Mimic
+from shockpc.robot.elements import WORLD, Mimic
 from shockpc.robot.reading import shared_xml
-from shockpc.robot.robot import WORLD, Robot, RobotSource
+from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tolerances import refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint

@@ -13,8 +13,10 @@ from shockpc.landing.scene import Base
 from shockpc.landing.scene_file import sideways
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.drives import similar_robots
+from shockpc.robot.elements import WORLD
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
-from shockpc.robot.robot import WORLD, Robot
+from shockpc.robot.robot import Robot
+from shockpc.robot.usual_base import hangs, usual_base
 from shockpc.show.wording import contact_name, count, number_text, vector_text
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import few, listed, printable
@@ -33,6 +35,8 @@ BASES = {
     "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
     "file": "fixed in the file; --base free releases it",
     "weld": "fixed to the world by a weld of the file; --base free releases it",
+    "arm": "fixed to the world, because the robot has no feet and hangs on its root by one chain; --base free releases it",
+    "legs": f'freed, although its root link is called "{WORLD}", because legs hang on that; --base fixed holds it',
 }
 
 ROUNDED = 1e-6
@@ -45,12 +49,13 @@ def landing_text(profile: ShockProfile) -> str:
     """Which landing it is: on all feet together, some contacts together, or one alone."""
     names, robot, contacts = contact_name(profile), profile.robot, profile.landing.contacts
     struck, each = sorted(contact.body for contact in contacts), each_foot(robot)
+    held = ", the base held" if hangs(robot, profile.landing.base) else ""
     if len(struck) == 1:
-        return f"{names} only"
+        return f"{names} only{held}"
     on_feet = recognised(robot) and all(contact.frame in (*feet(robot), *each) for contact in contacts)
     if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
-        return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together"
-    return f"{names} together"
+        return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together{held}"
+    return f"{names} together{held}"
 
 
 def landings_text(landings: Mapping[str, ShockProfile]) -> str:
@@ -81,7 +86,7 @@ def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) ->
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
     lines = {
         "landing": landing_text(profile),
-        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
+        "robot": f"{robot.label} ({robot.name}, {moving_text(robot, profile.landing.base)}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
@@ -129,14 +134,20 @@ def plane_text(profile: ShockProfile) -> str:
     return f"{text}, which --plane xz selects" if plane == "yz" else text
 
 
+def moving_text(robot: Robot, base: Base) -> str:
+    """Mass and number of the bodies of a robot that can move, with its base as given."""
+    masses = robot.masses[robot.movable(base)]
+    return f"{masses.sum():.4g} kg, {count(len(masses), 'moving body')}"
+
+
 def base_text(robot: Robot, base: Base) -> str:
     """How the base moves, why, and what changes it."""
     ties = [loop.name for loop in robot.loops if set(loop.bodies) == {-1, 0}]
     if robot.free_base and ties and base != "fixed":
         return f"held to the world by {listed(ties)} of the file; --base fixed holds it altogether"
-    if base != "fixed" or not robot.free_base:
-        return BASES[base if robot.free_base else "file"]
-    return BASES["weld" if robot.welded else "world" if robot.usual_base == "fixed" else "fixed"]
+    usual = usual_base(robot)
+    chosen = usual.base == base and usual.reason != "falls"
+    return BASES[usual.reason if chosen else base]
 
 
 def joint_model_text(profile: ShockProfile) -> str:
@@ -200,7 +211,7 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
 def posture_text(profile: ShockProfile) -> str:
     """The reference posture and what was set besides, with units."""
     posture = profile.landing.scene.posture
-    bent = " (neutral, with straight legs bent by 30 deg at the knees, as no standing posture is known)"
+    bent = " (neutral, with straight legs bent by 30 deg at the knees and level feet, as no standing posture is known)"
     words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
     words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))
     words += [f"{printable(name)} at quaternion ({vector_text(turned)})" for name, turned in posture.joint_quaternions.items()]

@@ -8,6 +8,7 @@ import numpy as np
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
+from shockpc.robot.usual_base import usual_base
 from shockpc.text.printed import UNITS, few, printable
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def robot_name(robot: Robot) -> str:
 
 def robot_line(robot: Robot) -> tuple[str, str]:
     """The robot of many landings, as lines of a header begin."""
-    return "robot", f"{robot.label} ({robot.name}, {robot.mass:.4g} kg)"
+    moving = robot.masses[robot.movable(usual_base(robot).base)]
+    return "robot", f"{robot.label} ({robot.name}, {moving.sum():.4g} kg)"
 
 
 def contact_name(profile: ShockProfile) -> str:

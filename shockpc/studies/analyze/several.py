@@ -44,7 +44,7 @@ def _keys(landings: Mapping[str, ShockProfile]) -> tuple[str, str]:
 def _shocks(landings: Mapping[str, ShockProfile]) -> tuple[list[str], np.ndarray]:
     """Names of the sensors and points, or of the heaviest body without any; shock (L, n) of the landings there."""
     first, shock = next(iter(landings.values())), _keys(landings)[0]
-    places = [place for place in first.landing.points if place.body >= 0]
+    places = first.moving_points
     if places:
         names = [place.name for place in places]
         values = [

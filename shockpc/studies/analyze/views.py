@@ -92,7 +92,7 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
 
 def worst_bodies(profile: ShockProfile, most: int | None, bodies: Sequence[int] | None = None) -> Sheet:
     """The bodies of the largest shocks, those first, and the heaviest. Args: most, their number; None for all."""
-    whole, heaviest = moved_bodies(profile, bodies), profile.bodies[int(profile.robot.masses.argmax())]
+    whole, heaviest = moved_bodies(profile, bodies), profile.bodies[profile.main_body]
     notes = [note for note in whole.notes if not note.startswith("out of plane")]  # as the column `motion` says
     sheet = whole.only("body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion")._replace(notes=notes)
     sizes = [math.inf if row[0] == heaviest else float(row[1] or 0.0) for row in sheet.rows]
@@ -113,7 +113,7 @@ def contacts_view(profile: ShockProfile) -> Sheet:
 
 def extreme_directions(profile: ShockProfile, most: int | None) -> Sheet:
     """The same at the places of the largest shocks, at points and at the heaviest body. Args: most, number; None for all."""
-    heaviest = profile.bodies[int(profile.robot.masses.argmax())]
+    heaviest = profile.bodies[profile.main_body]
     still = {f"CoM of {name}" for name, moved in zip(profile.bodies, profile.moved, strict=True) if not moved}
     sheet = directions_sheet(profile).where(lambda row: row["place"] not in still)
     always = {f"CoM of {heaviest}", *(point.frame for point in profile.points)}

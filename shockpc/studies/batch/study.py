@@ -230,7 +230,7 @@ def _number(row: BatchRow | Failure, text: str) -> float:
 
 
 def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], source: str, profile: ShockProfile) -> BatchRow:
-    trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
+    trunk = profile.places("body")[profile.main_body]
     model = profile.landing.joint_model
     return BatchRow(
         source=source,

@@ -21,7 +21,7 @@ def compare_report(comparison: Comparison) -> Report:
         (
             letter,
             f"{design.label}: on {contact_name(profile)}, {strike_text(profile)}, joints {profile.joint_model}, "
-            f"{profile.robot.mass:.4g} kg",
+            f"{float(profile.value('mass', 'robot')[0]):.4g} kg",
         )
         for letter, design, profile in zip(letters, designs, profiles, strict=True)
     ]

@@ -19,6 +19,7 @@ from shockpc.robot.geometry import Outline, drawn_outline, outline
 from shockpc.robot.meshes import hull_corners
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
+from shockpc.robot.usual_base import usual_base
 from shockpc.studies.fall.tipping import CrossSection
 from shockpc.text.errors import StudyError
 
@@ -70,7 +71,7 @@ class Rigid:
             ShockError: the posture is not possible, or its inertia is not one of a mechanism.
             StudyError: the robot cannot fall, or has no geometry.
         """
-        if not robot.free_base or (scene.base or robot.usual_base) != "free":
+        if not robot.free_base or (scene.base or usual_base(robot).base) != "free":
             raise StudyError(f'the base of robot "{robot.name}" does not move freely, so it does not fall; give --base free')
         landing = landing_of(replace(scene, contact=(replace(POINT, frame=robot.bodies[0].name),), stance=()), robot)
         if not np.isfinite(landing.equation(landing.state).H).all():

@@ -13,8 +13,9 @@ from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import PUBLIC, catalogue_drives
 from shockpc.robot.feet_and_sensors import each_foot, sensors
 from shockpc.robot.robot import Robot
+from shockpc.robot.usual_base import usual_base
 from shockpc.show.document import record
-from shockpc.show.header import base_text
+from shockpc.show.header import base_text, moving_text
 from shockpc.show.report import Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import count
@@ -57,7 +58,8 @@ def _known(name: str, robot: Robot | None) -> Row:
     """A row of the list."""
     if robot is None:
         return name, None, None, None, None, f"cannot be loaded; shockpc robots {name} says why"
-    return name, len(robot.bodies), float(robot.mass), ", ".join(each_foot(robot)), ", ".join(robot.postures) or "neutral", None
+    masses = robot.masses[robot.movable(usual_base(robot).base)]
+    return name, len(masses), float(masses.sum()), ", ".join(each_foot(robot)), ", ".join(robot.postures) or "neutral", None
 
 
 def robot_report(robot: Robot) -> Report:
@@ -79,9 +81,10 @@ def robot_report(robot: Robot) -> Report:
         ],
         sheets={"bodies": lambda: bodies, "joints": lambda: joints, "drives": lambda: _drives_sheet(drives)},
         document=lambda: {
-            **record(robot, "name", "mass"),
+            "name": robot.name,
+            "mass": float(robot.masses[robot.movable(usual_base(robot).base)].sum()),
             "file": str(robot.source.path),
-            "base": robot.usual_base,
+            "base": usual_base(robot).base,
             "feet": each_foot(robot),
             "sensors": sensors(robot),
             "postures": tuple(robot.postures),
@@ -173,11 +176,13 @@ def _lines(robot: Robot) -> list[tuple[str, str]]:
     followers = ", ".join(
         " ".join([f"{m.joint} =", *(f"{by:g} {name} +" for name, by in m.leaders.items()), f"{m.offset:g}"]) for m in robot.mimics
     )
-    size = f"{robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}, {count(robot.model.nv, 'velocity')}"
+    base = usual_base(robot).base
+    velocities = robot.model.nv - 6 * (robot.free_base and base == "fixed")
+    size = f"{moving_text(robot, base)}, {count(velocities, 'velocity')}"
     lines = {
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
-        "base": base_text(robot, robot.usual_base),
+        "base": base_text(robot, base),
         "feet": few(each_foot(robot), 12),
         "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
         "postures": f"{postures}; {reference_name(robot, None)} by default",
