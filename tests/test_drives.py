@@ -31,6 +31,7 @@ from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.drives import catalogue_drives, drives_of, read_drives, robots_with_drives, similar_robots
 from shockpc.robot.elements import Drive
+from shockpc.show.header import header_lines
 
 GO2 = Contact(frame="FL_foot")
 
@@ -137,6 +138,7 @@ def test_published_drives_go_over_the_setting_of_a_simulator():
     profile = shock_profile(scene, known_robot("talos"))
     assert profile.points[0].shock == pytest.approx(0.7357, abs=1e-4)
     assert float(profile.value("effective_mass", "contact")[0]) == pytest.approx(65.57, abs=0.01)
+    assert "published (the file's are a setting of a simulator)" in dict(header_lines(profile))["joint model"]
     status = {name: source.status for source in profile.landing.joint_model.sources for name in source.joints}
     assert (status["leg_left_1_joint"], status["head_1_joint"], status["gripper_left_joint"]) == (
         "published", "simulation model", "unknown",

@@ -34,6 +34,7 @@ Status = Literal["given", "file", "published", "derived", "identified", "simulat
 NOTHING = "nothing is known"
 """What is said of a joint with a motor of which neither file, drives nor scene give a drive, a spring or a lock."""
 
+
 SETTING = "the robot's file, one number for joints of different effort: a setting of a simulator"
 """What is said of joints as in `simulator_settings`."""
 

@@ -158,7 +158,7 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
             yield "warning", "joint", name, text
     if robot.default_drives is not None:
         used, left_out = f"{robot.default_drives.label} are used by default", "--drives none leaves them out"
-        over = f"{used}, and go over the reflected inertia of the file; {left_out}"
+        over = f"{used}, over the reflected inertia of the file; {left_out}"
         instead = f"no reflected inertia is read from the file: {used}; {left_out}"
         yield "note", "", "every joint", over if robot.model.armature.any() else instead
     elif not robot.model.armature.any():

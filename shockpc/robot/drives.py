@@ -207,4 +207,7 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
 def default_drives(robot: Robot) -> Drives | None:
     """The drives that are known of a robot of the catalogue, which go over what its file gives; None where there are none."""
     known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
-    return drives_of(robot, known, f"drives of {robot.source.name}, {_status(known)}") if known else None
+    if not known:
+        return None
+    over = " (the file's are a setting of a simulator)" if robot.settings else ""
+    return drives_of(robot, known, f"drives of {robot.source.name}, {_status(known)}{over}")

@@ -170,8 +170,6 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
         texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{gear}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
-    if model.drives and robot.settings:
-        texts.append("they go over the reflected inertia of the file, a setting of a simulator")
     for source in model.sources:
         if source.status == "simulation model":
             texts.append(f"drives of {few(source.joints, 2, what=' joints')}: {source.text}")
