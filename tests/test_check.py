@@ -307,6 +307,7 @@ def test_undecided_in_every_format(capfd, here):
     assert deciding in text
     (row,) = (row for row in json.loads((here / "c.json").read_text())["tables"]["check"] if row["status"] == "undecided")
     assert (row["smallest"], row["largest"]) == (pytest.approx(8.66e-4, rel=1e-3), pytest.approx(0.7145, rel=1e-3))
+    assert row["range_kind"] == "corners"
     assert list(check_report(check_budgets(here / "budgets.toml")).landings) == ["a1", "free"]
 
 

@@ -62,7 +62,9 @@ class _Dense:
         X = np.linalg.solve(H, self.J.T)
         C = np.linalg.inv(H) - X @ np.linalg.solve(self.J @ X, X.T)
         x = self.solved(self.armature)
-        return DriveBox(C[6:, 6:], x[6:], low - self.armature, high - self.armature), self.point @ x, self.point @ C[:, 6:]
+        mobility = np.diagonal(np.linalg.inv(H))[6:]
+        box = DriveBox(C[6:, 6:], x[6:], low - self.armature, high - self.armature, mobility)
+        return box, self.point @ x, self.point @ C[:, 6:]
 
 
 def _random_box(rng, dense):
@@ -84,10 +86,12 @@ def test_another_inertia_is_one_line_of_the_same_solution(seed):
         assert found == pytest.approx(dense.value(inertias), rel=1e-9)
 
 
-def test_the_largest_is_at_a_corner_and_the_smallest_below_every_draw():
-    """Of 30 boxes no draw is above the largest corner, which nearly every climb finds, by full solutions."""
+@pytest.mark.parametrize("climbed", [False, True], ids=["all corners", "climbed"])
+def test_the_largest_is_at_a_corner_and_the_smallest_below_every_draw(climbed, monkeypatch):
+    """Of 15 boxes no draw is above the largest corner, which nearly every climb finds, by full solutions."""
+    monkeypatch.setattr("shockpc.core.drive_box.ALL_CORNERS", 0 if climbed else 8)
     missed, lower = 0, 0
-    for seed in range(30):
+    for seed in range(15):
         rng = np.random.default_rng(seed)
         dense = _Dense(rng, 4)
         low, high = _random_box(rng, dense)
@@ -100,7 +104,7 @@ def test_the_largest_is_at_a_corner_and_the_smallest_below_every_draw():
         assert largest <= corners * (1.0 + 1e-9)
         missed += largest < corners * (1.0 - 1e-9)
         lower += min(draws) < smallest * (1.0 - 1e-3)
-    assert missed <= 1
+    assert missed <= climbed
     assert lower <= 1
 
 
@@ -121,7 +125,7 @@ def test_contacts_that_need_a_joint_leave_it_free():
     H, b = np.diag([1.0, 2.0, 3.0]), np.array([1.0, 0.0])
     X = np.linalg.solve(H, J.T)
     C, x = np.linalg.inv(H) - X @ np.linalg.solve(J @ X, X.T), -X @ np.linalg.solve(J @ X, b)
-    box = DriveBox(C, x, np.zeros(3), np.full(3, np.inf))
+    box = DriveBox(C, x, np.zeros(3), np.full(3, np.inf), 1.0 / np.diagonal(H))
     assert np.isinf(box.most).tolist() == [True, False, False]
     # With one joint held the rows decide all: −1 or 0, 0 or −1, 1 or 0.
     assert np.abs(x + C @ box.impulses(box.lengths(x[1:2], C[1:2])[1]))[1] == pytest.approx(1.0, rel=1e-9)

@@ -13,7 +13,7 @@ convex in t, is largest at one. The smallest |Y| may be inside. Works on arrays 
 """
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +21,12 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 NEEDED = 1e-9
-"""Share of its mobility, left while others are held, up to which a joint cannot be held.
+"""Share of its mobility without contacts, left with them and with others held, up to which a joint cannot be held.
 
-The contacts need it to move."""
+Contacts and the others hold it already, or need it to move."""
+
+ALL_CORNERS = 8
+"""Joints up to which all corners of a box are computed; with more, corners are climbed."""
 
 RAISED = 1e-9
 """Share by which a step of a climb has to raise a number."""
@@ -46,12 +49,14 @@ class DriveBox(NamedTuple):
         x: (n,) jumps of their rates by the impact, likewise.
         less: (n,) from the inertias as modelled to the smallest ones, not above zero [kg m², kg].
         more: (n,) from there to the largest ones, not below zero; infinite where a joint may be held.
+        mobility: (n,) diagonal of C without contacts.
     """
 
     C: Array
     x: Array
     less: Array
     more: Array
+    mobility: Array
 
     def impulses(self, change: Array) -> Array:
         """Impulses (n,) of the drives on joints whose inertias change by (n,); infinite: held.
@@ -72,15 +77,15 @@ class DriveBox(NamedTuple):
         A joint that they need to move, while those before it are held, keeps its smallest inertia.
         """
         inertias = _Inertias(self, np.zeros(0), np.zeros((0, len(self.x))))
-        inertias.fill()
+        inertias.fill(range(len(self.x)))
         return inertias.change
 
     def lengths(self, Y: Array, B: Array) -> tuple[Array, Array]:
         """The changes (n,) of the inertias as modelled at which |Y| is smallest and largest.
 
         Both as far as found: the smallest, which may be inside the box, from the smallest inertias,
-        those as modelled and the largest ones; the largest, a corner, from the smallest and the
-        largest inertias.
+        those as modelled and the largest ones; the largest from the smallest and the largest ones.
+        Of few joints, the largest is that of all corners.
 
         Args:
             Y: (m,) the vector as modelled.
@@ -90,7 +95,7 @@ class DriveBox(NamedTuple):
         inside = [modelled] if modelled.d.any() else []
         zero = ZERO * float(np.linalg.norm(Y))
         lowest = min((_lowered(start.copy(), zero) for start in (low, high, *inside)), key=_length)
-        highest = max((_raised(start, _lengths) for start in (low, high)), key=_length)
+        highest = max(_tops(low, high, _lengths), key=_length)
         return lowest.change, highest.change
 
     def values(self, Y: Array, B: Array) -> tuple[Array, Array]:
@@ -101,9 +106,8 @@ class DriveBox(NamedTuple):
             B: (1, n) its response.
         """
         low, high, _ = _starts(self, Y, B)
-        falls = [_raised(start.copy(), _opposites) for start in (low, high)]
-        climbs = [_raised(start, _numbers) for start in (low, high)]
-        lowest, highest = min(falls, key=_number), max(climbs, key=_number)
+        lowest = min(_tops(low, high, _opposites), key=_number)
+        highest = max(_tops(low, high, _numbers), key=_number)
         return lowest.change, highest.change
 
 
@@ -135,7 +139,7 @@ class _Inertias:
         self.inverse_span = 1.0 / self.span
         # Of joints S: sign −1, and no rest; of the others 1, and 1/d of their largest inertia.
         self.sign, self.rest = np.ones(n), self.inverse_span.copy()
-        self.left = np.where(np.isinf(self.span), NEEDED * np.diagonal(box.C), 0.0)
+        self.left = np.where(np.isinf(self.span), NEEDED * box.mobility, 0.0)
         self.floor = self.left.copy()
 
     def copy(self) -> "_Inertias":
@@ -197,9 +201,9 @@ class _Inertias:
         else:
             self.set(i, 1.0 / (1.0 / s - self.M[i, i]))
 
-    def fill(self) -> None:
-        """Take every joint to its largest inertia, but those that the contacts need to move."""
-        for i in range(len(self.d)):
+    def fill(self, joints: Iterable[int]) -> None:
+        """Take joints to their largest inertias, but those that the contacts need to move."""
+        for i in joints:
             if self.M[i, i] + self.inverse_span[i] > self.left[i]:
                 self.set(i, self.span[i])
 
@@ -220,10 +224,37 @@ def _starts(box: DriveBox, Y: Array, B: Array) -> tuple[_Inertias, _Inertias, _I
     """Where searches start: the smallest inertias, the largest ones, and those as modelled."""
     low = _Inertias(box, Y, B)
     high, modelled = low.copy(), low.copy()
-    high.fill()
+    high.fill(range(len(low.d)))
     for i in np.flatnonzero(low.less).tolist():
         modelled.set(i, -low.less[i])
     return low, high, modelled
+
+
+def _tops(low: _Inertias, high: _Inertias, size: Callable[[Array], Array]) -> list[_Inertias]:
+    """Corners of which one has the largest number, as far as found.
+
+    Args:
+        low: at the smallest inertias.
+        high: at the largest ones.
+        size: of vectors (m, k), the numbers (k,), convex in them.
+    """
+    if len(low.d) > ALL_CORNERS:
+        return [_raised(start.copy(), size) for start in (low, high)]
+    corner = int(size(_at_corners(low).T).argmax())
+    top = low.copy()
+    top.fill(i for i in range(len(low.d)) if corner >> i & 1)
+    return [top]
+
+
+def _at_corners(low: _Inertias) -> Array:
+    """The vector (2ⁿ, m) at all corners; bit i of its index is set where joint i is at the top."""
+    n, M = len(low.d), low.M[None]
+    for i in range(n):
+        divisor = M[:, i, i] + low.inverse_span[i]
+        exists = divisor > low.left[i]
+        t = np.where(exists, 1.0 / np.where(exists, divisor, 1.0), 0.0)
+        M = np.concatenate([M, M - t[:, None, None] * M[:, :, i, None] * M[:, i, None, :]])
+    return np.asarray(M[:, n:, -1])
 
 
 def _raised(inertias: _Inertias, size: Callable[[Array], Array]) -> _Inertias:

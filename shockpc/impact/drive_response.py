@@ -81,7 +81,8 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     delta_qd = equation.full(solution.delta_qd)
     rates = on_joints.T @ delta_qd[0]
     less, more = (end[columns] - model.armature[columns] for end in (model.low, model.high))
-    box = DriveBox(rates[:, 1:], rates[:, 0], less, more)
+    mobility = np.sum(on_joints * equation.full(unheld)[0], axis=0)
+    box = DriveBox(rates[:, 1:], rates[:, 0], less, more, mobility)
     return DriveResponse(box, columns, solution, jumps_of(landing, delta_qd, equation.state))
 
 
@@ -120,7 +121,7 @@ def with_inertias(landing: PosedLanding, change: Array) -> PosedLanding | None:
         landing: the landing.
         change: (nv,) from the inertias as modelled; infinite where a joint is held.
 
-    Returns: None where it cannot be resolved.
+    Returns: None where it cannot be resolved, or has no contact left.
     """
     return _with_inertias(landing, change.tobytes())
 
@@ -146,6 +147,8 @@ def _with_inertias(landing: PosedLanding, data: bytes) -> PosedLanding | None:
     other = replace(landing.without_stops, joint_model=joints, state=state)
     try:
         other = with_own_faces(other)
+        if not other.contacts:
+            return None
         return with_stops(other) if landing.scene.stops else other
     except (SceneError, SolveError):
         return None

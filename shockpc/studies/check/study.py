@@ -67,6 +67,7 @@ class Outcome:
         command: that computes the number anew; empty for landings from Python.
         smallest: of the number over the drives, as far as found; None where they are exact, or nothing but a baseline limits it.
         largest: likewise.
+        range_kind: how these are found, as in `Range`: "corners", "exact" or "samples"; empty without them.
         advice: what to give where the drives decide; empty if they do not.
     """
 
@@ -82,6 +83,7 @@ class Outcome:
     command: str = ""
     smallest: float | None = None
     largest: float | None = None
+    range_kind: str = ""
     advice: str = ""
 
     @property
@@ -97,6 +99,7 @@ class Outcome:
             "value": self.value,
             "smallest": self.smallest,
             "largest": self.largest,
+            "range_kind": self.range_kind or None,
             **{key: getattr(budget, key) for key in ("max", "min", "percentile")},
             "baseline": self.baseline,
             "baseline_tolerance": budget.baseline_tolerance,
@@ -212,6 +215,7 @@ class _Verdict(NamedTuple):
     reason: str
     smallest: float | None = None
     largest: float | None = None
+    range_kind: str = ""
     advice: str = ""
 
 
@@ -418,14 +422,14 @@ def _verdict(planned: _Planned, profile: ShockProfile, baseline: Baseline | None
     reasons = [*limits, *_beyond_baseline(budget, value, before, baseline)]
     limited = budget.max is not None or budget.min is not None
     found = _range(planned, profile, budget, place, value) if limited else None
-    smallest, largest = (None, None) if found is None else (found.smallest, found.largest)
+    smallest, largest, kind = (None, None, "") if found is None else found
     # A change against the baseline for the worse is one whatever the drives.
     if found is not None and reasons == limits and found.meets(budget.min, budget.max) is None:
         joints = deciding_joints(profile, budget.selection, place)
         advice = drives_advice(joints)
-        return _Verdict("undecided", f"{_undecided(budget, found)}; {advice}", smallest, largest, advice)
+        return _Verdict("undecided", f"{_undecided(budget, found)}; {advice}", smallest, largest, kind, advice)
     status: Status = "exceeded" if reasons else "passed" if limited or baseline is not None else "skipped"
-    return _Verdict(status, "; ".join(reasons), smallest, largest)
+    return _Verdict(status, "; ".join(reasons), smallest, largest, kind)
 
 
 def _range(planned: _Planned, profile: ShockProfile, budget: Budget, place: Place, value: float) -> Range | None:
