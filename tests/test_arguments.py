@@ -13,7 +13,9 @@ from typer.main import get_command
 import shockpc
 from shockpc.cli.app import COMMANDS, app_for
 from shockpc.cli.options import RECORDS
+from shockpc.core.number import number_from
 from shockpc.evaluation.declare import declaration
+from shockpc.quantities.maps import doubles
 from shockpc.text.arguments import is_numeric
 from shockpc.text.toml import converted
 
@@ -104,12 +106,37 @@ def test_numbers_of_numpy_and_other_collections_are_taken():
 
 
 @pytest.mark.parametrize(
-    "values", [[1, "a"], [[1, 2], [3]], b"1:2:3", [b"1"], [None], True, [True, False], 1j, {"a": 1}, np.array(["a"])]
-)
+    "values", [[1, "a"], [[1, 2], [3]], b"1:2:3", [b"1"], [None], True, [True, False], 1j, {"a": 1}, np.array(["a"]),
+     "6 0,70", "1_0", "\u0663", np.array([1.0 + 2.0j]), np.complex128(1.0 + 2.0j), np.datetime64("2026-01-01")],
+)  # fmt: skip
 def test_values_of_another_type_are_refused(values):
     for study in (shockpc.sweep, shockpc.fall, functools.partial(shockpc.sensitivity, target="shock@imu")):
         with pytest.raises(shockpc.StudyError, match=r"FL_calf_joint: .* is not a finite number"):
             study(SCENE, vary={"FL_calf_joint": values})
+
+
+@pytest.mark.parametrize("values", [[1.0 + 2.0j], np.array([1.0 + 2.0j]), np.array(["2026-01-01"], dtype="M8[D]"), ["1.0"], [None]])
+def test_arrays_of_what_is_no_real_number_are_refused(values):
+    """`shock_maps`, and landings in symbols, read configurations and strikes so; nothing of a complex number is dropped."""
+    with pytest.raises(shockpc.ShockError, match="Q holds a number that is not finite, or something else"):
+        doubles("Q", values)
+
+
+NUMBERS = {"674": 674.0, " +6.5e-1 ": 0.65, ".5": 0.5, "1.": 1.0}
+NO_NUMBERS = "6 74", "", "1_0", "\u0663", "1e999", "nan", "inf", "0x1", "1,0", "--1", "1e", "5 ms"
+
+
+@pytest.mark.parametrize("text", [*NUMBERS, *NO_NUMBERS])
+def test_a_number_in_a_text(text):
+    """Digits, a point, an exponent and a unit that is asked for; no blank within, and nothing that Python alone reads."""
+    if text in NUMBERS:
+        assert number_from(text) == NUMBERS[text]
+        assert number_from(f"{text.strip()} ms", {"ms": 1e-3}) == NUMBERS[text] * 1e-3
+    else:
+        with pytest.raises(ValueError, match="is not a number"):
+            number_from(text)
+    with pytest.raises(ValueError, match="is not a number"):
+        number_from(f"{text}ms", {"s": 1.0})
 
 
 @pytest.mark.parametrize("values", [-70, np.int64(-70), np.array(-70.0), np.array([-70]), ["-70"], iter([-70.0])])

@@ -122,7 +122,7 @@ def test_forms(text):
     "text",
     ["", "674", "EI", "EI:0", "EI:nan", "EI:1,EI:2", "EI:1,180Hz:free", "180Hz", "180Hz:held", "tube:70e9,0.02", "EA:1e7",
      "EI:1,hinges:0", "tube:70e9,0.021,0.025", "EI:1,hinges:2.5", "EI:1,hinges:99",
-     "EI:1e13", "tube:70e9", "tube:70e9,25,21"],
+     "EI:1e13", "tube:70e9", "tube:70e9,25,21", "EI:6 74", "18 0Hz:free", "EI:1_0", "EI:1,hinges:\u0663"],
 )  # fmt: skip
 def test_refused_forms(text):
     """Texts that say nothing of a link, or contradict themselves."""

@@ -1,6 +1,5 @@
 """Texts of the command line to values. Every parser raises typer.BadParameter with what would be valid."""
 
-import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import TypeAlias, get_args
 import typer
 
 from shockpc.core.interval import Interval
+from shockpc.core.number import NUMBER, number_from, whole_from
 from shockpc.landing.joint_options import JointModelName
 from shockpc.landing.record import Option
 from shockpc.robot.gear import SENSE, Gear
@@ -28,14 +28,10 @@ Motor: TypeAlias = tuple[str, tuple[Interval, Interval | None, float | None, Gea
 def finite(text: str) -> float:
     """A finite number."""
     try:
-        value = float(text)
+        return number_from(str(text))  # a default is a number
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        with_unit = re.match(r"[-+]?[\d.]+(e[-+]?\d+)? *(?!e[-+]?\d)[a-zA-Z°µ]", text)
-        unit = "; leave out the unit, which is that of the help" if with_unit else ""
-        raise typer.BadParameter(f'"{text}" is not a finite number{unit}')
-    return value
+        unit = "; leave out the unit, which is that of the help" if re.match(rf"{NUMBER} *[a-zA-Z°µ]", text) else ""
+        raise typer.BadParameter(f'"{text}" is not a finite number{unit}') from None
 
 
 def whole(option: Option) -> Callable[[str], int]:
@@ -43,9 +39,9 @@ def whole(option: Option) -> Callable[[str], int]:
 
     def read(text: str) -> int:
         try:
-            value = int(text)
-        except ValueError:
-            raise typer.BadParameter(f'"{text}" is not a whole number') from None
+            value = whole_from(str(text))  # a default is a number
+        except ValueError as refusal:
+            raise typer.BadParameter(str(refusal)) from None
         if fault := option.fault(value):
             raise typer.BadParameter(fault)
         return value

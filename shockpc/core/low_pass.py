@@ -11,11 +11,11 @@ unit impulse: ω of first order, exp(−π/4) ω = 0.456 ω of second order.
 
 import functools
 import math
-import re
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from shockpc.core.number import number_from
 from shockpc.core.pulse import SHAPES, Pulse, peak_acceleration
 from shockpc.core.spatial import Array
 
@@ -71,17 +71,17 @@ def low_pass_from(text: str) -> LowPass:
     Raises:
         ValueError: it has no frequency from 1 mHz to 1 GHz, or another order.
     """
-    read = re.fullmatch(r"([0-9.eE+-]+)\s*(k?)Hz(?::([12]))?", text.strip())
+    frequency, colon, order = text.partition(":")
     try:
-        hertz = float(read[1]) * (1e3 if read[2] else 1.0) if read else math.nan
+        hertz = number_from(frequency, {"Hz": 1.0, "kHz": 1e3})
     except ValueError:
         hertz = math.nan
-    if read is None or not LOWEST <= hertz <= HIGHEST:
+    if (colon and order not in ("1", "2")) or not LOWEST <= hertz <= HIGHEST:
         raise ValueError(
             f'"{text}" is not a bandwidth; give a frequency from {LOWEST:g} to {HIGHEST:g} Hz, and :2 for a filter of second order '
             "(Butterworth), such as 200Hz, 200Hz:1 or 1.5kHz:2"
         )
-    return LowPass(hertz, int(read[3] or 1))
+    return LowPass(hertz, int(order or 1))
 
 
 def filtered(motion: "StiffMotion", low_pass: LowPass, tail: float = 0.0) -> "StiffMotion":

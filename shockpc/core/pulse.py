@@ -6,6 +6,8 @@ The rigid-body model gives Δv; how long the impact lasts is the weakest input o
 import math
 from typing import NamedTuple
 
+from shockpc.core.number import number_from
+
 SHAPES = {"half-sine": math.pi / 2.0, "saw-tooth": 2.0, "haversine": 2.0, "rectangle": 1.0}
 """Peak over mean acceleration of each shape."""
 
@@ -43,10 +45,9 @@ def pulse_from(text: str) -> Pulse:
     valid = f"valid are {', '.join(SHAPES)}, with a length such as half-sine:5ms"
     if shape not in SHAPES:
         raise ValueError(f'there is no pulse shape "{shape}"; {valid}')
-    unit = next((unit for unit in UNITS if length.endswith(unit) and length.removesuffix(unit).strip()), "")
     try:
-        seconds = float(length.removesuffix(unit)) * UNITS[unit]
-    except (KeyError, ValueError):
+        seconds = number_from(length, UNITS)
+    except ValueError:
         raise ValueError(f'"{length}" is not the length of a pulse; {valid}') from None
     if not SHORTEST <= seconds <= LONGEST:
         raise ValueError(f'a pulse has a length from {SHORTEST:g} to {LONGEST:g} s, not "{length}"; {valid}')

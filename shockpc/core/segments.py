@@ -9,10 +9,12 @@ segments are alike, so that the inertia of the whole is that of the body.
 import itertools
 import math
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.number import NO_UNIT, number_from, whole_from
 from shockpc.core.spatial import Array, cross_matrix
 
 LEAST_TUBE = 0.01
@@ -71,14 +73,14 @@ def flex_from(text: str) -> Flex:
         ValueError: it is not of that form, or its numbers are not those of a link.
     """
     flex, kinds, stiffness = Flex(), list[str](), dict[str, float]()
-    for part in re.split(r",(?=[^,]*:)", text.replace(" ", "")):  # at the commas before a key
-        name, _, value = part.partition(":")
+    for part in re.split(r",(?=[^,]*:)", text):  # at the commas before a key
+        name, value = (word.strip() for word in part.split(":", 1)) if ":" in part else (part.strip(), "")
         kind = "frequency" if name.endswith("Hz") else name
         if kind in kinds:
             raise ValueError(f'"{text}" gives {name} twice; keep one of them')
         kinds.append(kind)
         if kind == "tube":
-            numbers = value.split(",")
+            numbers = [number.strip() for number in value.split(",")]
             E, outer = (_positive(text, number) for number in numbers[:2]) if len(numbers) == 3 else (0.0, 0.0)
             inner = 0.0 if numbers[-1] in ("0", "0.0") else _positive(text, numbers[-1])
             if not outer > inner:
@@ -88,11 +90,11 @@ def flex_from(text: str) -> Flex:
                 raise ValueError(f'"{text}" gives EI of {tube["EI"]:.3g} N m², above {LARGEST:g}: diameters are in metres, E in Pa')
             stiffness = tube | stiffness  # an EA that is given goes over the tube's
         elif kind == "frequency" and value in ("clamped", "free"):
-            flex = flex._replace(frequency=_positive(text, name.removesuffix("Hz")), clamped=value == "clamped")
+            flex = flex._replace(frequency=_positive(text, name, {"Hz": 1.0}), clamped=value == "clamped")
         elif kind in ("EI", "EA", "GJ"):
             stiffness[kind] = _positive(text, value)
-        elif kind == "hinges" and value.isdecimal() and 1 <= int(value) <= MOST:
-            flex = flex._replace(hinges=int(value))
+        elif kind == "hinges" and (count := _hinges(value)):
+            flex = flex._replace(hinges=count)
         else:
             limits = f"; hinges are 1 to {MOST}" if kind == "hinges" else ""
             raise ValueError(f'"{part}" says nothing of how a link bends; valid are {FORMS}{limits}')
@@ -103,9 +105,18 @@ def flex_from(text: str) -> Flex:
     return flex._replace(EI=stiffness.get("EI"), EA=stiffness.get("EA"), GJ=stiffness.get("GJ"))
 
 
-def _positive(text: str, number: str) -> float:
+def _hinges(text: str) -> int:
+    """The number of hinges that a text gives; 0 if it is none from 1 to `MOST`."""
     try:
-        value = float(number)
+        count = whole_from(text)
+    except ValueError:
+        return 0
+    return count if 1 <= count <= MOST else 0
+
+
+def _positive(text: str, number: str, units: Mapping[str, float] = NO_UNIT) -> float:
+    try:
+        value = number_from(number, units)
     except ValueError:
         value = math.nan
     if not 0.0 < value <= LARGEST:

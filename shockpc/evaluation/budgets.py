@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from shockpc.core.frozen import frozen
+from shockpc.core.number import number_from
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import percentile
 from shockpc.landing.record import CHECKED
@@ -194,23 +195,23 @@ class Budget:
             baseline: the value there.
             largest: magnitude of the metric's largest finite value there.
         """
-        share, comma, change = ((self.baseline_tolerance or "").strip()).partition(",")
+        share, comma, change = (part.strip() for part in (self.baseline_tolerance or "").partition(","))
         unit = self.selection.quantity.unit.replace("1", "-")
-        parts = [
-            re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(\S.*)?", part.strip())
-            for part in (share, change)[: 1 + len(comma)]
-        ]
-        units = [("%",) if comma else ("%", unit), (unit, None)]
-        if not all(part and part[2] in valid and math.isfinite(float(part[1])) for part, valid in zip(parts, units, strict=False)):
+        relative = share.endswith("%")
+        try:
+            size = number_from(share, {"%" if relative or comma else unit: 1.0})
+            least = number_from(change, {unit: 1.0, "": 1.0}) if comma else 0.0
+        except ValueError:
+            size = least = -1.0
+        if size < 0.0 or least < 0.0:
             raise StudyError(
                 f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", a '
                 f'number with the unit of {self.metric}, such as "0.01 {unit}", or a share and at least a change: "5%, 0.01 {unit}"'
             )
-        numbers = [float(part[1]) for part in parts if part]
-        if not share.strip().endswith("%"):
-            return numbers[0]
-        part_of = numbers[0] / 100.0
-        least = numbers[1] if comma else min(LEAST_CHANGE, part_of) * largest
+        if not relative:
+            return size
+        part_of = size / 100.0
+        least = least if comma else min(LEAST_CHANGE, part_of) * largest
         return max(part_of * (abs(baseline) if math.isfinite(baseline) else 1.0), least)
 
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc.core.number import NUMBER, numbers_from
 from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
@@ -41,9 +42,6 @@ from shockpc.text.printed import few
 
 STEP = 1e-5
 """Step of a difference, as a share of the range of what varies."""
-
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-"""A number, as a constraint states it."""
 
 SLACK = 2e-7
 """By how much a constraint is narrowed for an optimiser, which may miss it by as much, as a share of its scale."""
@@ -280,7 +278,7 @@ class ShockCost:
             StudyError: it has another shape, or holds no numbers.
         """
         try:
-            x = np.asarray(x, dtype=float)
+            x = numbers_from(x)
         except (TypeError, ValueError):
             x = np.array(np.nan)
         if x.shape != self.x0.shape:

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from shockpc.core.memo import memoized
+from shockpc.core.number import number_from, numbers_from, whole_from
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.posture import COMPONENTS, component, refuse_beyond_turn, settable_joints
@@ -372,17 +373,24 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
         if not low < high:
             raise StudyError(f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first")
         return (), (low, high), "log-uniform" if count else "uniform", factor
-    if not (count.strip().isdecimal() and len(count) < 9 and 0 < int(count) <= MOST_VALUES):
+    try:
+        n = whole_from(count)
+    except ValueError:
+        n = 0
+    if not 1 <= n <= MOST_VALUES:
         raise StudyError(f'{subject}: "{count}" is not a number of values from 1 to {MOST_VALUES}; valid are {FORM}')
-    n = int(count)
     # The ends are as typed, and what lies between does not depend on the number of values.
     steps = (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)
     return steps, None, "uniform", factor
 
 
 def _number(subject: str, given: Any) -> float:
+    value = math.nan
     try:
-        value = math.nan if isinstance(given, bool | bytes) else float(given)
+        if isinstance(given, str):
+            value = number_from(given)
+        elif not isinstance(given, bool | bytes) and not np.ndim(given):
+            value = float(numbers_from(given))
     except (ValueError, TypeError, OverflowError):
         value = math.nan
     if not math.isfinite(value):

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.number import number_from
 from shockpc.core.pulse import SHAPES, UNITS, Pulse, pulse_from, velocity_change
 from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
@@ -137,7 +138,7 @@ def part_from(robot: Robot, at: str, rating: str) -> Part:
         return Part(name=at, at=at, rating=read[1], imu_bandwidth=read[2]) if read else Part(name=at, at=at, rating=rating)
     torque, unit, length, of_time = matched.groups()
     try:
-        values = float(torque), None if length is None else float(length) * UNITS[of_time]
+        values = number_from(torque), None if length is None else number_from(length) * UNITS[of_time]
         valid = all(1.0 / LARGEST_NUMBER <= value <= LARGEST_NUMBER for value in values if value is not None)
     except ValueError:
         valid = False
@@ -211,7 +212,7 @@ def _rating(part: Part) -> tuple[Pulse, float]:
         raise refusal
     shape, peak, length, unit = matched.groups()
     try:
-        pulse, size = pulse_from(f"{shape}:{length}{unit}"), float(peak)
+        pulse, size = pulse_from(f"{shape}:{length}{unit}"), number_from(peak)
     except ValueError:
         raise refusal from None
     if not 1.0 / LARGEST_NUMBER <= size <= LARGEST_NUMBER:

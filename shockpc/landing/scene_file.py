@@ -6,7 +6,6 @@ whose import would lengthen the start of every command by a third.
 
 import dataclasses
 import functools
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -15,6 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from shockpc.core.number import number_from
 from shockpc.core.spatial import Array, Plane, freeze, plane_from
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.strike import Strike
@@ -48,12 +48,9 @@ def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
     if not colon or text in robot.frames:
         return tuple(Point(frame=name) for name in robot.match_frames(text))
     try:
-        x, y, z = map(float, offset.split(","))
-        valid = math.isfinite(x + y + z)
+        x, y, z = map(number_from, offset.split(","))
     except ValueError:
-        valid = False
-    if not valid:
-        raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1')
+        raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1') from None
     return tuple(Point(frame=name, offset=(x, y, z)) for name in robot.match_frames(frame))
 
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.number import numbers_from
 from shockpc.core.spatial import Array, cross, jump_at
 from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_in_doubles
@@ -250,7 +251,7 @@ def doubles(name: str, values: Any) -> Array:
         SceneError: one is none, or not finite.
     """
     try:
-        array = np.asarray(values, dtype=float)
+        array = numbers_from(values)
     except (TypeError, ValueError):
         array = np.array(np.nan)
     if not np.isfinite(array).all():

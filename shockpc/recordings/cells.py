@@ -1,10 +1,12 @@
 """Cells of a table of recorded landings as numbers, and why a row is no landing."""
 
 from collections.abc import Callable
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from shockpc.core.number import NUMERIC
 from shockpc.core.spatial import Array
 from shockpc.recordings.table_files import number
 from shockpc.text.arguments import LARGEST_NUMBER
@@ -44,9 +46,9 @@ def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool 
         advice: what to do about an empty cell, for its message.
 
     Raises:
-        StudyError: the column holds dates.
+        StudyError: the column holds dates, or complex numbers.
     """
-    if values.dtype.kind == "M":
+    if values.dtype.kind not in (*NUMERIC, "U", "O"):
         raise StudyError(f"column {name} has to hold numbers")
     found = np.array([_number(cell) for cell in values.ravel().tolist()]) if values.dtype.kind in "UO" else values.astype(float)
     found, cells = found.reshape(len(values), -1), values.reshape(len(values), -1)
@@ -73,8 +75,10 @@ def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool 
 def _number(cell: Any) -> float:
     """The number in a cell; NaN where there is none."""
     try:
-        return number(cell) if isinstance(cell, str) else float(cell)
-    except (ValueError, TypeError):
+        if isinstance(cell, str):
+            return number(cell)
+        return float(cell) if isinstance(cell, Real) else np.nan
+    except ValueError:
         return np.nan
 
 

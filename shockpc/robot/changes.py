@@ -8,6 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.number import number_from
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.elements import Drives
 from shockpc.robot.robot import Robot
@@ -96,7 +97,7 @@ def read_changes(text: str) -> tuple[Change, ...]:
         pattern, equals, number = (piece.strip() for piece in rest.rpartition("="))
         factor = number.endswith("x")
         try:
-            values = tuple(map(float, number.removesuffix("x").split(",")))
+            values = tuple(map(number_from, number.removesuffix("x").split(",")))
         except ValueError:
             values = (math.nan,)
         kind = next((kind for kind in get_args(Property) if kind == written.strip()), None)

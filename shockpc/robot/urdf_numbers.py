@@ -1,12 +1,12 @@
 """Numbers and places in the elements of a URDF."""
 
-import math
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.number import number_from
 from shockpc.core.spatial import Array
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.errors import RobotError
@@ -16,11 +16,10 @@ from shockpc.text.printed import listed
 def vector(text: str | None, size: int) -> Array | None:
     """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
     try:
-        # Only Python reads 1_0 and the digits of other scripts.
-        values = [float(word if word.isascii() and "_" not in word else "") for word in (text or "").split()]
+        values = [number_from(word) for word in (text or "").split()]
     except ValueError:
         return None
-    return np.array(values) if len(values) == size and all(map(math.isfinite, values)) else None
+    return np.array(values) if len(values) == size else None
 
 
 def numbers(subject: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
