@@ -21,6 +21,7 @@ from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
 from shockpc.judgement.health import health_of
+from shockpc.judgement.unknowns import unknowns_of
 from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding
@@ -38,7 +39,7 @@ from shockpc.text.trace import Trace
 if TYPE_CHECKING:
     from shockpc.quantities.maps import ShockMaps
 
-JUDGE = Judge(health_of)
+JUDGE = Judge(health_of, unknowns_of)
 """Judges every profile."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4

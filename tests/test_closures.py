@@ -94,7 +94,8 @@ def test_rows_and_independent_coordinates_agree(name):
     """
     found, robot = CASES[name]()
     profile = shock_profile(found, robot)
-    assert (profile.health.rank, profile.health.rows, profile.health.warnings) == ((5, 6, ()) if found.closure else (3, 3, ()))
+    assert (profile.health.rank, profile.health.rows) == ((5, 6) if found.closure else (3, 3))
+    assert {warning.kind for warning in profile.health.warnings} <= {"drives"}
     model, q = robot.model, profile.q
     H = dense.inertia(model, q) + np.diag(profile.landing.joint_model.armature)
     J = np.concatenate([dense.point_rows(model, q, contact.frame, contact.offset) for contact in found.contact])

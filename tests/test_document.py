@@ -65,9 +65,12 @@ SCENES = {
 }
 
 RECORDS = {
-    "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict bodies:body* joint_model:str drives:drives "
+    "document": "schema:str shockpc:str pinocchio:str unknowns:unknown* range:range? robot:robot "
+    "scene:dict bodies:body* joint_model:str drives:drives "
     "health:health loads_unique:bool assembly:assembly? friction:sliding? stiffness:springs? margin_lost:lost? tables:dict "
     "units:dict",
+    "unknown": "kind:str status:str subjects:str* deciding:str* text:str remedy:str effect:float?",
+    "range": "quantity:str at:str value:float smallest:float largest:float kind:str deciding:str*",
     "robot": "name:str file:str n_bodies:int nv:int",
     "body": "body:str links:str* rotation:matrix",
     "drives": "source:str? unknown:str* springs:str* spring_time:float?",

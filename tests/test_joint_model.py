@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import re
 from dataclasses import replace
 
 import dense
@@ -356,19 +355,6 @@ def test_the_header_says_how_joints_become_free():
     assert says(joint_lines(sprung), "free", "spring", "anymal_b, derived")
 
 
-@pytest.mark.parametrize("mass", [0.01, 0.3, 1.0, 3.0, 30.0])
-def test_a_factor_of_one_is_not_said(mass):
-    """A body that lands with an arm of so much mass: what locking the arm changes is said from 5 % on."""
-    arm = joint("elbow", "base", "arm", more=LIMIT + '<origin xyz="0.3 0 0"/>')
-    small = '<origin xyz="0.3 0 0"/><inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/>'
-    robot = robot_from(urdf(link("base", "10"), link("arm", str(mass), small), arm))
-    profile = shock_profile(Scene(robot="r", contact=(Contact(frame="base", offset=(0.1, 0.0, -0.2)),)), robot)
-    factor = profile.bracket[0].locked / profile.bracket[0].as_modelled
-    found = re.search(r"may be up to ([\d.]+) times larger", joint_lines(profile))
-    assert (found is not None) == (factor >= 1.05)
-    assert found is None or float(found[1]) == pytest.approx(factor, rel=0.05)
-
-
 def test_locked_ball_joints_have_no_jump(capfd):
     """A locked joint has no jump, also where its rate is the length of a vector."""
     outcome = run(capfd, "analyze", "cassie", "--contact", "toe_left", "--joints", "locked", "--format", "json")
@@ -380,5 +366,4 @@ def test_joints_without_a_solution_have_a_reason(capfd):
     """A rigid robot that stands on one foot cannot stop another that strikes."""
     outcome = run(capfd, "analyze", "talos", "--contact", "left_sole_link", "--stance", "right_sole_link", "--flat")
     assert outcome.code == 0
-    assert "locked without a solution)" in outcome.out
     assert says(outcome.out, "(–: ", "locked", '"right_sole_link"')

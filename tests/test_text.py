@@ -19,6 +19,7 @@ from trees import robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.most_severe import ExtremeDirections
+from shockpc.judgement.drive_range import range_of
 from shockpc.quantities.selection import select
 from shockpc.show.header import header_lines, shared_warnings
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
@@ -84,12 +85,14 @@ def test_formats_hold_the_same(landings):
 
 
 def test_the_result_comes_first():
-    """The shock at every sensor with its range, the largest impulse through a joint, and the warnings; then all else."""
+    """The shock at the IMU with its range, what is assumed, the largest impulse through a joint, and warnings; then all else."""
     scene = Scene(robot="anymal_b", contact="LF_FOOT", posture=Posture(joints={"RH_KFE": 0.1}))
     profile = shock_profile(scene)
-    shock, joint, warnings, blank = text_of([profile], "table").splitlines()[:4]
-    here, free, locked = (profile.value(key, "point")[0] for key in ("shock", "shock_free", "shock_locked"))
-    assert shock == f"shock        LF_FOOT only: imu_link {here:.4f} (joints free {free:.4f} … locked {locked:.4f})"
+    shock, assumed, joint, warnings, blank = text_of([profile], "table").splitlines()[:5]
+    found = range_of(profile, select("point.shock"), profile.landing.points[0])
+    ends = f"{found.smallest:.4f} … {found.largest:.4f}"
+    assert shock == f"shock        LF_FOOT only: imu_link {profile.points[0].shock:.4f} ({ends}, drives derived)"
+    assert assumed.startswith("assumed      drives of anymal_b, derived (all 12 joints: ")
     sizes = [np.linalg.norm(load.force) for load in profile.loads]
     load = profile.loads[int(np.argmax(sizes))]
     assert joint == f"joint        largest impulse: {load.joint} {max(sizes):.3f} N s, 0 N m s along its axis"
@@ -99,8 +102,12 @@ def test_the_result_comes_first():
     assert blank == ""
     assert text_of([profile], "markdown").splitlines()[2].startswith("- **shock**: LF_FOOT only: imu_link ")
     beam = text_of([shock_profile(Scene(robot="beam", contact="pivot"))], "table").splitlines()
-    assert beam[0] == "shock        pivot only: CoM of beam 0.2500 (joints free 0.2500 … locked 0.2500)"
-    assert beam[1:3] == ["joint        largest impulse: none, because the robot has no joints", "warnings     no warnings"]
+    assert beam[0] == "shock        pivot only: CoM of beam 0.2500"
+    assert beam[1:4] == [
+        'assumed      pivot: point at the origin of the frame; posture "neutral"',
+        "joint        largest impulse: none, because the robot has no joints",
+        "warnings     no warnings",
+    ]
 
 
 def test_the_result_of_a_contact_that_slides_is_that_with_friction():
@@ -116,9 +123,8 @@ def test_the_result_of_a_contact_that_slides_is_that_with_friction():
     sizes = sliding.numbers(select("joint_impulse_friction"), sliding.places("joint"))
     size = np.linalg.norm(sliding.value("impulse_friction", "contact")[0])
     assert sliding.friction.state == ("slides",)
-    assert lines["shock"].startswith(
-        f"LF_FOOT only: imu_link {shock:.4f} with friction 0.05 (sticking {sliding.points[0].shock:.4f}; joints free "
-    )
+    assert lines["shock"].startswith(f"LF_FOOT only: imu_link {shock:.4f} with friction 0.05 (")
+    assert lines["shock"].endswith(f", sampled, drives derived), sticking {sliding.points[0].shock:.4f}")
     assert lines["peak"] == f"imu_link {rounded(peak)} g for a pulse half-sine:5ms with friction 0.05"
     assert lines["joint"].startswith(
         f"largest impulse with friction 0.05: {sliding.loads[int(sizes.argmax())].joint} {sizes.max():.4f} N s"
@@ -172,7 +178,7 @@ def test_the_last_line_is_the_accuracy():
     profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
-        "accuracy: proven to 2e-16 of each body's motion, for the robot as loaded (128 bits); double precision "
+        "accuracy: rounding below 2e-16 of each body's motion (proven), 128 bits; double precision "
         "was off by 6e-15; last-digit changes of the data move it by 3e-15"
     )
     assert text_of([proven], "table").splitlines()[-1] == line
@@ -458,7 +464,9 @@ def test_warnings_of_several_landings_are_one_for_each_cause():
     (merged,) = by_cause(found["a"])
     assert str(merged) == f"{found['a'][4]} (5 alike: j5, j4, j3, j2 and 1 more)"
     assert (merged.subject, merged.value) == ("j5+j4+j3+j2+j1", 0.5)
-    landings = {name: SimpleNamespace(health=SimpleNamespace(warnings=by_cause(every))) for name, every in found.items()}
+    landings = {
+        name: SimpleNamespace(health=SimpleNamespace(warnings=by_cause(every)), unknowns=()) for name, every in found.items()
+    }
     first, second = shared_warnings(landings)
     assert first == f"warning: {found['c'][0]} (in c, less in 1 more)"
     assert second == f"warning: {found['b'][0]} (in b, less in 1 more)"

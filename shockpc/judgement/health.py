@@ -17,7 +17,6 @@ from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import Health
 from shockpc.quantities.selection import quantity, select
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.geometry import body_outline
 from shockpc.text.diagnostic import Diagnostic, by_cause
 
 CLEARLY_BEYOND = 1e-6
@@ -41,6 +40,13 @@ def health_of(profile: ShockProfile) -> Health:
         bits=proof.bits,
         warnings=by_cause(warning for check in CHECKS for warning in check(profile)),
     )
+
+
+def _not_known(profile: ShockProfile) -> Iterator[Diagnostic]:
+    """Warnings of what nobody knows, or what looks wrong, of all that the landing takes for granted."""
+    for one in profile.unknowns:
+        if not one.known:
+            yield Diagnostic(one.kind, "+".join(one.subjects), one.effect, str(one))
 
 
 def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
@@ -143,6 +149,7 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     oversized,
     lying,
     hanging,
+    _not_known,
     lambda profile: (Diagnostic("robot", profile.robot.name, None, text) for text in profile.robot.warnings),
     lambda profile: (*profile.robot.change_warnings, *profile.landing.warnings),
     inertias,
@@ -163,6 +170,5 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     _saturated,
     _overloaded,
     _beyond_stops,
-    lambda profile: (Diagnostic("geometry", profile.robot.name, None, text) for text in body_outline(profile.robot).warnings),
 )
 """What warns of a profile; of one kind of warnings the first counts most."""

@@ -167,6 +167,7 @@ class PosedLanding(Landing):
         acting: rows of the end stops that act, where they are known.
         asked: the contacts as they were asked for; those of the scene say at which point they strike and of which kind they are.
         asked_rows: their rows, as points at their frames where the scene leaves that open.
+        chosen: what the scene as it was asked for leaves open, and its default fills in: "posture".
     """
 
     q: Array
@@ -176,6 +177,7 @@ class PosedLanding(Landing):
     acting: tuple[ConstraintBlock, ...] = ()
     asked: tuple[Contact, ...] = ()
     asked_rows: tuple[ConstraintBlock, ...] = ()
+    chosen: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Make its arrays read-only."""

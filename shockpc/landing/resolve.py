@@ -21,7 +21,7 @@ from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
-from shockpc.landing.scene import Base, Contact, Scene
+from shockpc.landing.scene import Base, Contact, Posture, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, scene_of, with_paths, with_plane
 from shockpc.landing.strike import Strike
 from shockpc.robot.catalogue import closing_scene
@@ -166,6 +166,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     Raises:
         ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no meaning.
     """
+    chosen = ("posture",) if scene.posture == Posture() else ()
     scene = _complete(scene, robot)
     pulse, plane = pulse_of(scene), plane_of(scene)
     velocity = scene.strike.vector(plane)
@@ -211,7 +212,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     landing = resolve_contacts(
         PosedLanding(
             scene, robot, plane, up, contacts, (), stance, loops, joints, before, pulse, np.array(q), state, assembly,
-            tuple(warnings), asked=scene.contact, asked_rows=contacts,
+            tuple(warnings), asked=scene.contact, asked_rows=contacts, chosen=chosen,
         )
     )  # fmt: skip
     check_parts(scene.part)

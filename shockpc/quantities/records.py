@@ -13,6 +13,7 @@ from shockpc.landing.ratings import Strength, TorqueStrength
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import quantities_of, quantity
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.printed import few
 
 R = TypeVar("R", bound="NamedTuple")
 
@@ -175,6 +176,43 @@ class Health(NamedTuple):
     data_sensitivity: float
     bits: int
     warnings: tuple[Diagnostic, ...]
+
+
+class Unknown(NamedTuple):
+    """Something that a landing takes for granted; `str` gives it in words, with what to give.
+
+    Attributes:
+        kind: what it is about: "drives", "inertia", "geometry", "springs", "contact", "posture" or "duration".
+        status: "unknown" or "simulation model" of drives that nobody knows, "implausible" of inertias,
+            and "missing" of geometry; "published", "derived" or "identified" of drives that are known,
+            and "chosen" or "assumed" of the rest.
+        subjects: names of the joints, links or contacts.
+        deciding: those of the joints that decide about the first number of the answer, the ones that count most first.
+        text: what is not known, or was chosen; of contacts without their names.
+        remedy: what to give, or to change.
+        effect: largest over smallest value of the first number that what is known allows [1]; 1 where that is not computed.
+    """
+
+    kind: str
+    status: str
+    subjects: tuple[str, ...]
+    deciding: tuple[str, ...]
+    text: str
+    remedy: str
+    effect: float
+
+    def __str__(self) -> str:
+        return f"{self.named}; {self.remedy}" if self.remedy else self.named
+
+    @property
+    def named(self) -> str:
+        """What is not known, or was chosen, without what to give."""
+        return f"{few(self.subjects, 4)}: {self.text}" if self.kind == "contact" else self.text
+
+    @property
+    def known(self) -> bool:
+        """Whether somebody stands for it: a source of the drives, or a rule by which it was chosen."""
+        return self.status not in ("unknown", "simulation model", "implausible", "missing")
 
 
 class Valued(Protocol):

@@ -19,7 +19,7 @@ from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import with_stops
 from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.closure import Assembly
-from shockpc.landing.constraints import slices_of
+from shockpc.landing.constraints import ConstraintBlock, slices_of
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import OfLanding, PosedLanding
@@ -30,7 +30,17 @@ from shockpc.landing.scene import Scene
 from shockpc.quantities.bending import Bending, bending
 from shockpc.quantities.of_parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.records import Bracket, ContactImpulse, Health, JointLoad, PartMargin, PointShock, StanceImpulse, records
+from shockpc.quantities.records import (
+    Bracket,
+    ContactImpulse,
+    Health,
+    JointLoad,
+    PartMargin,
+    PointShock,
+    StanceImpulse,
+    Unknown,
+    records,
+)
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.errors import RobotError, SceneError, SolveError
 from shockpc.text.shown import show_page, shown_by
@@ -75,9 +85,11 @@ class Judge(NamedTuple):
 
     Attributes:
         health: the arithmetic, with the warnings.
+        unknowns: what it takes for granted.
     """
 
     health: Callable[["ShockProfile"], Health]
+    unknowns: Callable[["ShockProfile"], tuple[Unknown, ...]]
 
 
 @frozen()
@@ -102,7 +114,7 @@ class ShockProfile(OfLanding):
     judge: Judge
 
     def __repr__(self) -> str:
-        return f"ShockProfile(landing={self.landing!r})"
+        return f"ShockProfile(landing={self.landing!r}, unknowns={[str(one) for one in self.unknowns]})"
 
     _repr_html_ = shown_by("studies.analyze.report:landing_report")
 
@@ -341,6 +353,18 @@ class ShockProfile(OfLanding):
         return mass_of_contacts(self.landing, self.proof.impulse)
 
     @cached_property
+    def normal_mass(self) -> float:
+        """Effective mass of all contacts together along the normal if none has friction (Khatib) [kg]; NaN as `effective_mass`."""
+        landing, upright = self.landing, list[ConstraintBlock]()
+        for block in landing.contacts:
+            n = block.normal
+            tilts = block.moments[np.abs(block.moments @ n) < 0.5]
+            upright.append(block._replace(forces=n[None], moments=tilts, rebound=n))
+        sliding = replace(landing, contacts=tuple(upright))
+        equation = sliding.equation(sliding.state)
+        return mass_of_contacts(sliding, solve_in_doubles(sliding, equation).impulse[0])
+
+    @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:
         """Impulses of the standing feet."""
         return records(StanceImpulse, self, "contact", frame=self._feet)[len(self.landing.contacts) :]
@@ -414,6 +438,12 @@ class ShockProfile(OfLanding):
         """How far to trust the numbers, with the warnings."""
         with one_thread(self.robot.model.nv), self.trace.stage("accuracy and warnings"):
             return self.judge.health(self)
+
+    @cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """What the landing takes for granted: what is not known first, and of that what changes the answer most."""
+        with self.trace.stage("what is taken for granted"):
+            return self.judge.unknowns(self)
 
     @property
     def impact_length(self) -> float | None:

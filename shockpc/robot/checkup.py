@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from shockpc.robot.geometry import inflated_inertias, size_text
+from shockpc.robot.geometry import inertias_about_origins, inflated_inertias, size_text
 from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tags import URDF, unread
@@ -21,7 +21,6 @@ from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 _HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
-_SEVERAL = 3  # links of different masses, of which one or two may look like anything
 _LIGHT = 1e-6  # of the whole robot
 
 
@@ -126,21 +125,10 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
 
 
 def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
-    """A warning where the inertias look as if they were given about the links' origins.
-
-    Taken to the centre of mass they stay possible then, for every link whose centre is not near its origin; a bar that hangs from
-    its origin, given about its centre as it should be, would have a negative moment left.
-    """
-    far = []
-    for frame in robot.model.frames:
-        mass, lever, inertia = frame.inertia.mass, frame.inertia.lever, frame.inertia.inertia
-        distance = float(lever @ lever)
-        if mass > 0.0 and distance > np.trace(inertia) / (4.0 * mass):
-            moved = inertia - mass * (distance * np.eye(3) - np.outer(lever, lever))
-            far.append((frame.name, mass, inertia_fault(mass, moved) is None))
-    if len({mass for _, mass, _ in far}) >= _SEVERAL and all(possible for *_, possible in far):
+    """A warning where the inertias look as if they were given about the links' origins."""
+    if links := inertias_about_origins(robot):
         text = (
-            f"the inertias of {listed((name for name, *_ in far), 3)} look as if they were about the links' origins, files give "
+            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, files give "
             "them about the centres of mass; shock is computed from them all the same"
         )
         yield "warning", "", robot.source.path.name, text

@@ -21,6 +21,7 @@ from shockpc.robot.meshes import Mesh, outer_vertices, read_mesh
 from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.shapes import Shape, checked, primitive
+from shockpc.robot.tolerances import inertia_fault
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
@@ -49,6 +50,9 @@ _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
 """How many times the distances between its frames a robot without shapes may measure [1], and what these count at least [m]; share
 of its body's mass times the robot's size squared below which the moments of inertia of a link do not matter [1]."""
+
+TELLING = 3
+"""Links of different masses whose inertias say about which point they are given; one or two may look like anything."""
 
 
 class Unread(NamedTuple):
@@ -181,6 +185,26 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
     large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
     least = {name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large}
     return tuple((name, radius[name]) for name, rigid, joint in large if joint and np.trace(rigid.inertia) > least[name])
+
+
+@memoized()
+def inertias_about_origins(robot: Robot) -> tuple[str, ...]:
+    """Links whose inertias look as if they were given about the links' origins; none unless those of all that tell do.
+
+    Taken to the centre of mass they stay possible then, for every link whose centre is not near its origin; a bar that hangs from
+    its origin, given about its centre as it should be, would have a negative moment left.
+    """
+    names, masses = list[str](), set[float]()
+    for frame in robot.model.frames:
+        mass, lever, inertia = frame.inertia.mass, frame.inertia.lever, frame.inertia.inertia
+        distance = float(lever @ lever)
+        if mass > 0.0 and distance > np.trace(inertia) / (4.0 * mass):
+            moved = inertia - mass * (distance * np.eye(3) - np.outer(lever, lever))
+            if inertia_fault(mass, moved) is not None:
+                return ()
+            names.append(frame.name)
+            masses.add(mass)
+    return tuple(names) if len(masses) >= TELLING else ()
 
 
 def size_text(robot: Robot) -> str:

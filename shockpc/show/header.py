@@ -1,24 +1,24 @@
 """The header of a landing, the same in tables and figures: robot, posture, base, contacts, strike, joint model and plane."""
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
 from shockpc.core.interval import Interval, interval_text
 from shockpc.judgement.accuracy import SHARE
+from shockpc.judgement.unknowns import merged
 from shockpc.landing.constraints import slices_of
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.scene import Base
 from shockpc.landing.scene_file import sideways
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.drives import similar_robots
 from shockpc.robot.elements import WORLD
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import hangs, usual_base
 from shockpc.show.wording import contact_name, count, number_text, vector_text
-from shockpc.text.diagnostic import alike
+from shockpc.text.diagnostic import Diagnostic, alike
 from shockpc.text.printed import few, listed, printable
 
 JOINT_MODELS = {
@@ -79,8 +79,21 @@ def contacts_text(landings: Iterable[ShockProfile]) -> str:
     return printable(few(list(texts), 8, "; "))
 
 
-def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) -> list[tuple[str, str]]:
-    """What was computed, one line for each part of the scene; (name, text). Args: among, landings beside it that it stands for."""
+def unknown_lines(landings: Iterable[ShockProfile]) -> list[tuple[str, str]]:
+    """What landings take for granted: a line for each thing that nobody knows, and one for what was chosen; (name, text)."""
+    found = merged(profile.unknowns for profile in landings)
+    lines = [("unknown", printable(str(one))) for one in found if not one.known]
+    assumed = "; ".join(printable(one.named) for one in found if one.known)
+    return [*lines, *([("assumed", assumed)] if assumed else [])]
+
+
+def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
+    """What the landing takes for granted, then what was computed; (name, text)."""
+    return [*unknown_lines([profile]), *scene_lines(profile)]
+
+
+def scene_lines(profile: ShockProfile) -> list[tuple[str, str]]:
+    """What was computed, one line for each part of the scene; (name, text)."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
@@ -92,17 +105,22 @@ def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) ->
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
         **({"stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance)} if profile.stance else {}),
         "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
-        "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile, among or (profile,))]),
+        "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
         "plane": plane_text(profile),
     }
     return [(name, printable(text)) for name, text in lines.items()]
 
 
 def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
+    """What several landings take for granted, then `common_lines`; all lines of a single one."""
+    return [*unknown_lines(landings.values()), *common_lines(landings)]
+
+
+def common_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
     """What several landings have in common, and their names; all lines of a single one."""
-    headers = [dict(header_lines(profile, landings.values())) for profile in landings.values()]
-    if len(headers) == 1:
-        return list(headers[0].items())
+    if len(landings) == 1:
+        return scene_lines(*landings.values())
+    headers = [dict(scene_lines(profile)) for profile in landings.values()]
     texts = {name: list(dict.fromkeys(one[name] for one in headers)) for name in ("robot", "posture", "base", "joint model")}
     lines = [("landings", landings_text(landings))]
     for name, (text, *others) in texts.items():
@@ -113,8 +131,13 @@ def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
 
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
-    """A line for each thing that landings warn of, with the landing in which it is largest. Args: without, warnings of a kind."""
-    warnings = [(one, name) for name, profile in landings.items() for one in profile.health.warnings if one.kind != without]
+    """A line for each thing that landings warn of, with the landing in which it is largest, after `unknown_lines`.
+
+    Args:
+        landings: by name.
+        without: warnings of a kind that are left out.
+    """
+    warnings = [(one, name) for name, profile in landings.items() for one in other_warnings(profile) if one.kind != without]
     lines = []
     for every in alike(warnings):
         named = list(dict.fromkeys(name for _, name in every))
@@ -158,8 +181,8 @@ def joint_model_text(profile: ShockProfile) -> str:
     return model.summary if model.drives else JOINT_MODELS[profile.joint_model]
 
 
-def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list[str]:
-    """What the scene and the file say of the drives, which are unknown, how much that changes among landings, and the springs."""
+def _drive_texts(profile: ShockProfile) -> list[str]:
+    """What the scene and the file say of the drives, and of the springs."""
     robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
     texts = [f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))]
     for name, motor in joints.rotor.items():
@@ -176,25 +199,7 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]
-    ratios = {robot.gear_ratios[joint.name]: joint.name for joint in single if abs(robot.gear_ratios.get(joint.name, 1.0)) != 1.0}
-    if ratios and model.unknown.any():
-        listed_ratios = few([f"{name} {ratio:g}" for ratio, name in ratios.items()], 2)
-        texts.append(f"the file gives gear ratios without the inertia of a rotor ({listed_ratios}), which --rotor takes")
-    if unknown := [joint.name for joint in single if model.unknown[joint.v].any()]:
-        subject = "drives unknown" if len(unknown) == len(single) else f"drives of {few(unknown, 2, what=' joints')} unknown"
-        trunks = [one.bracket[0] for one in among]
-        times = max((one.locked or 0.0) / one.as_modelled if one.as_modelled else math.inf for one in trunks)
-        more = (
-            f": the shock of the trunk may be up to {times:{'.0f' if times >= 10.0 else '.2g'}} times larger (locked)"
-            if math.isfinite(times) and times >= 1.05
-            else ""
-        )
-        like = similar_robots(robot) if len(unknown) == len(single) else ()
-        known = f"; joints are named like those of {few(like, 4)}, whose drives --drives {like[0]} takes" if like else ""
-        texts.append(f"{subject}{more}{known}")
-    if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
-        when = f"; they have an effect after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
-        texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")
+    sprung = [joint.name for joint in single if model.springs[joint.v].any()]
     deflection = model.deflection(robot, profile.landing.q)
     load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
     if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
@@ -244,9 +249,15 @@ def angle_text(profile: ShockProfile) -> str:
     return f"{round(-angle if backward else angle, 9) + 0.0:.4g}"
 
 
+def other_warnings(profile: ShockProfile) -> list[Diagnostic]:
+    """The warnings of a landing that `unknown_lines` do not have."""
+    said = {str(one) for one in profile.unknowns}
+    return [warning for warning in profile.health.warnings if warning.text not in said]
+
+
 def warning_lines(profile: ShockProfile) -> list[str]:
-    """The warnings of a landing."""
-    return [f"warning: {warning}" for warning in profile.health.warnings]
+    """The warnings of a landing, after `unknown_lines`."""
+    return [f"warning: {warning}" for warning in other_warnings(profile)]
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:

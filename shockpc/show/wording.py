@@ -93,8 +93,8 @@ STICKING = (
 
 
 def proof_text(bound: float) -> str:
-    """How far the jumps are proven, and of what: not how far a real robot agrees with its file."""
-    return f"proven to {bound:.0e} of each body's motion, for the robot as loaded"
+    """How large the rounding of the jumps is, which is proven; not how far a real robot agrees with its file."""
+    return f"rounding below {bound:.0e} of each body's motion (proven)"
 
 
 def proof_lines(proven: int, compared: int, largest: float, columns: "Iterable[Column]") -> Iterator[str]:
@@ -107,7 +107,7 @@ def proof_lines(proven: int, compared: int, largest: float, columns: "Iterable[C
         columns: of the table.
     """
     if proven:
-        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(proven, 'landing')}"
+        yield f"rounding proven (ill-conditioned, redundant, or a quantity that needs it): {count(proven, 'landing')}"
     if compared:
         rows = count(compared, "other landing" if proven else "landing")
         yield (f"double precision, compared with a proof in {rows}: off by at most {largest:.0e} of the point's most severe shock")

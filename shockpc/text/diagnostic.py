@@ -12,8 +12,8 @@ from shockpc.text.printed import few
 T = TypeVar("T")
 
 KINDS = (
-    "size", "standing", "base", "energy", "inertia", "robot", "unit", "height", "contact", "scene", "posture", "data", "part",
-    "sensor", "geometry", "limits",
+    "size", "standing", "base", "energy", "drives", "inertia", "robot", "unit", "height", "contact", "scene",
+    "posture", "data", "part", "sensor", "geometry", "limits",
 )  # fmt: skip
 """Kinds of warnings in the order of their effect: no number, another landing or robot than is meant, numbers in doubt, damage, and
 what leaves the numbers as they are."""

@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
+from shockpc.judgement.first_number import first_deciding, first_place, first_range, shock_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
@@ -22,6 +23,8 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
     """
     robot, assembly, friction, stiffness = profile.robot, profile.assembly, profile.friction, profile.stiffness
     return {
+        "unknowns": profile.unknowns,
+        "range": _range(profile),
         "robot": {"name": robot.name, "file": robot.label, "n_bodies": len(robot.bodies), "nv": robot.model.nv},
         "scene": profile.scene,
         "bodies": [
@@ -46,6 +49,16 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         },
         "margin_lost": profile.margin_lost,
     }
+
+
+def _range(profile: ShockProfile) -> dict[str, Any] | None:
+    """The range of the first number over the drives, and the joints that decide; None where all drives are known exactly."""
+    if (found := first_range(profile)) is None:
+        return None
+    wanted, place = shock_of(profile), first_place(profile)
+    (value,) = profile.numbers(wanted, [place]).tolist()
+    first = {"quantity": wanted.quantity.key, "at": place.name, "value": value}
+    return {**first, **found._asdict(), "deciding": first_deciding(profile)}
 
 
 def _drives(profile: ShockProfile) -> dict[str, Any]:

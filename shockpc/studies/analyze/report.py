@@ -15,17 +15,26 @@ from shockpc.landing.scene import CONTACTS
 from shockpc.quantities.of_parts import SOFTEST, STIFFEST
 from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
-from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
-from shockpc.show.header import contacts_text, header_lines, landing_text, shared_lines, shared_warnings, warning_lines
+from shockpc.show.header import (
+    common_lines,
+    contacts_text,
+    other_warnings,
+    scene_lines,
+    shared_warnings,
+    unknown_lines,
+    warning_lines,
+)
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
 from shockpc.show.wording import contact_name, count, proof_text, robot_name, shown_as
+from shockpc.studies.analyze.first_lines import friction_text, margin_line, mass_text, shock_line, sliding_friction
 from shockpc.studies.analyze.landing_document import content
-from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
+from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view, worst_text
 from shockpc.studies.analyze.sheets import OPTIONAL, landing_tables
 from shockpc.studies.analyze.views import readings_text, shown_tables, stiffness_text, worst_bodies
+from shockpc.text.diagnostic import alike
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -72,7 +81,7 @@ def landing_report(
         title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
         body=lambda full: [
             Lines([*_summary(profile), *remarks]),
-            Lines(header_lines(profile)),
+            Lines(scene_lines(profile)),
             Picture("shock", f"shock profile of {robot_name(profile.robot)}", "show.figure.plane:draw_landing", (profile,)),
             *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
             *_damage_picture([profile]),
@@ -130,20 +139,19 @@ def analyze_report(
     sheets = {"summary": lambda: _side_by_side(profiles, bodies), "landings": lambda: landings_sheet(landings)}
 
     def answers() -> list[Section]:
-        head = [("shock", worst_text(landings)), *landing_lines(shared_lines(landings))]
-        head += [("contact", contacts_text(profiles))]
-        head += [CLEAN] * (not any(profile.health.warnings for profile in profiles))
+        head = [*_several_lines(landings), *landing_lines(common_lines(landings))]
+        head += [("contact", contacts_text(profiles)), *_warning_count(profiles)]
         asked = [sheets["summary"]()] if bodies else []
         head += remarks
-        return [Lines(head), landings_sheet(landings), *asked, Lines([MORE]), Lines(shared_warnings(landings))]
+        return [Lines(head), landings_view(landings), *asked, Lines([MORE]), Lines(shared_warnings(landings))]
 
     return Report(
         name="summary",
         brief=None if whole else answers,
         page="summary",
         body=lambda _: [
-            Lines([("shock", worst_text(landings))]),
-            landings_sheet(landings),
+            Lines([*_several_lines(landings), *_warning_count(profiles)]),
+            landings_view(landings),
             sheets["summary"](),
             *_damage_picture(profiles),
         ],
@@ -157,13 +165,15 @@ def analyze_report(
     )
 
 
+def _several_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
+    """The shock of several landings, the smallest margin of parts, and what is not known."""
+    margin = margin_line(landings)
+    return [("shock", worst_text(landings)), *([("margin", margin)] if margin else []), *unknown_lines(landings.values())]
+
+
 def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
-    """What matters most: the shock at the sensors, the largest impulse through a joint, and the warnings."""
-    shocks = _shock_texts(profile)
-    texts = [shocks[place.name] for place in profile.landing.points if place.name in shocks]
-    texts = texts or [f"CoM of {text}" for text in shocks.values()]
-    texts[0] = f"{landing_text(profile)}: {texts[0]}"
-    loads, warnings, mu = profile.loads, profile.health.warnings, _sliding_friction(profile)
+    """What matters most: the first shock with its range, what is not known, the largest impulse through a joint, and warnings."""
+    loads, warnings, mu = profile.loads, other_warnings(profile), sliding_friction(profile)
     force = "none, because the robot has no joints"
     if loads:
         sizes, moments = (profile.value(key if mu is None else f"{key}_friction", "joint") for key in ("joint_impulse", "along"))
@@ -175,11 +185,9 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
             force = "not determined, because rows are redundant"
         elif any(one.kind == "size" for one in warnings):
             force = "not determined, because the mechanism is singular or redundant here"
-    first = CLEAN
-    if warnings:
-        first = "warnings", f"{count(len(warnings), 'warning')}: {textwrap.shorten(str(warnings[0]), WARNING, placeholder=' …')}"
     with_friction = "" if mu is None else f" with friction {mu:g}"
-    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse{with_friction}: {force}"), first]
+    lines = [("shock", shock_line(profile)), *unknown_lines([profile]), ("joint", f"largest impulse{with_friction}: {force}")]
+    lines += _warning_count([profile])
     peaks = profile.value("peak_g" if mu is None else "peak_g_friction", "point").tolist()
     known = [f"{point.frame} {rounded(g)} g" for point, g in zip(profile.points, peaks, strict=True) if not math.isnan(g)]
     if known:
@@ -193,36 +201,22 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
         peaks_of = zip(moving, sensor_peaks(profile.landing, profile.proof, moving), strict=False)
         ranges = [f"{place.name} {rounded(peak.peak)} of {limit:g} g ({peak})" for place, peak in peaks_of]
         lines[-1:-1] = [("range", few(ranges, 4, "; "))] * bool(ranges)
+    if margin := margin_line({"": profile}):
+        lines.insert(1, ("margin", margin))
     return lines
 
 
-def _shock_texts(profile: ShockProfile) -> dict[str, str]:
-    """The shock at each place of the bracket by its name, with friction where a contact slides, and with other joints."""
-    mu = _sliding_friction(profile)
-    sliding = None if mu is None else profile.values(quantity("point", "shock_friction"), profile.bracketed)
-    texts = {}
-    for k, row in enumerate(profile.bracket):
-        others = f"joints free {_or_none(row.free)} … locked {_or_none(row.locked)}"
-        modelled = f"{row.place} {rounded(row.as_modelled)} ("
-        if sliding is not None:
-            modelled = f"{row.place} {rounded(sliding[k])} with friction {mu:g} (sticking {rounded(row.as_modelled)}; "
-        texts[row.place] = f"{modelled}{others})"
-    return texts
-
-
-def _sliding_friction(profile: ShockProfile) -> float | None:
-    """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or none is given."""
-    return None if profile.friction is None or profile.friction.impact is None else profile.scene.friction
-
-
-def _or_none(shock: float | None) -> str:
-    """A shock with other joints; the table of the joint model says why there is none."""
-    return "without a solution" if shock is None else rounded(shock)
+def _warning_count(profiles: Sequence[ShockProfile]) -> list[tuple[str, str]]:
+    """How many warnings there are, and the first; that there are none only where nothing is unknown."""
+    if found := alike([(one, k) for k, profile in enumerate(profiles) for one in other_warnings(profile)]):
+        first = textwrap.shorten(str(found[0][0][0]), WARNING, placeholder=" …")
+        return [("warnings", f"{count(len(found), 'warning')}: {first}")]
+    return [CLEAN] if all(one.known for profile in profiles for one in profile.unknowns) else []
 
 
 def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
     """The summary, and impulse, friction and effective mass at the contacts."""
-    texts, mu = [], _sliding_friction(profile)
+    texts, mu = [], sliding_friction(profile)
     for k, (contact, block) in enumerate(zip(profile.contacts, profile.landing.contacts, strict=True)):
         if block.kind == "stop":
             texts.append(_stop_text(contact, block))
@@ -234,10 +228,8 @@ def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
         if contact.impulse is None:
             texts.append(f"{contact.frame}: impulse not determined, because rows are redundant")
             continue
-        needed = contact.friction_needed
-        friction = "has to be pulled" if needed is None else f"sticks with friction {rounded(needed)} or more"
-        size = f"impulse {rounded(math.hypot(*contact.impulse))} N s, effective mass {rounded(contact.mass_sticking)} kg"
-        texts.append(f"{contact.frame}: {size}, {friction}")
+        size = f"impulse {rounded(math.hypot(*contact.impulse))} N s, {mass_text(profile, contact, block)}"
+        texts.append(f"{contact.frame}: {size}, {friction_text(contact, block)}")
     return [*_summary(profile), ("ground", few(texts, 4, "; "))]
 
 
@@ -253,13 +245,15 @@ def _stop_text(contact: ContactImpulse, stop: ConstraintBlock) -> str:
 def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remarks: Sequence[tuple[str, str]]) -> list[Section]:
     """The summary, the landing, shocks and joint impulses with the worst first, and what decides on them."""
     doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
-    numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
+    numbers = f"below {profile.health.error_bound:.0e} (proven)" + "".join(
+        f"; those with {name} in double precision" for name in doubles
+    )
     tables = shown_tables(profile, bodies, JOINTS)
     known = "points" if profile.robot.joint_names else "joint_models"  # that table has the shock at points too
     shown = [make() for name, make in tables.items() if name in ANSWER and name != known]
     return [
-        Lines([*_summary_with_ground(profile), ("numbers", numbers), *remarks]),
-        Lines(landing_lines(header_lines(profile)[1:])),
+        Lines([*_summary_with_ground(profile), ("rounding", numbers), *remarks]),
+        Lines(landing_lines(scene_lines(profile)[1:])),
         worst_bodies(profile, None if bodies else WORST, bodies),
         *shown,
         Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), MORE]),
@@ -274,7 +268,7 @@ def landing_lines(lines: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
 def accuracy_line(profile: ShockProfile) -> str:
     """The proven error bound, and what double precision and the last digit of the data contribute."""
     health = profile.health
-    proven = f"{proof_text(health.error_bound)} ({health.bits} bits)"
+    proven = f"{proof_text(health.error_bound)}, {health.bits} bits"
     double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
     return f"accuracy: {proven}; double precision {double}; {data}"

@@ -5,12 +5,24 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from shockpc.judgement.first_number import first_place, first_range, shock_of, worst_place
+from shockpc.landing.places import Place
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import landing_text
 from shockpc.show.report import Report
-from shockpc.show.tables import Cell, Row, Sheet, rounded
+from shockpc.show.tables import Cell, Column, Sheet, rounded
 from shockpc.show.wording import contact_name
+from shockpc.studies.analyze.first_lines import (
+    asked_names,
+    drives_text,
+    ends_text,
+    mass_notes,
+    place_name,
+    short_names,
+    sliding_friction,
+    worst_margins,
+)
 from shockpc.text.printed import few
 
 PLACES = 3
@@ -35,47 +47,52 @@ class Reports(Mapping[str, Report]):
         return len(self._landings)
 
 
-def _keys(landings: Mapping[str, ShockProfile]) -> tuple[str, str]:
-    """Quantities of shocks and joint impulses: those with friction where a contact slides; of all landings the same."""
-    slides = any(profile.friction is not None and profile.friction.impact is not None for profile in landings.values())
-    return ("shock_friction", "joint_impulse_friction") if slides else ("shock", "joint_impulse")
+def _places(profiles: Sequence[ShockProfile]) -> list[Place]:
+    """The first place of the first landing, the points that were asked for, and the worst place of all landings."""
+    first = profiles[0]
+    asked = [place for place in first.bracketed[1:] if place.name in asked_names(first)]
+    worst = [(_shock(profile, place), place) for profile in profiles if (place := worst_place(profile)) is not None]
+    places = [first_place(first), *asked[: PLACES - 2], *([max(worst, key=lambda one: one[0])[1]] if worst else [])]
+    return list({place.name: place for place in places}.values())
 
 
-def _shocks(landings: Mapping[str, ShockProfile]) -> tuple[list[str], np.ndarray]:
-    """Names of the sensors and points, or of the heaviest body without any; shock (L, n) of the landings there."""
-    first, shock = next(iter(landings.values())), _keys(landings)[0]
-    places = first.moving_points
-    if places:
-        names = [place.name for place in places]
-        values = [
-            dict(zip([p.name for p in one.landing.points], one.value(shock, "point"), strict=True)) for one in landings.values()
-        ]
-        return names, np.array([[row[name] for name in names] for row in values])
-    place = first.bracketed[0]
-    rows = [one.values(quantity("body", shock.replace("shock", "shock_com")), [place]) for one in landings.values()]
-    return [f"CoM of {place.name}"], np.array(rows)
+def _shock(profile: ShockProfile, place: Place) -> float:
+    """The shock of a landing at a place of another landing of the robot."""
+    return float(profile.numbers(shock_of(profile), [place])[0])
+
+
+def _worst(values: np.ndarray) -> int:
+    """The number of the largest value that is known; 0 without any."""
+    return int(np.nanargmax(values)) if np.isfinite(values).any() else 0
 
 
 def worst_text(landings: Mapping[str, ShockProfile]) -> str:
-    """The shock at the sensors of the first landing, the worst on a single foot, and the worst of all if that is another."""
-    names, shocks = _shocks(landings)
+    """The shock at the first place of the first landing, on the worst single foot, and the worst of all if that is another."""
     profiles = list(landings.values())
-
-    def text(k: int) -> str:
-        return few([f"{name} {rounded(value)}" for name, value in zip(names, shocks[k], strict=True)], PLACES)
-
-    of_first = shocks[:, 0]
+    place, *others = _places(profiles)
+    shocks = np.array([_shock(profile, place) for profile in profiles])
     single = [k for k, profile in enumerate(profiles) if len(profile.scene.contact) == 1]
-    worst = int(np.nanargmax(of_first)) if np.isfinite(of_first).any() else 0
+    worst = _worst(shocks)
+
+    def text(k: int, where: str = "") -> str:
+        ends = ends_text(first_range(profiles[k]))
+        words = filter(None, (where, ends, "" if where or not ends else drives_text(profiles[k])))
+        return f"{rounded(shocks[k])}" + (f" ({'; '.join(words)})" if where or ends else "")
+
     if len(profiles[0].scene.contact) == 1 or not single:
-        return f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {text(worst)}"
-    foot = max(single, key=lambda k: float(np.nan_to_num(of_first[k])))
-    texts = [
-        f"{landing_text(profiles[0])}: {text(0)}",
-        f"worst single foot {rounded(of_first[foot])} ({contact_name(profiles[foot])})",
-    ]
-    if worst not in (0, foot):
-        texts.append(f"worst of all {rounded(of_first[worst])} ({landing_text(profiles[worst])})")
+        texts = [f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {place_name(place)} {text(worst)}"]
+    else:
+        foot = single[_worst(shocks[single])]
+        texts = [
+            f"{landing_text(profiles[0])}: {place_name(place)} {text(0)}",
+            f"worst single foot {text(foot, contact_name(profiles[foot]))}",
+        ]
+        if worst not in (0, foot):
+            texts.append(f"worst of all {text(worst, landing_text(profiles[worst]))}")
+    names = short_names(profiles)
+    for other in others:
+        values = np.array([_shock(profile, other) for profile in profiles])
+        texts.append(f"{place_name(other)} up to {rounded(values[_worst(values)])} ({names[_worst(values)]})")
     return "; ".join(texts)
 
 
@@ -83,72 +100,80 @@ def level_text(given: ShockProfile, joint: ShockProfile) -> str:
     """Which feet are level with the contacts of a landing, and what landing on all of them gives. Args: joint, that landing."""
     struck = {block.body for block in given.landing.contacts}
     others = [block.frame for block in joint.landing.contacts if block.body not in struck]
-    names, shocks = _shocks({"": joint})
-    found = few([f"{name} {rounded(value)}" for name, value in zip(names, shocks[0], strict=True)], PLACES)
+    found = _first_text(given, joint)
     low = f"{few(others, 8)} {'are' if len(others) > 1 else 'is'} as low (within {1e3 * given.scene.ground_tolerance:g} mm)"
     return f"{low}; with {'them' if len(others) > 1 else 'it'}, {landing_text(joint)}: {found}"
+
+
+def _first_text(given: ShockProfile, other: ShockProfile) -> str:
+    """The shock of another landing at the first place of one that is given."""
+    place = first_place(given)
+    return f"{place_name(place)} {rounded(_shock(other, place))}"
 
 
 def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
     """What whole feet give, of which a landing strikes parts. Args: given, that landing; whole, on the feet."""
     named = {contact.frame for contact in whole.scene.contact}
     parts = [contact.frame for contact in given.scene.contact if contact.frame not in named]
-    names, shocks = _shocks({"": whole})
-    found = few([f"{name} {rounded(value)}" for name, value in zip(names, shocks[0], strict=True)], PLACES)
+    found = _first_text(given, whole)
     are_parts = "are parts of feet that are" if len(parts) > 1 else "is one part of a foot that is"
     return f"{few(parts, 8)} {are_parts} as low elsewhere; {landing_text(whole)}: {found}"
 
 
 def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
-    """A line for each landing: shocks, the joint models' bracket at the first place, the largest joint impulse, effective mass."""
+    """A line for each landing: shocks, the range of the first over the drives, margins, the largest joint impulse, masses."""
     profiles = list(landings.values())
-    (shock, impulse), (names, shocks) = _keys(landings), _shocks(landings)
-    mu = profiles[0].scene.friction if shock != "shock" else None
-    worst = [int(np.nanargmax(column)) if np.isfinite(column).any() else -1 for column in shocks.T[:PLACES]]
-    peak = _peaks(profiles)
-    header = ["landing", "worst at", *(f"{name} [-]" for name in names[:PLACES])]
-    header += [f"joints free{_at(names)} [-]", f"locked{_at(names)} [-]", *([] if peak is None else [f"peak{_at(names)} [g]"])]
-    header += ["largest joint impulse [N s]", "through", "effective mass [kg]"]
-    rows: list[Row] = []
-    for k, profile in enumerate(profiles):
-        row = (
-            profile.bracket[min(1, len(profile.bracket) - 1)]
-            if names[0] != f"CoM of {profile.bracket[0].place}"
-            else profile.bracket[0]
-        )
-        size, joint = _largest(profile, impulse)
-        marks = [name for name, number in zip(names, worst, strict=False) if number == k]
-        cells: list[Cell] = [
-            contact_name(profile),
-            few(marks, PLACES) if marks else "",
-            *shocks[k, :PLACES].tolist(),
-            row.free,
-            row.locked,
-        ]
-        rows.append((*cells, *([] if peak is None else [peak[k]]), size, joint, profile.effective_mass))
-    notes = [] if mu is None else [f"shock and joint impulse with friction {mu:g}; joints free and locked of contacts that stick"]
-    if len(names) > PLACES:
-        notes.append(f"{len(names) - PLACES} further sensors and points with --all")
-    return Sheet("shock relative to the strike, a line for each landing", header, rows, notes)
+    places, mu = _places(profiles), sliding_friction(profiles[0])
+    shocks = np.array([[_shock(profile, place) for place in places] for profile in profiles])
+    columns: dict[str | Column, Sequence[Cell]] = {"landing": [contact_name(profile) for profile in profiles]}
+    columns["short name"] = short_names(profiles)
+    columns["worst at"] = [_marks(places, shocks, k) for k in range(len(profiles))]
+    for place, values in zip(places, shocks.T.tolist(), strict=True):
+        columns[f"{place_name(place)} [-]"] = values
+    ranges = [first_range(profile) for profile in profiles]
+    at = f", {place_name(places[0])}" if len(places) > 1 else ""
+    if any(found is not None for found in ranges):
+        columns[Column("smallest_found", f"smallest{at}", "-")] = [None if one is None else one.smallest for one in ranges]
+        columns[Column("largest_found", f"largest{at}", "-")] = [None if one is None else one.largest for one in ranges]
+    if (peaks := _peaks(profiles)) is not None:
+        columns[f"peak{at} [g]"] = peaks
+    if (margins := worst_margins(profiles)) is not None:
+        columns["worst margin [-]"], columns["part"] = zip(*margins, strict=True)
+    columns[Column("largest_joint_impulse", "impulse", "N s")], columns[Column("through", "through joint")] = zip(
+        *(_largest(profile) for profile in profiles), strict=True
+    )
+    columns[Column("effective_mass", "mass", "kg")] = [profile.effective_mass for profile in profiles]
+    columns[Column("normal_mass", "normal mass", "kg")] = [profile.normal_mass for profile in profiles]
+    notes = list(mass_notes(profiles))
+    notes += [] if mu is None else [f"shock and joint impulse with friction {mu:g}"]
+    hidden = len({place.name for profile in profiles for place in profile.bracketed[1:]} - {place.name for place in places})
+    notes += [f"{hidden} further sensors and points with --all"] if hidden else []
+    return Sheet.of("shock relative to the strike, a line for each landing", columns, notes)
 
 
-def _at(names: Sequence[str]) -> str:
-    """To which place a column belongs, where there are several."""
-    return f", {names[0]}" if len(names) > 1 else ""
+def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
+    """The same with short names of landings."""
+    sheet = landings_sheet(landings).without("landing")
+    return sheet._replace(header=[Column("short_name", "landing"), *sheet.header[1:]])
+
+
+def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:
+    """The places at which a landing has the largest shock of all."""
+    return few([place_name(place) for place, values in zip(places, shocks.T, strict=True) if _worst(values) == k], PLACES)
 
 
 def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
-    """Peak acceleration at the first sensor or point [g], on contacts of finite stiffness or for a pulse; None without either."""
-    scene = profiles[0].scene
+    """Peak acceleration at the first place [g], on contacts of finite stiffness or for a pulse; None without either."""
+    scene, place = profiles[0].scene, first_place(profiles[0])
     key = "peak_acceleration" if scene.contact_stiffness is not None else "peak_g" if scene.pulse is not None else ""
     if not key or not profiles[0].points:
         return None
-    return [float(profile.value(key, "point")[0]) for profile in profiles]
+    return [float(profile.values(quantity("point", key), [place])[0]) for profile in profiles]
 
 
-def _largest(profile: ShockProfile, key: str) -> tuple[float, str]:
+def _largest(profile: ShockProfile) -> tuple[float, str]:
     """The largest impulse through a joint [N s], and its name; none where it is not determined."""
-    places = profile.places("joint")
+    places, key = profile.places("joint"), "joint_impulse" if sliding_friction(profile) is None else "joint_impulse_friction"
     if not places or not profile.choice.unique.all() or any(one.kind == "size" for one in profile.health.warnings):
         return math.nan, "not determined" if places else "no joint"
     values = profile.value(key, "joint")

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.judgement.drive_range import range_of
+from shockpc.judgement.first_number import shock_of
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.records import ContactImpulse, PartMargin, StanceImpulse
@@ -15,6 +17,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.tables import Column, Row, Sheet
 from shockpc.show.wording import contact_name, mostly_off_plane
+from shockpc.studies.analyze.first_lines import shown_places
 
 TITLES: dict[PlaceKind, dict[str, str]] = {
     "body": {
@@ -247,10 +250,19 @@ def joints_sheet(profile: ShockProfile) -> Sheet:
 
 
 def shocks_sheet(profile: ShockProfile) -> Sheet:
-    """Shocks at the heaviest body's centre of mass, sensors and points: with other joints, with friction, on soft contacts."""
+    """Shocks at the heaviest body's centre of mass, sensors and points: with other joints, with friction, on soft contacts.
+
+    The range over the drives is of the places of the first lines and of the heaviest body.
+    """
     places = profile.bracketed
     names = [f"CoM of {place.name}" if place.centre else place.name for place in places]
-    return Sheet.of("shocks", {"shock at": names, **_quantities(profile, "point", places, *MODELS)})
+    shown = {place.name for place in (places[0], *shown_places(profile))}
+    ranges = [range_of(profile, shock_of(profile), place) if place.name in shown else None for place in places]
+    ends: dict[Any, Any] = {}
+    if any(ranges):
+        ends["smallest found [-]"] = [None if one is None else one.smallest for one in ranges]
+        ends["largest found [-]"] = [None if one is None else one.largest for one in ranges]
+    return Sheet.of("shocks", {"shock at": names, **_quantities(profile, "point", places, *MODELS), **ends})
 
 
 def modes_sheet(profile: ShockProfile) -> Sheet:

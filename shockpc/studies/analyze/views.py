@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.quantities.of_points import low_passes
+from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Column, Sheet
 from shockpc.show.wording import BRACKETED, count, vector_text
+from shockpc.studies.analyze.first_lines import shown_places
 from shockpc.studies.analyze.sheets import (
     basis_of,
     bodies_sheet,
@@ -39,7 +42,7 @@ def shown_tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int 
         "points": (profile.points, lambda: points_view(profile)),
         "parts": (profile.parts, lambda: parts_view(profile)),
         "contacts": (True, lambda: contacts_view(profile)),
-        "joint_models": (jointed, lambda: joint_models(profile)),
+        "joint_models": (jointed, lambda: joint_models(profile, most)),
         "directions": (
             any(block.kind != "stop" for block in profile.landing.contacts),
             lambda: extreme_directions(profile, most),
@@ -202,20 +205,37 @@ def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     return sheet.largest(most, "joint", np.where(torque > 0.0, 1e6 * torque, force).tolist())
 
 
-def joint_models(profile: ShockProfile) -> Sheet:
-    """The same landing with free joints, with the joints with drives, and with locked joints."""
-    headings = {"shock_at": "", "shock_free": "joints free [-]", "shock": "with drives [-]", "shock_locked": "joints locked [-]"}
+def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
+    """The same landing with free joints, as modelled and with locked joints, and its range over the drives.
+
+    Args:
+        profile: the landing.
+        most: rows, of the first place, the trunk and the largest shocks; None for all.
+    """
+    model, headings = profile.landing.joint_model, {"shock_at": "", "shock_free": "joints free [-]"}
+    if model.name != "free":
+        known = any(source.status not in NOT_KNOWN for source in model.sources)
+        headings["shock"] = "with drives [-]" if known else "as modelled [-]"
+    headings |= {"shock_locked": "joints locked [-]"}
     named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
     # Without the remedy, which would be that of a scene with such joints.
     reasons = {model: text.removeprefix("no verdict: ").partition(";")[0] for model, text in profile.unsolved_joints.items()}
     notes = [f"–: no solution with {named[model]}: {reason}" for model, reason in reasons.items()]
-    notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield during the impact"]
-    if profile.landing.joint_model.springs.any():
+    notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield; neither is a bound"]
+    if model.springs.any():
         headings["shock_springs_free"] = "locked, springs free [-]"
         notes += [
             "joints with springs yield in the impact, whatever their motors do, so the last column applies, not that before it"
         ]
-    return _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
+    headings |= {"smallest_found": "smallest found [-]", "largest_found": "largest [-]"}
+    sheet = _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
+    always = {0, *(place.name for place in shown_places(profile))}
+    shocks = profile.values(quantity("point", "shock"), profile.bracketed).tolist()
+    sizes = [
+        math.inf if k in always or place.name in always else shock
+        for k, (place, shock) in enumerate(zip(profile.bracketed, shocks, strict=True))
+    ]
+    return sheet.largest(most, "point", sizes)
 
 
 def _each_contact(profile: ShockProfile) -> Sheet:

@@ -128,7 +128,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     yield "of the trunk, the heaviest body: shock_max is its maximum, other shocks are at its CoM; of several places the worst"
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
-        yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean; --out writes more of them"
+        yield f"{proof_text(bound)}; shockpc quantities lists what the columns mean; --out writes more of them"
         empty = [name for name in batch.columns if all(row.values[name] is None for row in rows)]
         yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     models: dict[tuple[str, str], list[str]] = {}

@@ -140,7 +140,7 @@ def _verdicts(check: Check) -> str:
 def _summary_text(check: Check) -> str:
     """How many budgets are met, and how far the numbers are proven, in a sentence."""
     text = f"budgets of {count(check.landings, 'landing')}: {_verdicts(check)}"
-    text += f"; jumps {proof_text(check.error_bound)}" if check.error_bound else ""
+    text += f"; {proof_text(check.error_bound)}" if check.error_bound else ""
     scenes = {case: profile.scene for case, profile in check.profiles.items()}
     computed = ((one.budget.selection, scenes[one.case]) for one in check.outcomes if one.case in scenes)
     unproven = dict.fromkeys(selection.name for selection, scene in computed if selection.quantity.of_ground(scene))

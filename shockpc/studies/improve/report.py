@@ -88,7 +88,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     profiles = (*study.before.values(), *study.after.values())
     unproven = any(cost.column.selection.quantity.of_ground(profile.scene) for cost in study.costs for profile in profiles)
     proof = proof_text(max(profile.health.error_bound for profile in profiles))
-    lines.append(("proven", "not: these values are in double precision" if unproven else f"both values, {proof}"))
+    lines.append(("accuracy", "both values in double precision, not proven" if unproven else f"both values: {proof}"))
     return lines
 
 

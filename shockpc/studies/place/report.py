@@ -162,5 +162,5 @@ def _proof(study: PlaceStudy) -> list[str]:
     return [
         *fewer,
         f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap {study.gap:.0e}){unfinished}",
-        f"accuracy: the shock at these places is {proof_text(bound)}{sliding}",
+        f"accuracy of the shock at these places: {proof_text(bound)}{sliding}",
     ]

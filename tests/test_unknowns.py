@@ -1,0 +1,98 @@
+"""What a landing takes for granted: a record for each cause, first in every report, and never beside "no warnings"."""
+
+import json
+
+import pytest
+from commands import good
+from robot_texts import LIMIT, joint, link, urdf
+from trees import robot_from
+
+from shockpc import Contact, Joints, Posture, Scene, shock_profile
+from shockpc.studies.analyze.report import landing_report
+from shockpc.text.diagnostic import ShockWarning
+
+FIRST = Scene(robot="a1", contact="FL_foot")
+
+
+def kinds(profile, known=False):
+    return [(one.kind, one.status) for one in profile.unknowns if one.known == known]
+
+
+def test_unknown_drives_are_a_record_with_the_joints_that_decide():
+    """The struck leg's joints decide; who says that there are no drives, or gives them, has no such record."""
+    profile = shock_profile(FIRST)
+    (drives,) = (one for one in profile.unknowns if not one.known)
+    assert (drives.kind, drives.status, len(drives.subjects)) == ("drives", "unknown", 12)
+    assert set(drives.deciding) <= {"FL_hip_joint", "FL_thigh_joint", "FL_calf_joint"}
+    assert drives.effect > 500.0
+    assert "--drives go1" in drives.remedy
+    assert str(drives) in [str(one) for one in profile.health.warnings]
+    for joints in (Joints(model="free"), Joints(armature={"*": 0.01}), Joints(model="locked")):
+        assert kinds(shock_profile(Scene(robot="a1", contact="FL_foot", joints=joints))) == []
+
+
+def test_one_number_for_joints_of_different_effort_is_no_knowledge():
+    scene = Scene(robot="talos", contact="left_sole_link", joints=Joints(drives="none"))
+    (setting,) = (one for one in shock_profile(scene).unknowns if not one.known)
+    assert (setting.status, len(setting.subjects)) == ("simulation model", 30)
+    assert setting.effect > 10.0
+
+
+def test_what_was_chosen_is_not_a_warning():
+    """Contact and posture that are given are no assumptions; drives of the catalogue and springs are, with their status."""
+    given = Contact(frame="FL_foot", at="frame", kind="point")
+    open_ = shock_profile(Scene(robot="go2", contact="FL_foot"))
+    closed = shock_profile(Scene(robot="go2", contact=given, posture=Posture(reference="standing")))
+    assert kinds(open_, known=True)[1:] == [("contact", "chosen"), ("posture", "chosen")]
+    assert [kind for kind, _ in kinds(closed, known=True)] == ["drives"]
+    assert open_.health.warnings == ()
+    sprung = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT", pulse="half-sine:5ms"))
+    assert {("springs", "assumed"), ("duration", "assumed")} <= set(kinds(sprung, known=True))
+
+
+def test_inertias_about_the_origins_are_said_by_every_landing():
+    """Bars that hang from their links' origins: given about these, or about their centres."""
+
+    def chain(about_origin):
+        bars = [link(name, mass, bar(float(mass), about_origin)) for name, mass in zip("bcd", ("1.0", "2.0", "3.0"), strict=True)]
+        joints = [joint(f"{a}{b}", a, b, more=LIMIT + '<origin xyz="0 0 -0.4"/>') for a, b in ("ab", "bc", "cd")]
+        return robot_from(urdf(link("a", "5"), *bars, *joints))
+
+    def bar(mass, about_origin):
+        moment = mass * 0.4**2 * (1.0 / 12.0 + about_origin / 4.0)
+        numbers = f'ixx="{moment}" ixy="0" ixz="0" iyy="{moment}" iyz="0" izz="{1e-3 * mass}"'
+        return f'<origin xyz="0 0 -0.2"/><inertia {numbers}/>'
+
+    def found(about_origin):
+        profile = shock_profile(Scene(robot="r", contact=Contact(frame="d", offset=(0.0, 0.0, -0.4))), chain(about_origin))
+        return [str(one) for one in profile.health.warnings if "about the links' origins" in str(one)]
+
+    assert len(found(True)) == 1
+    assert found(False) == []
+
+
+def test_reports_begin_with_what_is_not_known(capfd):
+    """Terminal, Markdown, notebook, JSON and Python; none says that there are no warnings."""
+    profile = shock_profile(FIRST)
+    report, first = landing_report(profile), str(profile.unknowns[0])
+    for text in (report.text("table"), report.text("markdown"), good(capfd, "analyze", "a1"), profile._repr_html_()):
+        assert text.count(first.partition(";")[0]) == 1
+        assert "no warnings" not in text
+    assert report.text("table").splitlines()[1] == f"unknown      {first}"
+    assert json.loads(report.text("json"))["unknowns"][0]["text"] == profile.unknowns[0].text
+    assert first in repr(profile)
+    with pytest.warns(ShockWarning, match="are not known"):
+        shock_profile(FIRST)
+
+
+def test_with_drives_is_no_heading_where_no_drive_is_known():
+    def columns(**options):
+        return landing_report(shock_profile(Scene(**options))).text("table")
+
+    assert "with drives" in columns(robot="go2", contact="FL_foot")
+    unknown = columns(robot="a1", contact="FL_foot")
+    assert "with drives" not in unknown
+    assert all(
+        heading in unknown for heading in ("joints free", "joints locked", "smallest found", "largest", "neither is a bound")
+    )
+    assert "as modelled" in columns(robot="talos", contact="left_sole_link", joints=Joints(drives="none"))
