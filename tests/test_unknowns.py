@@ -64,7 +64,9 @@ def test_inertias_about_the_origins_are_said_by_every_landing():
         return f'<origin xyz="0 0 -0.2"/><inertia {numbers}/>'
 
     def found(about_origin):
-        profile = shock_profile(Scene(robot="r", contact=Contact(frame="d", offset=(0.0, 0.0, -0.4))), chain(about_origin))
+        profile = shock_profile(
+            Scene(robot="r", base="free", contact=Contact(frame="d", offset=(0.0, 0.0, -0.4))), chain(about_origin)
+        )
         return [str(one) for one in profile.health.warnings if "about the links' origins" in str(one)]
 
     assert len(found(True)) == 1
