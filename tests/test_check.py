@@ -136,7 +136,7 @@ def test_every_quantity_is_that_of_an_analysis(capfd, here):
             assert outcome["value"] == pytest.approx(expected, rel=1e-15, abs=1e-16)
             compared.add(outcome["metric"])
     # Of a foot that is a point, of joints without springs, of end stops, which the scene leaves out, of sensors without range.
-    undefined = {"contact.moment", "point.shock_springs_free", "joint.stop_impulse", "point.range_share"}
+    undefined = {"contact.moment", "contact.twist_needed", "point.shock_springs_free", "joint.stop_impulse", "point.range_share"}
     assert compared == {f"{entry.of}.{entry.key}" for entry in QUANTITIES if entry not in GROUND} - undefined
 
 

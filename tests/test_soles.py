@@ -1,5 +1,7 @@
 """What of a foot carries: soles whose corners push or leave the ground, against an independent solution."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,9 +11,12 @@ from standing import quadruped, soles
 
 from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
+from shockpc.landing.auto_contact import with_own_faces
+from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
-from shockpc.landing.scene import Contact
+from shockpc.landing.resolve import resolve
+from shockpc.landing.scene import Contact, Posture
 from shockpc.landing.strike import Strike
 from shockpc.robot.load import load_robot
 
@@ -25,7 +30,7 @@ def biped(tmp_path_factory):
     return load_robot(soles(tmp_path_factory.mktemp("robots"), "biped"))
 
 
-def unilateral(robot, q, corners, velocity, locked=(), restitution=0.0):
+def unilateral(robot, q, corners, velocity, locked=(), restitution=0.0, stops=None):
     """The jump (nv,) of a robot that lands on corners which push or leave the ground, from Pinocchio's inertia and Jacobians.
 
     Each foot sticks along the ground and does not twist about the vertical. Those rows are eliminated, and SciPy finds the pushes.
@@ -37,6 +42,7 @@ def unilateral(robot, q, corners, velocity, locked=(), restitution=0.0):
         velocity: (3,) before the impact [m/s].
         locked: joints that hold.
         restitution: along the normal.
+        stops: joints at their end stops, which push only, with the sign of the rate away from them.
     """
     model, data = robot.model, robot.model.createData()
     pin.computeJointJacobians(model, data, q)
@@ -47,12 +53,14 @@ def unilateral(robot, q, corners, velocity, locked=(), restitution=0.0):
     before[:3] = data.oMf[model.getFrameId(robot.links[0])].rotation.T @ velocity
     held, rising = [], []
     for name, points in corners.items():
-        frame = model.getFrameId(name)
+        frame = model.getFrameId(name, pin.FrameType.BODY)
         place = data.oMf[frame]
         J = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
         at = [J[:3] - pin.skew(place.rotation @ point) @ J[3:] for point in points]
         held += [at[0][0], at[0][1], J[5]]
         rising += [rows[2] for rows in at]
+    for name, side in (stops or {}).items():
+        rising.append(side * np.eye(model.nv)[model.joints[model.getJointId(name)].idx_v])
     free = [k for k in range(model.nv) if not any(model.joints[model.getJointId(name)].idx_v == k for name in locked)]
     F, C = np.array(held)[:, free], np.array(rising)[:, free]
     L = np.linalg.cholesky(H[np.ix_(free, free)])
@@ -83,6 +91,7 @@ def landed(robot, feet, **scene):
 
 ROLLS = ("left_ankle_roll", "right_ankle_roll")
 PITCH = "left_ankle_pitch"
+LEGS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("hip_roll", "hip_pitch", "knee"))
 LANDINGS = {
     "flat": (("left_foot",), (), (0.0, 0.0, -1.0), ("flat",)),
     "both flat": (("left_foot", "right_foot"), (), (0.0, 0.0, -1.0), ("flat", "flat")),
@@ -101,6 +110,84 @@ def test_the_face_that_carries_has_the_jump_of_corners_that_push_or_leave_the_gr
     np.testing.assert_allclose(profile.delta_qd, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
     if kinds is not None:
         assert tuple(contact.kind for contact in profile.scene.contact) == kinds
+
+
+def test_soles_rebound_along_their_normals(biped):
+    """With restitution each point of the sole has its speed reversed, and corners push or leave faster than that."""
+    contact = Contact(frame="left_foot", restitution=0.5)
+    profile = shock_profile(Scene(robot=biped.label, contact=contact, joints=Joints(locked=ROLLS)), biped)
+    expected = unilateral(biped, profile.q, {"left_foot": SOLE}, np.array([0.0, 0.0, -1.0]), ROLLS, restitution=0.5)
+    assert profile.scene.contact[0].kind == "edge"
+    np.testing.assert_allclose(profile.delta_qd, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_all_soles_are_flat_exactly_where_each_centre_of_pressure_is_inside(biped):
+    """As flat contacts the feet have centres of pressure; all lie within their soles, or the landing is not flat."""
+    rng, flat = np.random.default_rng(11), 0
+    names = [joint.name for joint in biped.single_joints[1:]]
+    for _ in range(30):
+        locked = tuple(name for name in names if rng.random() < 0.4)
+        scene = {"joints": Joints(locked=locked), "strike": Strike(velocity=(*rng.uniform(-0.6, 0.6, 2).tolist(), -1.0))}
+        feet = ("left_foot", "right_foot")
+        kinds = [contact.kind for contact in landed(biped, feet, **scene).scene.contact]
+        given = tuple(Contact(frame=foot, at="lowest", kind="flat") for foot in feet)
+        profile = shock_profile(Scene(robot=biped.label, contact=given, **scene), biped)
+        if profile.redundant:
+            continue  # how two soles on one rigid body share the impulse is not determined
+        inside = []
+        for contact, block in zip(profile.contacts, profile.landing.contacts, strict=True):
+            R, p = profile.landing.state.rotation[0, block.body], profile.landing.state.position[0, block.body]
+            x, y, _ = R.T @ (contact.centre_of_pressure - p) if contact.centre_of_pressure is not None else (np.inf,) * 3
+            inside.append(-0.08 <= x <= 0.14 and abs(y) <= 0.045)
+        assert (kinds == ["flat", "flat"]) == all(inside)
+        flat += all(inside)
+    assert 0 < flat < 30
+
+
+def test_a_foot_that_the_others_lift_is_left_out_with_a_warning(biped):
+    velocity = (0.0, 2.0, -1.0)
+    profile = landed(biped, ("left_foot", "right_foot"), joints=Joints(locked=LEGS), strike=Strike(velocity=velocity))
+    assert [contact.frame for contact in profile.scene.contact] == ["left_foot"]
+    assert any("right_foot is lifted" in str(warning) for warning in profile.landing.warnings)
+    assert profile.landing.asked[1].frame == "right_foot"
+    alone = unilateral(biped, profile.q, {"left_foot": SOLE}, np.array(velocity), LEGS)
+    np.testing.assert_allclose(profile.delta_qd, alone, rtol=0, atol=1e-8 * np.abs(alone).max())
+
+
+def test_each_joint_model_has_its_own_faces(biped):
+    """With free joints the column free, with locked ones the column locked of any landing, whatever carries in it."""
+    profile, free, locked = (
+        landed(biped, ("left_foot",), joints=joints)
+        for joints in (
+            Joints(locked=ROLLS),
+            Joints(model="free"),
+            Joints(model="locked"),
+        )
+    )
+    assert [one.scene.contact[0].kind for one in (profile, free, locked)] == ["edge", "flat", "edge"]
+    (row,) = (row for row in profile.bracket if "imu" in row.place)
+    shocks = [float(one.value("shock", "point")[0]) for one in (free, locked)]
+    np.testing.assert_allclose([row.free, row.locked], shocks, rtol=1e-12)
+    again = with_own_faces(profile.landing)
+    assert again.scene.contact == profile.scene.contact
+
+
+def test_a_saved_scene_has_the_edge_that_carries(biped):
+    profile = landed(biped, ("left_foot",), joints=Joints(locked=ROLLS))
+    again = shock_profile(profile.scene, biped)
+    assert again.scene.contact == profile.scene.contact
+    np.testing.assert_array_equal(again.delta_qd, profile.delta_qd)
+
+
+def test_the_centre_of_pressure_of_an_edge_is_on_it_and_its_twist_needs_friction(biped):
+    profile = landed(biped, ("left_foot",), joints=Joints(locked=ROLLS))
+    (contact,), (block,) = profile.contacts, profile.landing.contacts
+    R, p = profile.landing.state.rotation[0, block.body], profile.landing.state.position[0, block.body]
+    x, y, z = R.T @ (contact.centre_of_pressure - p)
+    assert -0.08 <= x <= 0.14
+    np.testing.assert_allclose([abs(y), z], [0.045, -0.09], atol=1e-12)
+    arm = np.linalg.norm(R.T @ (contact.centre_of_pressure - p) - SOLE, axis=1).mean()
+    assert contact.twist_needed == pytest.approx(abs(contact.moment[2]) / (contact.impulse[2] * arm), rel=1e-9)
 
 
 def test_permuted_and_doubled_corners_leave_the_ground_at_the_same_speeds():
@@ -306,3 +393,31 @@ def test_mujoco_lands_on_the_edge_of_a_foot_that_cannot_roll(of_text):
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, model.body("trunk").id, velocity, 0)
     assert np.linalg.norm(velocity[3:] - [0.0, 0.0, -1.0]) == pytest.approx(trunk_shock(profile), rel=0.02)
     assert profile.scene.contact[0].kind == "edge"
+
+
+def test_end_stops_and_soles_push_in_one_problem(of_text):
+    """A knee at its limit, which the impact would bend further, on a foot of which an edge carries."""
+    text = biped_text(BOX, False).replace(
+        '"left_knee" axis="0 1 0" range="0 2.3"', '"left_knee" axis="0 1 0" range="0 .5235987755982988"'
+    )
+    robot = of_text(text)
+    angles = {
+        f"{side}_{joint}": angle for side in ("left", "right") for joint, angle in (("hip", -15), ("knee", 30), ("ankle", -15))
+    }
+    scene = Scene(robot=robot.label, contact="left_ankle", posture=Posture(joints_deg=angles), stops=True)
+    profile = shock_profile(scene, robot)
+    assert [block.frame for block in profile.landing.acting] == ["left_knee"]
+    sole = np.array([(x, y, -0.05) for x in (-0.07, 0.13) for y in (-0.05, 0.05)])
+    expected = unilateral(robot, profile.q, {"left_ankle": sole}, np.array([0.0, 0.0, -1.0]), stops={"left_knee": -1.0})
+    np.testing.assert_allclose(profile.delta_qd, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+def test_stiff_links_that_bend_have_the_face_of_rigid_ones(biped):
+    """The inertia of a spring against the contact decides: stiff hinges lock, soft ones are free."""
+    scene = Scene(robot=biped.label, contact="left_foot", joints=Joints(locked=ROLLS), contact_stiffness=1e5)
+    kinds = []
+    for EI in (1e9, 1e-3):
+        landing = resolve(replace(scene, flex={"left_shank": f"EI:{EI:g}"}), biped)
+        kinds.append(flexible_landing(landing).scene.contact[0].kind)
+    assert kinds[0] == "edge"
+    assert kinds[1] != kinds[0]

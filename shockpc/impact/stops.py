@@ -15,6 +15,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import solve_in_doubles
+from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
 from shockpc.landing.landing import PosedLanding
@@ -33,6 +34,9 @@ LEFT = 1e-6
 RELAXED = 1e-9
 """Share of the largest speed by which inequalities may be missed, so that some motion meets those that leave only one."""
 
+MOST_ROUNDS = 20
+"""Times that the stops that act and what of the soles carries are sought one after the other."""
+
 CONTRADICTS = 1e-10
 """Residual of the dual problem of `least_push` below which no motion meets the inequalities."""
 
@@ -50,11 +54,27 @@ def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array
 
 
 def with_stops(landing: PosedLanding) -> PosedLanding:
-    """A landing with the rows of the stops that act; the same where none does.
+    """A landing with the rows of the stops that act, and with what of its soles carries then.
+
+    Stops and corners of soles push only, in one convex problem. Stops follow from the faces of the soles, and
+    these from the stops that act: where both stay, they are its solution.
 
     Raises:
-        SolveError: no impulses of stops keep all joints from moving beyond them.
+        SolveError: no impulses of stops keep all joints from moving beyond them, or stops and soles are not found.
     """
+    for _ in range(MOST_ROUNDS):
+        stopped = _with_stops(landing)
+        landing = with_own_faces(stopped)
+        if landing.scene.contact == stopped.scene.contact:
+            return stopped
+    raise SolveError(
+        "no verdict: which end stops act, and what of the soles carries, is not found together; say what of the soles carries, by "
+        "the kind of the contacts (--contact-kind)"
+    )
+
+
+def _with_stops(landing: PosedLanding) -> PosedLanding:
+    """A landing with the rows of the stops that act on its contacts as they are; the same where none does."""
     bare = landing.without_stops
     blocks, rows, before = stop_rows(bare)
     if not blocks:

@@ -62,7 +62,7 @@ def resolve_contacts(landing: PosedLanding) -> PosedLanding:
         if block.kind != "stop":
             warnings += _unread_geometry(landing.robot, contact)
     flat = with_flat_soles(replace(landing, warnings=tuple(warnings)))
-    return _with_faces(flat, carrying_faces(flat))
+    return _with_faces(flat, carrying_faces)
 
 
 def with_own_faces(landing: PosedLanding) -> PosedLanding:
@@ -78,8 +78,7 @@ def with_own_faces(landing: PosedLanding) -> PosedLanding:
     has_soles = bool(landing.lifted) or any(len(block.sole) for block in landing.contacts)
     if not has_soles or not landing.asked_rows:
         return landing
-    flat = with_flat_soles(landing)
-    return _with_faces(flat, carrying_faces(flat))
+    return _with_faces(with_flat_soles(landing), carrying_faces)
 
 
 def with_faces_of(
@@ -100,7 +99,7 @@ def with_faces_of(
     if not landing.asked_rows or not any(len(block.sole) for block in landing.contacts):
         return landing
     flat = with_flat_soles(landing)
-    carried = _with_faces(flat, carrying_faces(mechanism(flat)))
+    carried = _with_faces(flat, lambda one: carrying_faces(mechanism(one)))
     return landing if landing.lifted or carried.lifted else carried
 
 
@@ -211,27 +210,42 @@ def _unread_geometry(robot: Robot, contact: Contact) -> list[Diagnostic]:
     return [Diagnostic("geometry", contact.frame, None, text)]
 
 
-def _with_faces(landing: PosedLanding, faces: Mapping[int, np.ndarray]) -> PosedLanding:
+def _with_faces(
+    flat: PosedLanding,
+    faces_of: Callable[[PosedLanding], Mapping[int, np.ndarray]],
+) -> PosedLanding:
     """The landing of flat soles with what carries of them.
 
+    A foot that the others lift does not stick either, so the others are solved again without it.
+
     Args:
-        landing: as of `with_flat_soles`.
-        faces: as of `carrying_faces`.
+        flat: as of `with_flat_soles`.
+        faces_of: finds the faces of such a landing, as `carrying_faces` does.
     """
-    contacts, lifted = dict(enumerate(landing.scene.contact)), list[int]()
-    warnings = [warning for warning in landing.warnings if warning.kind != LIFTED]
+    contacts = dict(enumerate(flat.scene.contact))
+    soles = {number: block.sole for number, block in enumerate(flat.contacts) if len(block.sole)}
+    landing, lifted = flat, list[int]()
+    while True:
+        numbers = list(contacts)
+        faces = {numbers[k]: face for k, face in faces_of(landing).items()}
+        risen = [number for number, face in faces.items() if not len(face)]
+        if not risen or len(risen) == len(contacts):
+            break
+        for number in risen:
+            del contacts[number], soles[number]
+        lifted += risen
+        landing = _with_contacts(flat, contacts, soles)
+    warnings = [warning for warning in flat.warnings if warning.kind != LIFTED]
+    for number in lifted:
+        frame = flat.contacts[number].frame
+        text = f"{frame} is lifted by the impact on the other feet, so it takes no impulse and is left out"
+        warnings.append(Diagnostic(LIFTED, frame, None, text))
     for number, face in faces.items():
-        block = landing.contacts[number]
         if len(face):
-            contacts[number] = _on_face(landing, number, face)
-            continue
-        text = f"{block.frame} is lifted by the impact on the other feet, so it takes no impulse and is left out"
-        warnings.append(Diagnostic(LIFTED, block.frame, None, text))
-        lifted.append(block.body)
-        del contacts[number]
-    soles = {number: landing.contacts[number].sole for number in faces}
-    carried = _with_contacts(landing, contacts, soles)
-    return replace(carried, lifted=tuple(lifted), warnings=tuple(warnings))
+            contacts[number] = _on_face(flat, number, face)
+    bodies = tuple(flat.contacts[number].body for number in lifted)
+    carried = _with_contacts(flat, contacts, soles)
+    return replace(carried, lifted=bodies, warnings=tuple(warnings))
 
 
 def _on_face(landing: PosedLanding, number: int, face: np.ndarray) -> Contact:

@@ -137,7 +137,8 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
         length = float(np.linalg.norm(across_edge))
         if not length > 0.0:
             raise SceneError(
-                f"{name} is an edge without a direction along the ground; give it (edge), or another kind of contact",
+                f"{name} is an edge without a direction along the ground; give that in a scene file (edge = [x, y, z]), or another "
+                "kind of contact",
                 blocks=[contact.frame],
             )
         return np.concatenate([across_edge[None] / length, twist])

@@ -63,6 +63,11 @@ def _determined(impact: Impact, places: Places) -> np.ndarray:
     return np.stack([impact.unique[:, None, rows][..., : len(b.forces)].all(axis=-1) for b, rows in _rows(impact, places)], axis=-1)
 
 
+def _moment_determined(impact: Impact, places: Places) -> np.ndarray:
+    """Whether force and moment of each contact (N, 1, n) are determined."""
+    return np.stack([impact.unique[:, None, rows].all(axis=-1) for _, rows in _rows(impact, places)], axis=-1)
+
+
 def _point(impact: Impact, places: Places) -> Any:
     """Where the contacts strike (N, 1, n, 3), world [m]."""
     origin = impact.exact(impact.state.origin)
@@ -106,11 +111,11 @@ def _normal_impulse(impact: Impact, places: Places) -> tuple[Any, Any, np.ndarra
 def _centre_of_pressure(impact: Impact, places: Places) -> Any:
     """Where the normal impulse of each contact acts (N, S, n, 3), world [m]: r = p + n × M / (n · ι) of the contact point p."""
     normal, up, pressed = _normal_impulse(impact, places)
+    pressed = pressed & _moment_determined(impact, places)
     points = np.broadcast_to(_point(impact, places), (*pressed.shape, 3))
-    moment = _moment(impact, places)
     # A point, and a corner that slides, have no moment.
-    has_moment = np.array([len(block.moments) > 0 for block, _ in _rows(impact, places)])[:, None]
-    moment = np.where(has_moment, moment, impact.exact(np.zeros(3)))
+    has_moment = np.array([len(block.moments) > 0 for block, _ in _rows(impact, places)])
+    moment = np.where((pressed & has_moment)[..., None], _moment(impact, places), impact.exact(np.zeros(3)))
     aside = cross(np.broadcast_to(up, moment.shape), moment) / np.where(pressed, normal, 1)[..., None]
     return np.where(pressed[..., None], points + aside, np.nan)
 
@@ -121,6 +126,7 @@ def _twist_needed(impact: Impact, places: Places) -> Any:
     d is the mean distance of the corners of the sole from the centre of pressure, as if each carried the same.
     """
     normal, up, pressed = _normal_impulse(impact, places)
+    pressed = pressed & _moment_determined(impact, places)
     twist = np.abs(dot(_moment(impact, places), up))
     centres = _centre_of_pressure(impact, places) - impact.exact(impact.state.origin)[:, None, None]
     needed = []
