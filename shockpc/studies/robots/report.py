@@ -11,6 +11,7 @@ from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import PUBLIC, catalogue_drives
+from shockpc.robot.elements import Drive
 from shockpc.robot.feet_and_sensors import each_foot, sensors
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
@@ -131,6 +132,7 @@ def _drives(robot: Robot) -> list[_Known]:
     Those that a landing takes by default come first, then those of the catalogue that it does not take.
     """
     model = joint_model(robot, Joints())
+    by_joint = robot.default_drives.by_joint if robot.default_drives is not None else {}
     found: list[_Known] = []
     for source in model.sources:
         groups: dict[tuple[float, float, float], list[str]] = {}
@@ -138,13 +140,27 @@ def _drives(robot: Robot) -> list[_Known]:
             v = robot.joint(name).v.start
             numbers = float(model.low[v]), float(model.armature[v] + model.rotor[v]), float(model.high[v])
             groups.setdefault(numbers, []).append(name)
-        found += [_Known(", ".join(names), *numbers, source.status, True, source.text) for numbers, names in groups.items()]
+        for numbers, names in groups.items():
+            parts = _parts(by_joint.get(names[0], Drive(joint=())))
+            found.append(_Known(", ".join(names), *numbers, source.status, True, f"{parts}{source.text}"))
     for drive in catalogue_drives(robot.source.name):
         if drive.status not in PUBLIC:
             (low, high), inertia = drive.interval, drive.reflected or 0.0
-            ratio = "" if drive.gear_ratio is None else f"gear ratio {interval_text(drive.gear_ratio)}; "
-            found.append(_Known(", ".join(drive.joint), low, inertia, high, str(drive.status), False, f"{ratio}{drive.source}"))
+            found.append(
+                _Known(", ".join(drive.joint), low, inertia, high, str(drive.status), False, f"{_parts(drive)}{drive.source}")
+            )
     return found
+
+
+def _parts(drive: Drive) -> str:
+    """The parts of a drive, before its source."""
+    values = {
+        "rotor {} kg m²": drive.rotor_inertia,
+        "gear ratio {}": drive.gear_ratio,
+        "spring of {} N m/rad": drive.drive_stiffness,
+    }
+    texts = [text.format(interval_text(value)) for text, value in values.items() if value is not None]
+    return f"{', '.join(texts)}; " if texts else ""
 
 
 def _drives_sheet(drives: list[_Known]) -> Sheet:
