@@ -20,7 +20,7 @@ from shockpc.core.spatial import Array, body_jumps, freeze, in_body_axes
 from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
-from shockpc.judgement.health import health_of
+from shockpc.judgement.health import health_of, warnings_of
 from shockpc.judgement.unknowns import unknowns_of
 from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Dynamics, dynamics
@@ -39,7 +39,7 @@ from shockpc.text.trace import Trace
 if TYPE_CHECKING:
     from shockpc.quantities.maps import ShockMaps
 
-JUDGE = Judge(health_of, unknowns_of)
+JUDGE = Judge(health_of, warnings_of, unknowns_of)
 """Judges every profile."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4
@@ -65,7 +65,7 @@ def shock_profile(scene: Scene | str, robot: Robot | None = None, trace: Trace |
         ShockWarning: what `health.warnings` holds.
     """
     profile = profile_of_scene(scene_of(scene), robot, trace)
-    warn(lambda: profile.health.warnings)
+    warn(lambda: profile.warnings)
     return profile
 
 

@@ -84,6 +84,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
         _refuse_contradiction(landing, equation, proof)
         _refuse_singular(landing, equation, proof, len(choice.rows))
         if not choice.uncertain:
+            proof.condition = float(solution.condition[0])
             return proof
     raise SolveError(
         f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in landing.blocks)} depend on one another "

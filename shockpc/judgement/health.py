@@ -5,7 +5,15 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from shockpc.judgement.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
+from shockpc.judgement.accuracy import (
+    data_sensitivity,
+    double_error,
+    nearly_singular,
+    oversized,
+    redundant,
+    sensitive,
+    strained,
+)
 from shockpc.judgement.drive_range import deciding_joints, drives_advice, range_of
 from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping
 from shockpc.judgement.standing import hanging, lying, straight
@@ -28,7 +36,7 @@ the smallest difference of which one does [1]."""
 
 
 def health_of(profile: ShockProfile) -> Health:
-    """How far to trust a profile; its warnings are those of `CHECKS`, one for each cause, those of the largest effect first."""
+    """How far to trust a profile."""
     proof = profile.proof
     return Health(
         rank=len(profile.choice.rows),
@@ -38,7 +46,7 @@ def health_of(profile: ShockProfile) -> Health:
         double_error=double_error(profile.landing, proof, profile.double_jumps[..., 3]),
         data_sensitivity=data_sensitivity(profile)[0],
         bits=proof.bits,
-        warnings=by_cause(warning for check in CHECKS for warning in check(profile)),
+        warnings=profile.warnings,
     )
 
 
@@ -47,6 +55,11 @@ def _not_known(profile: ShockProfile) -> Iterator[Diagnostic]:
     for one in profile.unknowns:
         if not one.known:
             yield Diagnostic(one.kind, "+".join(one.subjects), one.effect, str(one))
+
+
+def warnings_of(profile: ShockProfile) -> tuple[Diagnostic, ...]:
+    """The warnings of a profile: those of `CHECKS`, one for each cause, those of the largest effect first."""
+    return by_cause(warning for check in CHECKS for warning in check(profile))
 
 
 def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
@@ -160,7 +173,7 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     nearly_singular,
     redundant,
     strained,
-    lambda profile: data_sensitivity(profile)[1],
+    sensitive,
     pulled,
     slipping,
     gained,

@@ -225,16 +225,20 @@ def height_rates(
     return values, rates[:, 1:] - rates[:, :1]
 
 
-def lowest_points(landing: Landing, state: Dynamics) -> Array:
-    """The lowest points (N, n, 3) of the shapes, world axes, from the base [m]."""
+def lowest_points(landing: Landing, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
+    """The lowest points (N, n, 3) of the shapes of all bodies, or of some, world axes, from the base [m]."""
     pieces = body_outline(landing.robot).pieces
-    up, low = landing.up @ state.rotation, np.empty((len(state.Q), len(pieces.body), 3))
-    for k, corners in enumerate(np.split(pieces.points, pieces.start)[1:]):
-        low[:, k] = corners[(corners @ up[:, pieces.body[k]].T).argmin(axis=0)]
-    towards = up[:, pieces.body, None] @ pieces.rounding
+    chosen = np.arange(len(pieces.body)) if bodies is None else np.flatnonzero(np.isin(pieces.body, bodies))
+    body, rounding = pieces.body[chosen], pieces.rounding[chosen]
+    up, low = landing.up @ state.rotation, np.empty((len(state.Q), len(chosen), 3))
+    ends = np.append(pieces.start, len(pieces.points))
+    for k, piece in enumerate(chosen):
+        corners = pieces.points[ends[piece] : ends[piece + 1]]
+        low[:, k] = corners[(corners @ up[:, body[k]].T).argmin(axis=0)]
+    towards = up[:, body, None] @ rounding
     length = np.linalg.norm(towards, axis=3, keepdims=True)
-    low -= (towards / np.where(length > 0.0, length, 1.0) @ pieces.rounding.swapaxes(1, 2))[:, :, 0]
-    return np.asarray(state.position[:, pieces.body] + (state.rotation[:, pieces.body] @ low[..., None])[..., 0])
+    low -= (towards / np.where(length > 0.0, length, 1.0) @ rounding.swapaxes(1, 2))[:, :, 0]
+    return np.asarray(state.position[:, body] + (state.rotation[:, body] @ low[..., None])[..., 0])
 
 
 @memoized()

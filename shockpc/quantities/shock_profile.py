@@ -42,6 +42,7 @@ from shockpc.quantities.records import (
     records,
 )
 from shockpc.quantities.selection import Selection, quantity
+from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import RobotError, SceneError, SolveError
 from shockpc.text.shown import show_page, shown_by
 from shockpc.text.trace import Trace
@@ -85,10 +86,12 @@ class Judge(NamedTuple):
 
     Attributes:
         health: the arithmetic, with the warnings.
+        warnings: what is doubtful, without the rest of it, which takes longer.
         unknowns: what it takes for granted.
     """
 
     health: Callable[["ShockProfile"], Health]
+    warnings: Callable[["ShockProfile"], tuple[Diagnostic, ...]]
     unknowns: Callable[["ShockProfile"], tuple[Unknown, ...]]
 
 
@@ -444,6 +447,12 @@ class ShockProfile(OfLanding):
         """What the landing takes for granted: what is not known first, and of that what changes the answer most."""
         with self.trace.stage("what is taken for granted"):
             return self.judge.unknowns(self)
+
+    @cached_property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What is doubtful of the landing and of its numbers, each with its consequence."""
+        with one_thread(self.robot.model.nv):
+            return self.judge.warnings(self)
 
     @property
     def impact_length(self) -> float | None:

@@ -140,9 +140,11 @@ def _centre_of_mass(robot: Robot, state: Dynamics) -> Array:
 
 def _lowest_of_feet(landing: Landing, state: Dynamics) -> Array:
     """The lowest points of the bodies of the feet, and the numbers of these bodies, (N, 4); a foot without shapes is a point."""
-    robot, low, places = landing.robot, lowest_points(landing, state), _places(landing, state)
+    robot, places = landing.robot, _places(landing, state)
+    bodies = [foot.body for foot in standing_feet(robot)]
+    low, found = lowest_points(landing, state, bodies), list[Array]()
     of_shape = body_outline(robot).pieces.body
-    found = []
+    of_shape = of_shape[np.isin(of_shape, bodies)]
     for k, foot in enumerate(standing_feet(robot)):
         own = of_shape == foot.body
         points = low[:, own] if own.any() else places[:, k : k + 1]

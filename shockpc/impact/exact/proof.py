@@ -4,6 +4,7 @@ The precision is raised until every enclosure is narrow enough to be rounded to 
 loaded, the posture, and the rows that were found independent.
 """
 
+import math
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -62,6 +63,9 @@ class Proof:
         self.delta_qd = read_only(self.read(lambda impact: round_velocities(impact.delta_qd[0])))
         self.impulse = read_only(self.read(lambda impact: to_double(impact.impulse[0], _size(impact.impulse[0]))))
         self.bits = self._bits
+
+    condition = math.inf
+    """Estimated factor by which the inertia and the rows enlarge rounding, as in `Solution`; `solve_exactly` gives it."""
 
     _impact: BallImpact | None
 
