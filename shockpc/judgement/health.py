@@ -17,6 +17,7 @@ from shockpc.judgement.accuracy import (
 from shockpc.judgement.drive_range import deciding_joints, drives_advice, range_of
 from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping
 from shockpc.judgement.standing import hanging, lying, straight
+from shockpc.judgement.unknowns import not_known
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.bending import Bending, bends, rings
@@ -52,9 +53,8 @@ def health_of(profile: ShockProfile) -> Health:
 
 def _not_known(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of what nobody knows, or what looks wrong, of all that the landing takes for granted."""
-    for one in profile.unknowns:
-        if not one.known:
-            yield Diagnostic(one.kind, "+".join(one.subjects), one.effect, str(one))
+    for one in not_known(profile):
+        yield Diagnostic(one.kind, "+".join(one.subjects), one.effect, str(one))
 
 
 def warnings_of(profile: ShockProfile) -> tuple[Diagnostic, ...]:

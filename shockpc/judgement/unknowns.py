@@ -34,6 +34,12 @@ def unknowns_of(profile: ShockProfile) -> tuple[Unknown, ...]:
     return tuple(sorted(found, key=lambda one: (one.known, -one.effect)))
 
 
+def not_known(profile: ShockProfile) -> tuple[Unknown, ...]:
+    """Those of `unknowns_of` that nobody knows, without the ranges of what is known, which take as long as the landing."""
+    found = [one for cause in NOBODY_KNOWS for one in cause(profile)]
+    return tuple(sorted(found, key=lambda one: -one.effect))
+
+
 def merged(landings: Iterable[tuple[Unknown, ...]]) -> list[Unknown]:
     """What several landings take for granted, one record a cause: that of the largest effect; of contacts with all names."""
     causes: dict[object, list[Unknown]] = {}
@@ -46,10 +52,20 @@ def merged(landings: Iterable[tuple[Unknown, ...]]) -> list[Unknown]:
     return sorted(found, key=lambda one: (one.known, -one.effect))
 
 
-def _drives(profile: ShockProfile) -> Iterator[Unknown]:
-    """Drives that nothing gives, those of a simulation, and those of the catalogue with the interval that is known."""
+def _unknown_drives(profile: ShockProfile) -> Iterator[Unknown]:
+    """Drives that nothing gives, and those of a simulation."""
+    return _drives(profile, NOT_KNOWN)
+
+
+def _known_drives(profile: ShockProfile) -> Iterator[Unknown]:
+    """Drives of the catalogue, with the interval that is known."""
+    return _drives(profile, CATALOGUE)
+
+
+def _drives(profile: ShockProfile, statuses: Sequence[str]) -> Iterator[Unknown]:
+    """Drives of some statuses, a record for each."""
     model = profile.landing.joint_model
-    for status in (*NOT_KNOWN, *CATALOGUE):
+    for status in statuses:
         sources = [source for source in model.sources if source.status == status]
         joints = tuple(name for source in sources for name in source.joints)
         if not joints:
@@ -157,7 +173,8 @@ def _duration(profile: ShockProfile) -> Iterator[Unknown]:
         yield Unknown("duration", "assumed", (), (), text, "--contact-stiffness computes it", 1.0)
 
 
-CAUSES: tuple[Callable[[ShockProfile], Iterator[Unknown]], ...] = (
-    _drives, _inertias, _meshes, _springs, _contacts, _posture, _duration,
-)  # fmt: skip
+NOBODY_KNOWS: tuple[Callable[[ShockProfile], Iterator[Unknown]], ...] = (_unknown_drives, _inertias, _meshes)
+"""What nobody knows, or what looks wrong."""
+
+CAUSES = (*NOBODY_KNOWS, _known_drives, _springs, _contacts, _posture, _duration)
 """What a landing takes for granted; of equal effect the first counts most."""
