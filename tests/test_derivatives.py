@@ -120,7 +120,7 @@ def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
     robot = robot_from(urdf(*(link(f"l{k}") for k in range(40)), *joints))
     model, q = robot.model, robot.start.copy()
     q[7:] = 0.1 * np.sin(np.arange(model.nq - 7))
-    landing = resolve(Scene(robot=robot.label, contact=(Contact(frame=robot.links[-1]),)), robot)
+    landing = resolve(Scene(robot=robot.label, base="free", contact=(Contact(frame=robot.links[-1]),)), robot)
     equation, solution, _ = impact_jumps(landing, dynamics(robot, q[None]), with_strike=False)
     found = derivatives(landing, equation, solution)
     data, models, datas, settings = pinocchio_contact(model, robot.links[-1])
