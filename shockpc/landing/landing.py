@@ -27,6 +27,9 @@ from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.trace import Trace
 
+LIFTED = 0.1
+"""Share of the largest speed of a centre of mass, per joint rate, from which on a body counts as lifted [1]."""
+
 
 @frozen()
 class Landing:
@@ -182,6 +185,29 @@ class PosedLanding(Landing):
     def __post_init__(self) -> None:
         """Make its arrays read-only."""
         freeze(*vars(self).values())
+
+    @functools.cached_property
+    def trunk(self) -> int:
+        """The index of the body that an answer is about if there is no sensor: the base, or with a fixed base another.
+
+        It is the heaviest body of those that carry what strikes and that the joints can lift along the ground's normal: their
+        centre of mass moves by at least a tenth of what that of any of them does. If there is none, it is what strikes.
+        """
+        robot, state = self.robot, self.state
+        if self.base != "fixed":
+            return 0
+        struck = [contact.body for contact in self.contacts]
+        com = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
+        lifts = np.abs(velocity_at(state.J[0, :3].T, state.J[0, 3:].T, com[:, None]) @ self.up)
+        moves = state.ancestors[: len(com)] & ~self.joint_model.locked
+        moves[:, : 6 * robot.free_base] = False
+        speeds = np.max(lifts * moves, axis=1, initial=0.0)
+
+        carries = np.any(state.ancestors[struck], axis=0).tolist()
+        carriers = [i for i, joint in enumerate(robot.joints) if any(carries[joint.v]) and i not in struck]
+        most = max((speeds[i] for i in carriers), default=0.0)
+        lifted = [i for i in carriers if most > 0.0 and speeds[i] >= LIFTED * most]
+        return max(lifted or struck, key=lambda i: robot.masses[i])
 
     @property
     def without_stops(self) -> "PosedLanding":

@@ -461,21 +461,10 @@ class ShockProfile(OfLanding):
             return float(self.stiffness.duration.max())
         return None if self.landing.pulse is None else self.landing.pulse.length
 
-    @cached_property
+    @property
     def main_body(self) -> int:
-        """The index of the body that an answer is about: the heaviest.
-
-        With a fixed base it is, of those that carry what strikes, that of the largest shock at its centre of mass; what strikes
-        itself where these do not move.
-        """
-        if self.landing.base != "fixed":
-            return int(np.argmax(self.robot.masses))
-        struck = [block.body for block in self.landing.contacts]
-        carries = np.any(self.robot.ancestors[struck], axis=0).tolist()
-        shocks = np.where(self.moved, np.nan_to_num(self.shock_com), 0.0).tolist()
-        carriers = [i for i, joint in enumerate(self.robot.joints) if any(carries[joint.v]) and i not in struck]
-        bodies = [i for i in carriers if shocks[i] > 0.0] or struck
-        return max(bodies, key=lambda i: shocks[i])
+        """The index of the body that an answer is about: the heaviest; with a fixed base the landing's `trunk`."""
+        return self.landing.trunk if self.landing.base == "fixed" else int(np.argmax(self.robot.masses))
 
     @property
     def bracketed(self) -> list[Place]:

@@ -378,7 +378,7 @@ def recorded_landings(
     points = {place.name: place for scene in table.scenes for place in point_places(robot, scene.point) if place.body >= 0}
     usual = [f"{key}{suffix}@{name}" for name in points for suffix in suffixes for key in ("delta_v", "shock")]
     of_base = {"": ("delta_v_com", "shock_com"), "_friction": ("shock_com_friction",)}
-    usual = usual or [f"{key}@{robot.bodies[0].name}" for suffix in suffixes for key in of_base[suffix]]
+    usual = usual or [f"{key}@{robot.bodies[source.first.trunk].name}" for suffix in suffixes for key in of_base[suffix]]
     contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
     computed: list[Column] = []
     for text in dict.fromkeys([*(quantities or usual), *([rank] if rank else [])]):

@@ -6,7 +6,7 @@ Where two numbers are to be small, one is made small for each of several bounds 
 import fnmatch
 import functools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -22,7 +22,7 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
-from shockpc.landing.resolve import resolve
+from shockpc.landing.resolve import landing_of, resolve
 from shockpc.landing.scene import Scene
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import is_imu, sensors
@@ -261,12 +261,12 @@ def improve(
     )  # fmt: skip
 
 
-def _usual_quantities(robot: Robot, scenes: Iterable[Scene]) -> tuple[str, ...]:
+def _usual_quantities(robot: Robot, scenes: Collection[Scene]) -> tuple[str, ...]:
     """The shock at the points of the scenes; without any at the robot's IMU, or at the trunk's centre of mass."""
     friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
     points = [point.label for scene in scenes for point in scene.point] or list(filter(is_imu, sensors(robot)))[:1]
     usual = [f"shock{friction}@{name}" for name in dict.fromkeys(points)]
-    return tuple(usual or [f"shock_com{friction}@{robot.bodies[0].name}"])
+    return tuple(usual or [f"shock_com{friction}@{robot.bodies[landing_of(next(iter(scenes)), robot).trunk].name}"])
 
 
 def _subjects(robot: Robot, varied: Vary) -> set[str]:

@@ -108,10 +108,10 @@ def sweep(
 def _columns(
     study: VariedLandings, points: tuple[Point, ...], names: Sequence[str], quantities: Sequence[str]
 ) -> tuple[Column, ...]:
-    """The columns of the points and bodies, or of the base, what the ground allows, and of the further quantities."""
+    """The columns of the points and bodies, or of the trunk, what the ground allows, and of the further quantities."""
     robot, landing = study.robot, study.first
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
-    bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [0])
+    bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [landing.trunk])
     severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
     of_body = ["shock_com", *(f"copc.{axis}" for axis in "xyz"), "ropc"]
     columns = [Column(select(key), place) for place in places.values() for key in ("shock", *severe)]
