@@ -8,15 +8,17 @@ import mujoco
 import numpy as np
 import pytest
 from commands import good, run, says
-from robot_texts import BODY, HINGE, LIMIT, arm, body, joint, link, mjcf, urdf, written
+from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, shock_profile
 from shockpc.judgement.standing import posture_marks
 from shockpc.landing.joint_model import joint_model
+from shockpc.landing.resolve import resolve
 from shockpc.robot.usual_base import hangs, usual_base
 from shockpc.show.header import base_text
 from shockpc.studies.analyze.report import document
+from shockpc.studies.sweep.study import sweep
 
 SCENE = Scene(
     robot="quadruped",
@@ -216,7 +218,7 @@ def test_a_base_that_cannot_be_freed(bodies, parts, tmp_path, capfd):
 
 
 ARM = urdf(
-    link("stand", "8"), link("upper", "2"), link("fore", "1"), link("hand", "0.5"),
+    link("stand", "8"), link("upper", "2"), link("fore", "1", f'<origin xyz="0.1 0 0"/>{INERTIA}'), link("hand", "0.5"),
     joint("j1", "stand", "upper", more=f'<origin xyz="0 0 0.1"/>{LIMIT}'),
     joint("j2", "upper", "fore", more=f'<origin xyz="0.3 0 0.1"/>{LIMIT}'),
     joint("j3", "fore", "hand", axis="1 0 0", more=f'<origin xyz="0.2 0.1 0"/>{LIMIT}'),
@@ -293,6 +295,18 @@ def test_legs_on_a_rail_fall_along_it():
     robot = robot_from(urdf('<link name="world"/>', rail, link("trunk", "8"), *dog("trunk")))
     assert usual_base(robot) == ("fixed", "world")
     assert not hangs(robot, "fixed")
+
+
+def test_with_a_fixed_base_answers_are_about_a_body_that_the_joints_lift():
+    """On a rail the trunk; of an arm no link that only turns about the ground's normal, however heavy it is."""
+    rail = joint("rail", "world", "trunk", "prismatic", "0 0 1")
+    rig = robot_from(urdf('<link name="world"/>', rail, link("trunk", "8"), *dog("trunk")))
+    turret = ARM.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>', 1).replace('<mass value="2"/>', '<mass value="20"/>')
+    for robot, contact, name in ((rig, "FL_foot", "trunk"), (robot_from(turret), STRIKES, "fore")):
+        landing = resolve(Scene(robot="r.urdf", contact=contact, posture=Posture(joints={"*": 0.3})), robot)
+        assert (landing.base, robot.bodies[landing.trunk].name) == ("fixed", name)
+        table = sweep(landing.scene, {"strike-angle": (0.0, 10.0)}, robot=robot).table()
+        assert np.all(table.columns[f"shock_com@{name}"] > 0.0)
 
 
 def test_the_first_line_says_that_a_robot_hangs_on_a_base_that_its_file_holds(tmp_path, capfd):
