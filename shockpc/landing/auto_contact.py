@@ -48,21 +48,20 @@ def resolve_contacts(landing: PosedLanding) -> PosedLanding:
     """The landing with its contacts at definite points and of definite kinds; what is given stays.
 
     Args:
-        landing: its rows take contacts that are not resolved as points at their frames.
+        landing: as it was asked for.
 
     Raises:
         SolveError: what of the soles carries is not found.
     """
-    asked = landing.scene.contact
-    if not any("auto" in (contact.at, contact.kind) for contact in asked):
+    if not any("auto" in (contact.at, contact.kind) for contact in landing.asked):
         return landing
-    landing = replace(landing, asked=asked, asked_rows=landing.contacts)
-    warnings = list(landing.warnings)
-    for contact, block in zip(asked, landing.contacts, strict=True):
+    unread = list[Diagnostic]()
+    for contact, block in zip(landing.asked, landing.asked_rows, strict=True):
         if block.kind != "stop":
-            warnings += _unread_geometry(landing.robot, contact)
-    flat = with_flat_soles(replace(landing, warnings=tuple(warnings)))
-    return _with_faces(flat, carrying_faces)
+            unread += _unread_geometry(landing.robot, contact)
+    if unread:
+        landing = replace(landing, warnings=(*landing.warnings, *unread))
+    return _with_faces(with_flat_soles(landing), carrying_faces)
 
 
 def with_own_faces(landing: PosedLanding) -> PosedLanding:
@@ -117,7 +116,7 @@ def with_flat_soles(landing: PosedLanding) -> PosedLanding:
             soles[number] = sole
             placed = replace(placed, kind="flat")
         contacts[number] = placed
-    return replace(_with_contacts(landing, contacts, soles), lifted=())
+    return _with_contacts(landing, contacts, soles)
 
 
 def _as_point(contact: Contact) -> Contact:
@@ -130,6 +129,8 @@ def _with_contacts(
     landing: PosedLanding,
     contacts: Mapping[int, Contact],
     soles: Mapping[int, Array],
+    lifted: tuple[int, ...] = (),
+    warnings: tuple[Diagnostic, ...] | None = None,
 ) -> PosedLanding:
     """The landing with some of its contacts, by their number among those that it was asked for.
 
@@ -137,6 +138,8 @@ def _with_contacts(
         landing: which was asked for its contacts.
         contacts: definite ones.
         soles: corners (n, 3) of those that have a sole, in the frame of their body [m].
+        lifted: bodies of the feet that are left out.
+        warnings: by default those of the landing.
     """
     rows = []
     for number, contact in contacts.items():
@@ -144,8 +147,13 @@ def _with_contacts(
         if block.kind != "stop" and contact != landing.asked[number]:
             block = contact_block(landing.robot, contact, block.normal)
         rows.append(block._replace(sole=soles[number]) if number in soles else block)
-    scene = replace(landing.scene, contact=tuple(contacts.values()))
-    return replace(landing, scene=scene, contacts=tuple(rows))
+    return replace(
+        landing,
+        scene=replace(landing.scene, contact=tuple(contacts.values())),
+        contacts=tuple(rows),
+        lifted=lifted,
+        warnings=landing.warnings if warnings is None else warnings,
+    )
 
 
 def _placed(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Contact:
@@ -224,6 +232,8 @@ def _with_faces(
     """
     contacts = dict(enumerate(flat.scene.contact))
     soles = {number: block.sole for number, block in enumerate(flat.contacts) if len(block.sole)}
+    if not soles:
+        return flat
     landing, lifted = flat, list[int]()
     while True:
         numbers = list(contacts)
@@ -244,8 +254,7 @@ def _with_faces(
         if len(face):
             contacts[number] = _on_face(flat, number, face)
     bodies = tuple(flat.contacts[number].body for number in lifted)
-    carried = _with_contacts(flat, contacts, soles)
-    return replace(carried, lifted=bodies, warnings=tuple(warnings))
+    return _with_contacts(flat, contacts, soles, bodies, tuple(warnings))
 
 
 def _on_face(landing: PosedLanding, number: int, face: np.ndarray) -> Contact:

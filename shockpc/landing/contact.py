@@ -128,6 +128,8 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
             'kind = "edge"',
             blocks=[contact.frame],
         )
+    if contact.kind in ("auto", "point"):
+        return NO_AXES
     twist = up[None] if contact.sticks else NO_AXES
     if contact.kind == "flat":
         return np.concatenate([np.array(across(up)), twist])
@@ -142,7 +144,7 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
                 blocks=[contact.frame],
             )
         return np.concatenate([across_edge[None] / length, twist])
-    return twist if contact.kind == "corner" else NO_AXES
+    return twist
 
 
 def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> ConstraintBlock:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross
 from shockpc.landing.directions import across
 from shockpc.robot.geometry import robot_size
 from shockpc.robot.robot import Robot
@@ -80,6 +80,9 @@ def lowest_points(shapes: Sequence[Shape], up: Array, tolerance: float) -> Array
 
 def distance_aside(point: Array, points: Array, up: Array) -> float:
     """Horizontal distance of a point (3,) from the hull of points (k, 3) [m]; 0 above or below it."""
+    if len(points) == 1:
+        # The usual foot is a ball.
+        return float(np.linalg.norm(cross(point - points[0], up)))
     aside = (point - points) @ np.transpose(across(up)) @ DIRECTIONS
     return max(0.0, float(aside.min(axis=0).max()))
 

@@ -102,6 +102,8 @@ def _heading(profile: ShockProfile) -> list[str]:
     words = [f"posture {posture_text(profile)}", f"base {scene.base or 'free'}", f"strike {strike_text(profile)}"]
     words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
+    kinds = {contact.kind for contact in scene.contact}
+    words += [f"{kind} of a sole" for kind in ("edge", "corner") if kind in kinds]
     words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
     return [f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"]
 

@@ -324,6 +324,8 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
     landing, robot, plane, axes = profile.landing, profile.robot, profile.plane, StrikeAxes.of(profile)
     strike_velocity = landing.before.velocity
     proofs = {"free": profile.proof_with("free"), "with drives": profile.proof, "locked": profile.proof_with("locked")}
+    # A foot that only one of them lifts leaves the tables of contacts without a common row.
+    proofs = {name: proof and (proof if proof.landing.lifted == landing.lifted else None) for name, proof in proofs.items()}
     angle, heading, speed = axes.polar(strike_velocity)
     blocks = landing.blocks[: len(profile.contacts)]
     contacts = [
