@@ -3,9 +3,9 @@
 Every body has a twist V_i of its own, written at the world's origin. The wrench F_i that its joint transmits, the joint's rates q̇_i
 and the impulse λ along each row are unknowns as well, and all equations are solved at once, without using that the robot is a tree:
 
-    I_i V_i - F_i + Σ F_child = Σ W_i λ      momentum of every body
+    I_i V_i - F_i + Σ (F_child + c a q̇_child) = Σ W_i λ   momentum of every body, and of the rotors that it carries
     V_i - V_parent(i) - S_i q̇_i = 0          what its joint allows
-    S_iᵀ F_i + a_i q̇_i = Σ τ λ               nothing but armature and couplings acts along the joint
+    S_iᵀ F_i + a_i q̇_i + c aᵀ V_parent = Σ τ λ   nothing but armature, rotors and couplings acts along the joint
     Σ W_iᵀ V_i + τᵀ q̇ = -b                   every row
 
 No joint-space inertia, Jacobian, composite or articulated body is ever formed. The doubles of the loaded robot (masses, inertias,
@@ -113,6 +113,7 @@ class _Mechanism:
         self.robot, self.scene, self.landing, self.math = robot, _, _, _ = landing.robot, landing.scene, landing, arithmetic
         self.parent = robot.parents
         self.inertia, self.S, self.armature, self.rotation, self.position, self.com = [], [], [], [], [], []
+        self.rotors = []  # momenta c a (6, k) of the parent for unit rates of each joint, of the rotors that it carries
         self.place = {}  # joint velocity -> (body, column of S)
         q, frames = self.exact(landing.q), []
         for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
@@ -123,6 +124,8 @@ class _Mechanism:
             self.place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
             self.S.append(S)
             self.armature.append(self.exact([0.0 if v < 0 else landing.joint_model.armature[v] for v in numbers]))
+            coupling = self.exact([0.0 if v < 0 else landing.joint_model.coupling[v] for v in numbers])
+            self.rotors.append(S * coupling * self.exact([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])[:, None])
             spatial = robot.model.inertias[body.joint]
             com = p + R @ self.exact(spatial.lever)
             self.inertia.append(self.about_origin(self.exact([spatial.mass])[0], com, R @ self.exact(spatial.inertia) @ R.T))
@@ -296,6 +299,8 @@ class _Mechanism:
             if parent >= 0:
                 put(V[parent], F[i], one)
                 put(F[i], V[parent], -one)
+                put(V[parent], rates[i], self.rotors[i])
+                put(rates[i], V[parent], self.rotors[i].T)
             put(V[i], n, -rows.wrench[i])
             put(rates[i], n, -rows.torque[i])
             put(n, V[i], rows.wrench[i].T)

@@ -831,7 +831,10 @@ def test_equal_changes_are_named_by_a_glob():
     assert changes_of(scene, "com-z:base=-0.02")[0].startswith(f"base centre of mass z {com:.3g} → ")
     armature = float(shockpc.resolve(scene, robot).joint_model.armature[robot.joint("FL_calf_joint").v][0])
     geared = "armature:*_calf_joint=0.01"
-    assert changes_of(scene, geared) == [f"*_calf_joint armature {armature:.3g} → 0.01 kg m²"]
+    assert changes_of(scene, geared) == [
+        f"*_calf_joint armature {armature:.3g} → 0.01 kg m²",
+        f"*_calf_joint coupling of its rotor {armature / 12.13:.3g} → 0 kg m²",
+    ]
     free = Scene(robot="go2", contact="FL_foot", joints=shockpc.Joints(drives="none"))
     assert changes_of(free, geared) == ["joint model free → mixed", "*_calf_joint armature 0 → 0.01 kg m²"]
     assert changes_of(scene, "mass:*=1x") == []

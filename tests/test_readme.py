@@ -10,11 +10,16 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 import yaml
 from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
+from trees import known_robot
 
 from shockpc.evaluation.variation import WORDS
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.scene import Joints, Scene
+from shockpc.landing.scene_file import scene_from
 from shockpc.robot.catalogue import ROBOT_SUFFIXES
 from shockpc.robot.meshes import FORMATS as MESHES
 
@@ -116,17 +121,54 @@ def test_commands_run(capfd, here, monkeypatch):
             assert part.strip("\n") in out, typed.line
 
 
+GO2 = "analyze go2 --contact FL_foot"
+
+
+def analyzed(capfd, command):
+    """The document that a command prints."""
+    return json.loads(good(capfd, *shlex.split(command), "--format", "json"))
+
+
+def trunk_of(document, key="shock"):
+    """A number of the trunk's centre of mass, as the tables of the guide show it."""
+    return f"{document['tables']['shocks'][0][key]:.4f}"
+
+
 def test_shock_by_drives(capfd, here):
-    """The table of drives: each row's options give its number at the trunk."""
-    command = re.search(r"shockpc (analyze go2 --contact \S+?)`\)", TEXT)
-    rows = dict.fromkeys(re.findall(r"^\| [^|]+ \| (?:`(.+)`)? ?\| (0\.\d{4}) \|$", TEXT, re.MULTILINE))
-    assert command is not None
-    assert len(rows) == 5
-    for options, shock in rows:
-        found = json.loads(good(capfd, *shlex.split(f"{command[1]} {options}"), "--format", "json"))
-        trunk = found["tables"]["shocks"][0]
-        value = trunk["shock_separated" if "--contact-stiffness" in options else "shock"]
-        assert f"{value:.4f}" == shock, options
+    """The table of drives: each row's options give its number at the trunk, and "the same rotors" are those of the catalogue."""
+    assert f"`shockpc {GO2}`" in TEXTS[METHOD]
+    rows = re.findall(r"^\| ([^|]+) \| (?:`(.+)`)? ?\| (0\.\d{4}) \|$", TEXTS[METHOD], re.MULTILINE)
+    assert len(rows) == 6
+    drives = joint_model(known_robot("go2"), Joints())
+    for label, options, shock in rows:
+        found = analyzed(capfd, f"{GO2} {options}")
+        assert trunk_of(found, "shock_separated" if "--contact-stiffness" in options else "shock") == shock, options
+        if label.startswith("the same") and "rotor" in options:
+            model = joint_model(known_robot("go2"), scene_from(Scene, found["scene"], here).joints)
+            np.testing.assert_allclose(model.armature + model.rotor, drives.armature, rtol=1e-12)
+
+
+def test_the_springs_of_the_table_of_drives(capfd, here):
+    """What the method says of springs behind the rotors is said of the row with a contact of finite stiffness."""
+    (options,) = re.findall(r"^\| [^|]+ \| `(.+ --contact-stiffness .+)` \|", TEXTS[METHOD], re.MULTILINE)
+    sentence = (
+        r"the springs press the foot on the ground until (\d+) ms after touchdown, though it is compressed after ([\d.]+) ms, "
+        r"and they raise the shock; from restitution 0 to 1 it is then ([\d.]+) to ([\d.]+)\."
+    )
+    ((until, compressed, low, high),) = re.findall(sentence, " ".join(TEXTS[METHOD].split()))
+    found = [analyzed(capfd, f"{GO2} {options} --restitution {e}") for e in (0.0, 0.5, 1.0)]
+    (contact,), shocks = found[0]["tables"]["contacts"], [one["tables"]["shocks"][0]["shock_separated"] for one in found]
+    assert (until, compressed) == (f"{1e3 * contact['duration']:.0f}", f"{1e3 * contact['peak_force_time']:.1f}")
+    assert (low, high) == (f"{min(shocks):.3f}", f"{max(shocks):.3f}")
+
+
+def test_shock_by_rotors_that_links_carry(capfd, here):
+    """The table of couplings: each landing without it and with it."""
+    rows = re.findall(r"^\| `(\S+ --contact \S+)` \| (0\.\d{4}) \| (0\.\d{4}) \|$", TEXTS[METHOD], re.MULTILINE)
+    assert len(rows) == 7
+    for landing, without, coupled in rows:
+        assert trunk_of(analyzed(capfd, f"analyze {landing} --no-carried")) == without, landing
+        assert trunk_of(analyzed(capfd, f"analyze {landing}")) == coupled, landing
 
 
 def test_python_runs(capfd, here):

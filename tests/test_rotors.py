@@ -2,19 +2,23 @@
 
 from dataclasses import replace
 
+import dense
 import numpy as np
 import pytest
 from robot_texts import BODY, HINGE, body, floating, joint, link, mjcf, refused, urdf
 from test_sweep import table
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Rotor, Scene, SceneError, Strike, shock_profile, sweep
+from shockpc import Contact, Joints, Posture, Rotor, Scene, SceneError, Strike, resolve, shock_profile, sweep
 from shockpc.cli.parse import rotor
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
+from shockpc.impact.drive_response import drive_response, with_inertias
 from shockpc.landing.dynamics import Inertias, dynamics
 from shockpc.landing.joint_model import joint_model
-from shockpc.profile import impact_jumps
+from shockpc.profile import impact_jumps, profile_of
+from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.selection import quantity
 from shockpc.robot.changes import changed, read_changes
 
 WIDE = '<limit lower="-999" upper="999" effort="1" velocity="1"/>'
@@ -183,3 +187,29 @@ def test_varied_reflected_inertia_keeps_its_gear():
         assert found == pytest.approx(same.shock_com[0], rel=1e-10)
         row, _ = applied(scene, robot, variation(robot, "armature:FL_*", f"{factor}x"), factor)
         assert shock_profile(row, robot).shock_com[0] == pytest.approx(same.shock_com[0], rel=1e-12)
+
+
+def test_a_range_changes_the_rotor_in_its_link_too():
+    """A heavier rotor adds d to the reflected inertia, d/n to the coupling and d/n² to the link that contains it.
+
+    The closed form is the full solution with these. Where the link keeps its inertia, as with other
+    drives, the jump is the same to 1/n² of the change.
+    """
+    landing = resolve(Scene(robot="go2", contact=Contact(frame="FL_foot", at="frame")), known_robot("go2"))
+    model, H, equation = landing.joint_model, landing.state.H[0], landing.equation(landing.state)
+    columns, change = np.flatnonzero(model.coupling), np.zeros(len(H))
+    change[columns] = model.armature[columns] * np.linspace(-0.4, 0.8, len(columns))
+    plain = dynamics(landing.robot, landing.q[None], model._replace(per_turn=0.0 * model.per_turn)).H[0]
+    for v in columns:
+        alone = np.where(np.arange(len(H)) == v, model.per_turn, 0.0)
+        spin = (dynamics(landing.robot, landing.q[None], model._replace(per_turn=alone)).H[0] - plain)[v] / model.coupling[v]
+        turns = np.eye(len(H))[v] + model.per_turn[v] * spin
+        H = H + change[v] * np.outer(turns, turns)
+    wanted, _ = dense.solve(H, equation.J_c[0], equation.b[0, :, 3])
+    found = drive_response(landing).at(landing, [change])
+    np.testing.assert_allclose(found.delta_qd[0, :, 0], wanted, atol=1e-11 * np.abs(wanted).max())
+    other = profile_of(with_inertias(landing, change))
+    np.testing.assert_allclose(wanted, other.delta_qd, atol=5e-3 * np.abs(wanted).max())
+    along, joints = quantity("joint", "along"), landing.places("joint")
+    loads = other.values(along, joints)
+    np.testing.assert_allclose(evaluate(along, found, joints)[0, 0], loads, atol=2e-3 * np.abs(loads).max())

@@ -5,6 +5,7 @@ import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -163,7 +164,11 @@ def bent(robot: Robot, scale: float = 1.0) -> Posture:
 
 
 def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any) -> Built:
-    """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name."""
+    """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name.
+
+    Rotors add to the diagonal of the inertia alone, as in the other methods that are measured.
+    """
+    parts["joints"] = replace(parts.get("joints", Joints()), carried=False)
     contact = tuple(Contact(frame=one, at="frame", kind="point") if isinstance(one, str) else one for one in contacts)
     return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
 

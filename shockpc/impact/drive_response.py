@@ -31,12 +31,14 @@ class DriveResponse(NamedTuple):
         columns: (n,) their joint velocities.
         solution: of Eq. 4 as modelled, then of unit impulses of each of these drives.
         jumps: (1, nb, 6, 1 + n) of the bodies, likewise, body axes.
+        moments: (1, nb, 3, 1 + n) that these impulses give to the bodies that carry rotors, world axes.
     """
 
     box: DriveBox
     columns: np.ndarray
     solution: Solution
     jumps: Array
+    moments: Array
 
     def at(self, landing: PosedLanding, changes: list[Array]) -> ColumnImpact:
         """Impacts, one a column, with other inertias.
@@ -57,7 +59,9 @@ class DriveResponse(NamedTuple):
             independent={k: part @ weights for k, part in solution.independent.items()},
         )
         b = np.repeat(equation.b[..., 3:], weights.shape[1], axis=2)
-        return ColumnImpact(landing, equation._replace(b=b), combined, self.jumps @ weights)
+        impact = ColumnImpact(landing, equation._replace(b=b), combined, self.jumps @ weights)
+        impact.moments = self.moments @ weights
+        return impact
 
 
 @memoized()
@@ -68,7 +72,8 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     modelled = solve_in_doubles(landing, equation)
     # Of a unit impulse on a joint, H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0: first without contacts,
     # Δẏ = H⁻¹ Gᵀ e_i, then as an impact that undoes its speeds along the rows.
-    on_joints = _turns(landing)[:, columns]
+    turns, moments = _turns(landing)
+    on_joints = turns[:, columns]
     reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
     unheld = solve_inertia(equation.inertia, reduced[None])
     held = solve_in_doubles(landing, equation._replace(b=equation.J_c @ unheld))
@@ -83,23 +88,28 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     less, more = (end[columns] - model.armature[columns] for end in (model.low, model.high))
     mobility = np.sum(on_joints * equation.full(unheld)[0], axis=0)
     box = DriveBox(rates[:, 1:], rates[:, 0], less, more, mobility)
-    return DriveResponse(box, columns, solution, jumps_of(landing, delta_qd, equation.state))
+    jumps = jumps_of(landing, delta_qd, equation.state)
+    none = np.zeros((1, *moments.shape[:2], 1))
+    return DriveResponse(box, columns, solution, jumps, np.append(none, moments[None, ..., columns], axis=3))
 
 
-def _turns(landing: PosedLanding) -> Array:
-    """The joint velocities (nv, nv) on which each drive acts, as columns.
+def _turns(landing: PosedLanding) -> tuple[Array, Array]:
+    """On what each drive acts: its joint's rate, or the turns of its rotor over ±n, q̇ + (a·ω)/±n.
 
-    It is the joint's own, or the turns of its rotor, by q̇ + (a·ω)/±n for one turn of the joint, with
-    ω of the link that carries it. Of a drive that may be infinite, which is a joint that is held,
-    the joint's own rate counts alone.
+    ω is that of the link that carries the rotor. Of a drive that may be infinite, which is a joint
+    that is held, the joint's own rate counts alone.
+
+    Returns: the impulses (nv, nv) of unit ones of each drive along the joint velocities, as columns;
+        and their moments (nb, 3, nv) on the links that carry rotors, world axes.
     """
-    model, J = landing.joint_model, landing.state.J[0, :3]
-    turns = np.eye(len(model.armature))
+    robot, model, J = landing.robot, landing.joint_model, landing.state.J[0, :3]
+    turns, moments = np.eye(len(model.armature)), np.zeros((len(robot.bodies), 3, len(model.armature)))
     coupling = np.where(np.isinf(model.high), 0.0, model.coupling)
-    for v, body in geared_bodies(landing.robot, coupling):
-        carried = landing.robot.ancestors[landing.robot.parents[body]]
-        turns[:, v] += model.per_turn[v] * carried * (J[:, v] @ J)
-    return turns
+    for v, body in geared_bodies(robot, coupling):
+        parent, moment = robot.parents[body], model.per_turn[v] * J[:, v]
+        moments[parent, :, v] = moment
+        turns[:, v] += robot.ancestors[parent] * (moment @ J)
+    return turns, moments
 
 
 def extreme_changes(landing: PosedLanding) -> list[Array]:

@@ -51,6 +51,9 @@ class Impact:
     has_values = True
     """Whether its numbers have values that can be compared; symbols have none."""
 
+    moments: Any = None
+    """(N, nb, 3, k) impulsive moments on the bodies beside those of the rows, world axes [N m s]; None without."""
+
     strikes: Array | None = None
     """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's alone."""
 
@@ -203,6 +206,8 @@ class Impact:
         omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.strike_jumps, 2, axis=-1))
         twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
         loads = (self.spatial_inertias[:, None] @ twists[..., None])[..., 0]
+        if self.moments is not None:
+            loads[..., :3] -= self.along(self.moments)
         impulse = self.along(self.impulse)
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
             wrench = (impulse[..., None, rows] @ block_wrenches(self.state, block)[:, None])[..., 0, :]
