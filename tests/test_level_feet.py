@@ -1,6 +1,7 @@
 """Which feet land together: the landings of a robot without contacts, and of a landing on some of several level feet."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +78,9 @@ ANKLE = {
 }
 SOLES = {"left_foot+right_foot": 0.181483, "left_foot": 0.095134, "right_foot": 0.095134}
 UNEVEN = {"RL_foot+RR_foot": 0.024396, "FL_foot": 0.013743, "FR_foot": 0.009728, "RL_foot": 0.017564, "RR_foot": 0.011015}
+DIAGONAL = Joints(carried=False)
+"""The numbers above are by solutions with rotors on the diagonal of the inertia alone."""
+
 PAIR = ("FL_foot+FR_foot", "FL_foot+RL_foot", "FR_foot+RR_foot", "RL_foot+RR_foot")
 
 
@@ -111,9 +115,9 @@ def made(tmp_path_factory):
 )  # fmt: skip
 def test_landings_without_contacts_are_all_level_feet_edges_and_single_feet(made, name, expected):
     path = str(made / name) if name.endswith(".urdf") else name
-    robot, scene = load_robot(path), Scene(robot=path)
+    robot, scene = load_robot(path), Scene(robot=path, joints=DIAGONAL)
     assert landed(robot, scene) == list(expected)
-    found = [at_imu(shock_profile(Scene(robot=path, contact=contacts), robot)) for contacts in default_landings(robot, scene)]
+    found = [at_imu(shock_profile(replace(scene, contact=contacts), robot)) for contacts in default_landings(robot, scene)]
     np.testing.assert_allclose(found, list(expected.values()), rtol=0, atol=1e-6)
 
 
@@ -189,7 +193,7 @@ def test_a_sweep_over_attitudes_keeps_named_feet_that_a_tilt_makes_land_alone():
 
 
 def test_several_landings_are_one_table_with_the_worst_marked(capfd):
-    lines = good(capfd, "analyze", "go2", "--drop-height", "0.3").splitlines()
+    lines = good(capfd, "analyze", "go2", "--drop-height", "0.3", "--no-carried").splitlines()
     assert all(text in lines[0] for text in ("all four feet together: imu 0.1861", "worst single foot 0.0773"))
     table = lines[lines.index(next(line for line in lines if line.startswith("───"))) + 1 :]
     rows = [line.split("  ")[0] for line in table[: len(GO2)]]
@@ -199,7 +203,7 @@ def test_several_landings_are_one_table_with_the_worst_marked(capfd):
 
 
 def test_one_foot_has_a_remark_that_names_the_other_level_feet(capfd):
-    found = run(capfd, "analyze", "go2", "--contact", "FL_foot", "--strict")
+    found = run(capfd, "analyze", "go2", "--contact", "FL_foot", "--strict", "--no-carried")
     assert (found.code, found.err) == (0, "")
     assert found.out.splitlines()[0].split(maxsplit=1)[1].startswith("FL_foot only: imu 0.0577")
     (remark,) = (line for line in found.out.splitlines() if line.startswith("level feet"))
@@ -238,7 +242,7 @@ def test_standing_feet_leave_the_others_singly(capfd):
 
 
 def test_studies_take_the_same_landings_of_a_scene_without_contacts():
-    scene = Scene(robot="go2")
+    scene = Scene(robot="go2", joints=DIAGONAL)
     found = shockpc.sensitivity(scene, "shock@imu", vary={"speed": [0.9, 1.1]})
     assert found.landings == tuple(GO2)
     np.testing.assert_allclose(found.values, list(GO2.values()), rtol=0, atol=1e-6)
@@ -246,13 +250,14 @@ def test_studies_take_the_same_landings_of_a_scene_without_contacts():
 
 def test_the_mean_decides_among_places_that_are_nearly_equal():
     """The largest shock of nine landings, and of every subset of the feet, at the best place (independent bounds)."""
-    study = shockpc.place(Scene(robot="go2"), alternatives=0)
+    study = shockpc.place(Scene(robot="go2", joints=DIAGONAL), alternatives=0)
     (best,) = study.places
     assert study.landings == tuple(GO2)
     assert study.least == pytest.approx(0.1618, abs=5e-5)
     assert study.complete
     assert study.least <= best.combined <= 1.01 * study.least + 1e-9
-    diagonal = shock_profile(Scene(robot="go2", contact=(Contact(frame="FL_foot"), Contact(frame="RR_foot"))))
+    feet = Contact(frame="FL_foot"), Contact(frame="RR_foot")
+    diagonal = shock_profile(Scene(robot="go2", contact=feet, joints=DIAGONAL))
     assert float(diagonal.shock_at("base", best.position)) <= 0.1640
-    singles = {foot: Scene(robot="go2", contact=foot) for foot in GO2 if "+" not in foot}
+    singles = {foot: Scene(robot="go2", contact=foot, joints=DIAGONAL) for foot in GO2 if "+" not in foot}
     assert shockpc.place(singles, alternatives=0).combined == pytest.approx(0.0487, abs=5e-5)

@@ -24,7 +24,7 @@ from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.analyze.views import readings_text
 from shockpc.text.errors import SceneError
 
-LANDING = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6)
+LANDING = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6, joints=Joints(carried=False))
 FILTERS = [LowPass(200.0, 1), LowPass(60.0, 2), LowPass(900.0, 2)]
 
 

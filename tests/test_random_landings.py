@@ -10,7 +10,7 @@ from proof_check import assert_maps_are_those_of_the_proof, body_errors, check, 
 from random_landings import random_landing
 from trees import known_robot
 
-from shockpc import Scene, Strike, shock_profile
+from shockpc import Contact, Scene, Strike, shock_profile
 from shockpc.landing.landing import contact_velocity
 
 BLOCKS, SLOW, EACH = 4, 8, 20
@@ -137,7 +137,7 @@ OBLIQUE = Strike(velocity=(0.3, 0.2, -1.0))
 def test_mimic_joints_agree(name):
     """Followers tied by rows (here) and left out as columns (package, Eq. 7) give the same answer."""
     robot = known_robot(name)
-    exact, profile = solved(robot, Scene(robot=name, contact=robot.links[-1], strike=OBLIQUE))
+    exact, profile = solved(robot, Scene(robot=name, contact=Contact(frame=robot.links[-1], kind="point"), strike=OBLIQUE))
     assert len(exact.impulse) == 3 + len(robot.mimics)
     assert excess(profile, exact) <= 1.0
 
