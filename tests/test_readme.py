@@ -175,7 +175,7 @@ def test_the_springs_of_the_table_of_drives(capfd, here):
 def test_shock_by_rotors_that_links_carry(capfd, here):
     """The table of couplings: each landing without it and with it."""
     rows = coupled_rows()
-    assert len(rows) == 6
+    assert len(rows) == 5
     for landing, (without, coupled) in rows.items():
         assert trunk_of(analyzed(capfd, f"analyze {landing} --no-carried")) == without, landing
         assert trunk_of(analyzed(capfd, f"analyze {landing}")) == coupled, landing
