@@ -193,7 +193,7 @@ def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
     """Their columns are of the worst place of each row, so that a heading is a quantity without a place."""
     batch = shockpc.batch(["anymal_b", "nosuch"])
     table = batch.table
-    assert [table.columns["contact"][i] for i in table.worst(len(batch.rows), "shock_max")] == [row.contact for row in batch.rows]
+    assert [table.columns["contact"][i] for i in table.worst(len(batch.rows), "shock")] == [row.contact for row in batch.rows]
     assert table.ranked("shock_max")[-1] == len(batch.rows)  # the robot that is none
     assert (np.diff(table.values("mass_sticking")[table.worst(4, "mass_sticking")]) <= 0.0).all()
     falls = shockpc.fall(Scene(robot=str(BLOCKS)), drop=0.5, attitudes=4)

@@ -1,6 +1,6 @@
 """Phrases that reports share: names, numbers with their unit, how far they are proven."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +43,42 @@ def robot_line(robot: Robot) -> tuple[str, str]:
 def contact_name(profile: ShockProfile) -> str:
     """The contacts of a landing, as they are typed."""
     return "+".join(contact.frame for contact in profile.scene.contact)
+
+
+SEPARATORS = "_-. /:"
+"""Characters at which names of contacts are shortened."""
+
+
+def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> list[str]:
+    """Short names of landings, such as "all four feet" and "FL + FR", without what all names of feet begin or end with.
+
+    Args:
+        landings: names of the contacts of each.
+        feet: names of the feet of the robot.
+    """
+    names = list(dict.fromkeys([*feet, *(name for contacts in landings for name in contacts)]))
+    short = dict(zip(names, _without_common(names), strict=True))
+    whole = "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
+    on_all = [len(feet) > 1 and set(contacts) == set(feet) for contacts in landings]
+    return [
+        whole if every else " + ".join(short[name] for name in contacts) for contacts, every in zip(landings, on_all, strict=True)
+    ]
+
+
+def _without_common(names: list[str]) -> list[str]:
+    """Names without what all of them begin or end with, up to a separator; as they are where nothing would be left of one."""
+    if len(names) < 2:
+        return names
+    for turned in (True, False):
+        read = [name[::-1] if turned else name for name in names]
+        same = 0
+        while all(len(name) > same and name[same] == read[0][same] for name in read):
+            same += 1
+        while same and read[0][same - 1] not in SEPARATORS:
+            same -= 1
+        read = [name[same:] for name in read]
+        names = [name[::-1] if turned else name for name in read] if all(read) else names
+    return names
 
 
 def count(number: int, noun: str) -> str:

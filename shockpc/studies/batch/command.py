@@ -31,6 +31,7 @@ def batch(
     options: SceneOptions,
     strict: bool = _in_robots(STRICT),
     output: OutputOptions,
+    landings: bool = in_output("Print every landing, and not the worst of each robot."),
     figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
 ) -> int:
     every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))
@@ -47,5 +48,5 @@ def batch(
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options)
         result = study(every, read, pool, look, progress("robots computed", len(every)), **given(study, typed))
-    emit(batch_report(result), output)
+    emit(batch_report(result, landings), output)
     return exit_code(len(result.failures), len(result.rows) + len(result.failures), strict, result.table.defects)

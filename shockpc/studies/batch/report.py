@@ -1,14 +1,15 @@
 """A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch has them."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 
 from shockpc.quantities.bending import BENDS
 from shockpc.quantities.selection import select
-from shockpc.robot.feet_and_sensors import BENT, is_imu
+from shockpc.robot.feet_and_sensors import BENT
 from shockpc.show.report import Picture, Report, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet
-from shockpc.show.wording import STICKING, count, proof_text, without_value
-from shockpc.studies.batch.study import Batch, BatchRow
+from shockpc.show.wording import STICKING, count, landing_names, proof_text, without_value
+from shockpc.studies.batch.study import STANDARD, Batch, BatchRow
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import Cause, cause_lines, causes, few
 
@@ -23,18 +24,19 @@ SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
 """Standard quantities that are not on a terminal, unless landings are ranked by one."""
 
 
-def batch_report(batch: Batch) -> Report:
-    """The landings of many robots; the Markdown document also has their warnings."""
+def batch_report(batch: Batch, every: bool = False) -> Report:
+    """The worst landing of each robot, or every landing; the Markdown document also has their warnings."""
     caption = f"the worst landing of each robot, ranked by {batch.rank}"
+    table = _for_people if every else _of_robots
     drawn = any(row.picture is not None for row in batch.rows)
     picture = [Picture("sheet", caption, "studies.batch.figure:draw_contact_sheet", (batch,))] if drawn else []
     warnings = _warnings(batch)
     return Report(
         name="batch",
         title="Landings of robots",
-        body=lambda full: [*picture, *([_for_people(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
+        body=lambda full: [*picture, *([table(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
         closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
-        sheets={"batch": lambda: _sheet(batch), "sensors": lambda: _sensors(batch)},
+        sheets={"batch": lambda: _sheet(batch), "robots": lambda: _robots(batch), "sensors": lambda: _sensors(batch)},
         document=lambda: {
             "rank": batch.rank,
             "landings": [
@@ -46,6 +48,49 @@ def batch_report(batch: Batch) -> Report:
     )
 
 
+def _robots(batch: Batch) -> Sheet:
+    """The worst landing of each robot, with the range over its drives; without a rank where nobody knows them."""
+    short, known = batch.short_names, [row for row in batch.robots if row.drives_known]
+    quantity, unit = select(batch.rank.partition("@")[0]).quantity, _unit(batch.rank)
+    shown = (*(text.removeprefix("robot.") for text in STANDARD), batch.rank)
+    asked = [name for name in batch.columns if name not in shown]
+    rows: list[Row] = []
+    for row in batch.robots:
+        value, found = row.values[batch.rank], row.range
+        ends = (value, value) if found is None else (found.smallest, found.largest)
+        rank = known.index(row) + 1 if row.drives_known else None
+        robot = short.get(row.robot, row.robot)
+        robot += f" ({Path(row.source).name})" * row.source.endswith(".toml")
+        where = (robot, row.at if quantity.of == "point" else None)
+        (landing,) = landing_names([row.contact.split("+")], row.feet)
+        rest = (row.effective_mass, row.values["mitigation"], *(row.values[name] for name in asked))
+        rows.append((rank, *where, landing, value, *ends, *rest, row.status, "; ".join(row.marks) or None, len(row.warnings)))
+    header = (
+        "rank", "robot", "at", "landing", Column(batch.rank, batch.rank, unit), Column("smallest_found", "smallest", unit),
+        Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"), Column("mitigation", "mitigation", "-"),
+        *(Column(name, name, _unit(name)) for name in asked), "drives", "posture", "warnings",
+    )  # fmt: skip
+    return Sheet(f"{count(len(rows), 'robot')}, each in its worst landing", header, rows)
+
+
+def _of_robots(batch: Batch) -> Sheet:
+    """The same for people, with what the columns mean."""
+    sheet = _robots(batch).known()
+    rows = batch.robots
+    what = "|Δv| / v_in" if batch.rank == "shock" else select(batch.rank.partition("@")[0]).quantity.title
+    notes = [
+        f"{batch.rank}: {what}, the worst of {count(len(batch.rows), 'landing')}; --landings prints all of them",
+        "smallest (found) and largest: over what is known of the drives",
+        "mass: effective mass of all contacts; mitigation: impact mitigation of the contact where it is least",
+    ]
+    if any(not row.drives_known for row in rows):
+        notes.append("no rank: nobody knows the drives, so the number may be any of the range; give --drives or --armature")
+    if any(row.marks for row in rows):
+        notes.append("posture: this robot does not stand on bent legs, so its landing is of another kind than the others")
+    notes += _notes(batch)
+    return sheet._replace(notes=notes)
+
+
 def _bending(rows: Iterable[BatchRow], short: Mapping[str, str]) -> Iterator[str]:
     """A warning where not even links of metal are stiff enough, with the robots, and the words of the landing that lacks most."""
     found = [(warning, row) for row in rows for warning in row.warnings if (warning.kind, warning.subject) == BENDS]
@@ -53,6 +98,11 @@ def _bending(rows: Iterable[BatchRow], short: Mapping[str, str]) -> Iterator[str
         worst, row = max(found, key=lambda one: one[0].size)
         robots = few(list(dict.fromkeys(short.get(row.robot, row.robot) for _, row in found)), 6, what=" robots")
         yield f"warning: {robots}: {worst}" + f" (numbers of {short.get(row.robot, row.robot)} {row.contact})" * (len(found) > 1)
+
+
+def _unit(name: str) -> str:
+    """The unit of a quantity, as people read it."""
+    return select(name.partition("@")[0]).quantity.unit.replace("1", "-")
 
 
 def _posture(row: BatchRow) -> str:
@@ -81,20 +131,21 @@ def _causes(batch: Batch) -> list[Cause]:
 
 def _sheet(batch: Batch) -> Sheet:
     """One row for each landing, the worst first, then what failed."""
-    units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in batch.columns)
-    header: list[str | Column] = ["scene", "robot", "name", "contact", "trunk", "joints", "drives known", "rank"]
-    header += [Column(name, name, unit) for name, unit in zip(batch.columns, units, strict=True)]
-    header += ["IMU", "at IMU [-]", "posture", "drives", "warnings", "failure"]
+    header: list[str | Column] = ["scene", "robot", "name", "contact", "trunk", "at", "joints", "drives known"]
+    header += [Column(name, name, _unit(name)) for name in batch.columns]
+    unit = _unit(batch.rank)
+    header += [Column("smallest_found", "smallest found", unit), Column("largest", "largest", unit), "effective mass [kg]"]
+    header += ["posture", "drives", "drive status", "marks", "warnings", "failure"]
     rows: list[Row] = []
     short = batch.short_names
-    for row, rank in zip(batch.rows, batch.ranks, strict=True):
-        imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
-        imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
+    for row in batch.rows:
         # A robot by its name or file needs no scene; a scene is known by its name.
         scene = row.source if row.source.endswith(".toml") else None
-        cells: Row = (scene, row.robot, short.get(row.robot, row.robot), row.contact, row.trunk, row.joint_model, row.drives_known)
-        cells += (rank, *(row.values[name] for name in batch.columns), *imu)
-        rows.append((*cells, _posture(row), row.drives or None, "; ".join(map(str, row.warnings)) or None, None))
+        cells: Row = (scene, row.robot, short.get(row.robot, row.robot), row.contact, row.trunk, row.at, row.joint_model)
+        cells += (row.drives_known, *(row.values[name] for name in batch.columns))
+        cells += (None, None) if row.range is None else (row.range.smallest, row.range.largest)
+        cells += (row.effective_mass, _posture(row), row.drives or None, row.status, "; ".join(row.marks) or None)
+        rows.append((*cells, "; ".join(map(str, row.warnings)) or None, None))
     for one in batch.failures:
         named = (None, one.robot, short.get(one.robot, one.robot), one.contact or None)
         rows.append((*named, *[None] * (len(header) - 5), one.reason))
@@ -111,26 +162,32 @@ def _for_people(batch: Batch) -> Sheet:
     """The landings without columns of second rank, and without those that say the same of every row."""
     models, known = {row.joint_model for row in batch.rows}, {row.drives_known for row in batch.rows}
     left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * (models == {"free"})
-    left_out += ["rank"] * (len(models) == 1) + ["drives_known"] * (len(known) == 1)
-    left_out += ["robot", "trunk", "IMU", "posture", "drives", "warnings", "failure"]
+    left_out += ["drives_known"] * (len(known) == 1)
+    left_out += [
+        "robot",
+        "trunk",
+        "at",
+        "posture",
+        "drives",
+        "drive_status",
+        "marks",
+        "warnings",
+        "failure",
+    ]
     sheet = _sheet(batch).where(lambda row: row["failure"] is None).without(*left_out)
     left_out = ["scene"] * all(row[0] is None for row in sheet.rows)
     sheet = sheet.without(*left_out)
     header = [column._replace(title="robot") if column.key == "name" else column for column in sheet.columns]
-    ranking = ["rank: among the landings of the same joint model"] * (len(models) > 1)
-    return sheet._replace(header=header, notes=[*ranking, *_notes(batch)])
+    return sheet._replace(header=header, notes=[*_landing_notes(batch), *_notes(batch)])
 
 
-def _notes(batch: Batch) -> Iterable[str]:
-    """What the columns mean, and what distinguishes some rows."""
+def _landing_notes(batch: Batch) -> Iterable[str]:
+    """What the columns of landings mean, and with which joint models they are computed."""
     rows, short = batch.rows, batch.short_names
-    yield from (f"{name}: {label}" for label, name in short.items())
-    yield "of the trunk, the heaviest body: shock_max is its maximum, other shocks are at its CoM; of several places the worst"
+    yield "shock: at the IMU, else at the CoM of the trunk, the heaviest body; shock_max: the largest of the trunk"
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
         yield f"{proof_text(bound)}; shockpc quantities lists what the columns mean; --out writes more of them"
-        empty = [name for name in batch.columns if all(row.values[name] is None for row in rows)]
-        yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     models: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         drives = row.drives.replace(f"drives of {row.robot}, ", "drives ")
@@ -143,14 +200,20 @@ def _notes(batch: Batch) -> Iterable[str]:
         f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
     )
     if any(row.drives_known for row in rows) and not all(row.drives_known for row in rows):
-        yield "drives known: what drives the joints; compare landings of the same joint model, as their rank does"
+        yield "drives known: what drives the joints; compare landings whose drives are known"
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
         yield "with free joints: --joints free"
-    if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
-        yield "at IMU: of several the maximum shock"
     if any(row.values["shock_max"] is None for row in rows):
         last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
         yield f"–: the trunk has no geometry{last}"
+
+
+def _notes(batch: Batch) -> Iterable[str]:
+    """What distinguishes some robots and landings."""
+    rows, short = batch.rows, batch.short_names
+    yield from (f"{name}: {label}" for label, name in short.items())
+    empty = [name for name in batch.columns if rows and all(row.values[name] is None for row in rows)]
+    yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     neutral = list(
         dict.fromkeys(short.get(row.robot, row.robot) for row in rows if row.scene.posture.reference in ("neutral", BENT))
     )

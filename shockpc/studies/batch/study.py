@@ -15,6 +15,9 @@ from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.executor import in_order
 from shockpc.evaluation.table import Table
+from shockpc.judgement.drive_range import Range, range_of
+from shockpc.judgement.standing import posture_marks
+from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.landing.contact import contact_name
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.places import Place
@@ -23,6 +26,7 @@ from shockpc.landing.scene import Scene
 from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.robot.feet_and_sensors import each_foot, is_imu
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -30,8 +34,8 @@ from shockpc.text.errors import ShockError, StudyError, attempt, traces
 from shockpc.text.shown import shown_by
 
 STANDARD = (
-    "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
-    "robot.error_bound",
+    "mass", "shock", "ropc", "shock_max", "shock_com", "mass_sticking", "mitigation",
+    "friction_needed", "feasible", "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
 
@@ -50,9 +54,16 @@ class BatchRow:
         trunk: name of the trunk.
         joint_model: free, geared, locked or mixed.
         drives: where the drives are from, such as "drives of go2, derived"; empty if they are the file's or the scene's.
-        drives_known: whether catalogue, file or scene say what drives the joints.
-        values: the quantities by name, those of bodies and points at the trunk (its centre of mass) unless places are named, of
-            several places the worst; None where there is none.
+        status: how well the drives are known: "unknown", "simulation model", "published", "derived", "identified", several of
+            these with commas, or "as given".
+        drives_known: whether catalogue, file or scene say what drives the joints, and no simulation.
+        at: where quantities of points are, if no place is named: the robot's IMU, else the trunk's centre of mass.
+        values: the quantities by name, those of bodies at the trunk unless places are named, of several places the worst; None
+            where there is none.
+        range: of the quantity by which landings are ranked, over the drives; None where all are known exactly.
+        effective_mass: of all contacts together [kg]; NaN if they differ in normal or restitution.
+        feet: names of the robot's feet.
+        marks: why the robot does not stand on bent legs, in a few words each; empty if it does.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
         warnings: of the landing.
         needs_tilt: whether flat ground allows it only if the robot is tilted a little, as other feet are level.
@@ -66,8 +77,14 @@ class BatchRow:
     trunk: str
     joint_model: str
     drives: str
+    status: str
     drives_known: bool
+    at: str
     values: Mapping[str, float | None]
+    range: Range | None
+    effective_mass: float
+    feet: tuple[str, ...]
+    marks: tuple[str, ...]
     sensors: Mapping[str, float]
     warnings: tuple[Diagnostic, ...]
     needs_tilt: bool
@@ -111,10 +128,11 @@ class Batch(NamedTuple):
         return shown_by("studies.batch.report:batch_report")(self)
 
     @property
-    def ranks(self) -> tuple[str, ...]:
-        """The rank of each row among those of the same joint model, as "2 of 8"."""
-        models = [row.joint_model for row in self.rows]
-        return tuple(f"{models[: k + 1].count(model)} of {models.count(model)}" for k, model in enumerate(models))
+    def robots(self) -> tuple[BatchRow, ...]:
+        """The worst landing of each robot or scene: those whose drives are known first, the worst first, then the others."""
+        worst = {row.source: row for row in reversed(self.rows)}
+        first = [row for row in self.rows if worst[row.source] is row]
+        return tuple(sorted(first, key=lambda row: not row.drives_known))
 
     @property
     def short_names(self) -> dict[str, str]:
@@ -139,9 +157,10 @@ def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
     more=(
         "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level feet together, on each edge of"
         " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
-        " keeps its landing. Ends with exit code 3 if none of the landings can be computed. A quantity of bodies or"
-        " points is that of the trunk, the heaviest body, unless a place is named; of"
-        " several places it is the worst."
+        " keeps its landing. A line is the worst landing of a robot; --landings prints them all. Robots whose drives nobody"
+        " knows have no rank, and come last with the range of their number. Ends with exit code 3 if none of the landings"
+        " can be computed. A quantity of points is that at the robot's IMU, one of bodies that of the trunk, the heaviest"
+        " body, which is also taken without an IMU; of several places it is the worst."
     ),
 )
 def batch(
@@ -159,7 +178,7 @@ def batch(
             "KEY[@PLACE]",
             holds="quantity",
         ),
-    ] = "shock_max",
+    ] = "shock",
 ) -> Batch:
     """Compute the landings of many robots, one robot after the other or several at once.
 
@@ -179,17 +198,18 @@ def batch(
         raise StudyError("no robot is given; give at least one name or file")
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
+    name = rank.removeprefix("robot.")
     found, defects = list[BatchRow | Failure](), list[str]()
-    for source, part in zip(names, in_order(executor, functools.partial(_landed, read, wanted, look, texts), names), strict=True):
+    for source, part in zip(
+        names, in_order(executor, functools.partial(_landed, read, wanted, look, texts, name), names), strict=True
+    ):
         found += part[0]
         defects += part[1]
         if done is not None:
             done(source)
     rows = [one for one in found if isinstance(one, BatchRow)]
     failures = [one for one in found if isinstance(one, Failure)]
-    name = rank.removeprefix("robot.")
     selection = select(rank.partition("@")[0])
-
     rows.sort(
         key=lambda row: (selection.worse(_number(row, name)), select("shock_com").worse(_number(row, "shock_com"))), reverse=True
     )
@@ -203,7 +223,12 @@ def batch(
 
 
 def _landed(
-    read: Read, wanted: tuple[Selection, ...], look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], name: str
+    read: Read,
+    wanted: tuple[Selection, ...],
+    look: Callable[[ShockProfile], Any] | None,
+    texts: Mapping[str, str],
+    rank: str,
+    name: str,
 ) -> tuple[list[BatchRow | Failure], list[str]]:
     """The landings of a robot, and descriptions of unexpected exceptions.
 
@@ -218,7 +243,7 @@ def _landed(
     found = attempt(landed)
     if isinstance(found, ShockError):
         return [Failure(name, "", str(found))], traces([found])
-    rows = [one if isinstance(one, ShockError) else attempt(_row, look, texts, name, one) for one in found[1].values()]
+    rows = [one if isinstance(one, ShockError) else attempt(_row, look, texts, rank, name, one) for one in found[1].values()]
     pairs = zip(found[0], rows, strict=True)
     named = [Failure(name, contact_name(scene), str(row)) if isinstance(row, ShockError) else row for scene, row in pairs]
     return named, traces(rows)
@@ -229,18 +254,27 @@ def _number(row: BatchRow | Failure, text: str) -> float:
     return math.nan if value is None else value
 
 
-def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], source: str, profile: ShockProfile) -> BatchRow:
+def _row(
+    look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], rank: str, source: str, profile: ShockProfile
+) -> BatchRow:
     trunk = profile.places("body")[profile.main_body]
-    model = profile.landing.joint_model
+    status = [one.status for one in profile.unknowns if one.kind == "drives"]
+    selection, place = _worst_place(profile, texts[rank])
     return BatchRow(
         source=source,
         robot=profile.robot.label,
         contact=contact_name(profile.scene),
         trunk=trunk.name,
         joint_model=profile.joint_model,
-        drives=model.drives,
-        drives_known=bool(model.drives) or (model.name in ("geared", "mixed") and not model.unknown.any()),
-        values={name: _worst(profile, trunk, text) for name, text in texts.items()},
+        drives=profile.landing.joint_model.drives,
+        status=", ".join(dict.fromkeys(status)) or "as given",
+        drives_known=not any(one in NOT_KNOWN for one in status),
+        at=_named(_sensed(profile)),
+        values={name: _value(profile, *_worst_place(profile, text)) for name, text in texts.items()},
+        range=None if place is None else range_of(profile, selection, place),
+        effective_mass=profile.effective_mass,
+        feet=each_foot(profile.robot),
+        marks=posture_marks(profile.scene, profile.health.warnings),
         sensors={point.frame: point.shock for point in profile.points},
         warnings=profile.health.warnings,
         needs_tilt=bool(profile.values(NEEDS_TILT)[0] == 1.0),
@@ -249,13 +283,29 @@ def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], s
     )
 
 
-def _worst(profile: ShockProfile, trunk: Place, text: str) -> float | None:
-    """The worst value of a quantity at the places that a text means; None where there is none at one of them."""
+def _sensed(profile: ShockProfile) -> Place:
+    """The IMU of a robot, of several that with the largest shock; without one the centre of mass of the trunk."""
+    trunk, *points = profile.bracketed
+    imus = [place for place in points if is_imu(place.name) or place.name in profile.robot.imus]
+    if not imus:
+        return trunk
+    return imus[int(np.argmax(profile.values(select("point.shock").quantity, imus)))]
+
+
+def _named(place: Place) -> str:
+    return f"CoM of {place.name}" if place.centre else place.name
+
+
+def _worst_place(profile: ShockProfile, text: str) -> tuple[Selection, Place | None]:
+    """What a text selects, and of the places that it means the one with the worst value; None where one has no value."""
     selection, places = selected(profile.landing, text)
-    quantity = selection.quantity
-    if "@" not in text and quantity.of in ("body", "point"):
-        places = (trunk,)
+    if "@" not in text and selection.quantity.of in ("body", "point"):
+        places = (profile.places("body")[profile.main_body] if selection.quantity.of == "body" else _sensed(profile),)
     numbers = profile.numbers(selection, places)
     if not len(numbers) or np.isnan(numbers).any():
-        return None
-    return float(numbers[np.argmax(selection.worse(numbers))])
+        return selection, None
+    return selection, places[int(np.argmax(selection.worse(numbers)))]
+
+
+def _value(profile: ShockProfile, selection: Selection, place: Place | None) -> float | None:
+    return None if place is None else float(profile.numbers(selection, [place])[0])
