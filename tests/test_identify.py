@@ -4,6 +4,7 @@ import json
 import re
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from shockpc.recordings.landings import RecordedLandings
 from shockpc.recordings.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
 from shockpc.recordings.reader import rows_of
 from shockpc.recordings.table_files import read_table
+from shockpc.studies.identify.report import identify_report
 
 TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
 GROUND = {"friction": "0:1.5", "restitution": "0:1"}
@@ -261,6 +263,8 @@ def test_nothing_is_identified_where_the_error_does_not_fall(here):
     assert found.errors["after"] > found.errors["before"]
     assert (knee.state, np.isnan(knee.low)) == ("error does not fall", True)
     assert found.statements[0].startswith("nothing is identified: the error is ")
+    drives = identify_report(Path("t.csv"), found).more(here)["drives.toml"]
+    assert [drive.get("status") for drive in tomllib.loads(drives)["drive"]] == [None, None]
     same = identify(leg(rng(), 15, here, noise=0.0), scene, {"armature:knee": "0.0003:0.3:log"})
     assert same.unknowns[0].state == "identified"
 

@@ -182,6 +182,7 @@ def _drives_text(study: Identification, table: str) -> str:
     robot, joints = study.robot, study.scene.joints
     model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
     sources: dict[str, str] = {}
+    status: dict[str, dict[str, str]] = {}
     shares: dict[str, tuple[float, float]] = {}
     for one in study.unknowns:
         if one.variation.kind in OF_DRIVES:
@@ -190,6 +191,8 @@ def _drives_text(study: Identification, table: str) -> str:
             text += f", {one.state}" * (one.state != "identified")
             names = robot.match_joints(one.variation.target)
             sources |= dict.fromkeys(names, text)
+            if one.state == "identified":
+                status |= dict.fromkeys(names, {"status": "identified"})
             shares |= dict.fromkeys(names if one.variation.kind in INERTIAS else (), _share(one))
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:
@@ -207,7 +210,7 @@ def _drives_text(study: Identification, table: str) -> str:
         if values.get("armature") and ends is not None:
             values["range"] = ends
         if values:
-            more = {"status": "identified", "source": sources[name]} if name in sources else {"source": "of the scene"}
+            more = status.get(name, {}) | {"source": sources[name]} if name in sources else {"source": "of the scene"}
             drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
             drive["joint"].append(name)
     return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"
