@@ -158,11 +158,12 @@ def test_numbers_of_a_landing_follow_without_solving_again(a1, metric, kind, nam
     """At the ends of a range, and anywhere, a number is that of the landing resolved with these inertias."""
     landing, selection, place = a1.landing, select(metric), _place(a1, kind, name)
     rng = np.random.default_rng(1)
-    search = drive_range._Search(landing, selection, place)
+    kind, ends = drive_range._searched(landing, selection, place)
+    number = drive_range._Number(landing, selection, place, kind)
     some = np.where(landing.joint_model.unknown, rng.uniform(0.0, 0.05, landing.robot.model.nv), 0.0)
-    for change in (*(change for change, _ in search.found), some):
+    for change in (*(change for change, _ in ends), some):
         anew = drive_range._value_of(with_inertias(landing, change), selection, place)
-        assert search.read([change])[0] == pytest.approx(anew, rel=1e-8, abs=1e-11)
+        assert number.read([change])[0] == pytest.approx(anew, rel=1e-8, abs=1e-11)
     found, value = range_of(a1, selection, place), a1.numbers(selection, [place])[0]
     assert found.kind == "corners"
     assert found.smallest <= value <= found.largest
@@ -211,10 +212,10 @@ def test_effective_masses_only_grow_with_inertia(a1):
     assert found.kind == all_contacts.kind == "exact"
     assert found[:2] == pytest.approx(all_contacts[:2], rel=1e-9)
     assert found.smallest == pytest.approx(a1.effective_mass, rel=1e-9)
-    search = drive_range._Search(a1.landing, selection, place)
+    number = drive_range._Number(a1.landing, selection, place, "exact")
     for _ in range(40):
         change = np.where(a1.landing.joint_model.unknown, np.exp(rng.uniform(-9.0, 0.0, nv)), 0.0)
-        assert found.smallest < search.read([change])[0] < found.largest
+        assert found.smallest < number.read([change])[0] < found.largest
 
 
 def test_what_every_drive_decides_has_a_range_of_samples(a1):

@@ -6,9 +6,12 @@ import io
 import json
 import re
 import shlex
+import shutil
+import subprocess
 import tracemalloc
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -16,6 +19,7 @@ import pytest
 from browser import CHROMIUM, Browser
 from commands import STICK_WITH_IMU, good, run
 
+import shockpc
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
 from shockpc.impact.solve import CONTRADICTION
 from shockpc.robot.meshes import Mesh
@@ -229,6 +233,51 @@ def test_without_plotly(capfd, here, monkeypatch):
     assert outcome.err == "shockpc: report.html is not written, because it needs Plotly; install it with: pip install plotly\n"
     assert (here / "out" / "shock.svg").exists()
     assert not (here / "out" / "report.html").exists()
+
+
+DOUBTS = """const doubts = require(%s), fs = require("fs"), given = JSON.parse(fs.readFileSync(0, "utf-8"));
+console.log(JSON.stringify({ below: doubts.below(given.landing, given.geometry, given.state, given.points),
+  limits: doubts.limits(given.sliders), refused: doubts.refused(given.sliders) }));"""
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="no Node.js is installed")
+@pytest.mark.parametrize(("joints", "low", "limits", "refused"), [
+    ({}, None, [], ""),
+    ({"FL_thigh_joint": 60.0, "FL_calf_joint": -110.0}, "depth", [], ""),
+    ({"FL_calf_joint": -20.0}, None, ["FL_calf_joint is 28 deg outside its limits"], ""),
+    ({"FL_calf_joint": 500.0}, "any", ["FL_calf_joint is 548 deg outside its limits"],
+     "FL_calf_joint: 500 deg is outside its limits and more than a whole turn"),
+])  # fmt: skip
+def test_the_page_doubts_other_postures_as_the_command_does(joints, low, limits, refused):
+    """Feet that are not the lowest, by the drawn surfaces, and joints beyond their limits; more than a whole turn is refused."""
+    scene = Scene(robot="go2", contact="FL_foot")
+    profile = shock_profile(scene)
+    data = data_of(html_of(landing_report(profile)))
+    (landing,), (geometry,) = data["landings"], data["geometries"]
+    vertices = np.frombuffer(base64.b64decode(geometry["vertices"]), "<f4").reshape(-1, 3)
+    body = np.repeat(np.arange(len(landing["bodies"])), np.diff([*geometry["starts"], len(vertices)]))
+    q = profile.landing.q.copy()
+    for name, angle in joints.items():
+        profile.robot.joint(name).set(np.radians(angle), q)
+    there = profile.landing.at(q)
+    sliders = [slider | {"x": np.radians(joints[slider["name"]]) if slider["name"] in joints else slider["value"]}
+               for slider in landing["sliders"]]  # fmt: skip
+    given = {
+        "landing": landing, "sliders": sliders, "points": [contact["r"] for contact in landing["contacts"]],
+        "geometry": {"vertices": vertices.ravel().tolist(), "body": body.tolist()},
+        "state": {"rotation": there.state.rotation[0].tolist(), "position": there.state.position[0].tolist()},
+    }  # fmt: skip
+    script = DOUBTS % json.dumps(str(Path(shockpc.__file__).parent / "show/html/doubts.js"))
+    done = subprocess.run(["node", "-e", script], input=json.dumps(given), capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)
+    assert (found["limits"], found["refused"]) == (limits, refused)
+    assert bool(found["below"]) == bool(low)
+    if low == "depth":
+        posture = Posture(joints_deg=joints)
+        depth = float(shock_profile(replace(scene, posture=posture)).value("depth", "robot")[0])
+        (shown,) = re.findall(r"lies (\S+) m below the contact, so flat ground meets it first", found["below"][0])
+        assert float(shown) == pytest.approx(depth, abs=3e-3)
+        assert depth > 0.05
 
 
 def test_page_is_small_enough():

@@ -9,12 +9,13 @@ from robot_texts import BODY, HINGE, body, floating, joint, link, mjcf, refused,
 from test_sweep import table
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Rotor, Scene, SceneError, Strike, resolve, shock_profile, sweep
+from shockpc import Contact, Joints, Posture, RobotError, Rotor, Scene, SceneError, Strike, resolve, shock_profile, sweep
 from shockpc.cli.parse import rotor
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.drive_response import drive_response, with_inertias
 from shockpc.landing.dynamics import Inertias, dynamics
+from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.profile import impact_jumps, profile_of
 from shockpc.quantities.quantity import evaluate
@@ -213,3 +214,16 @@ def test_a_range_changes_the_rotor_in_its_link_too():
     along, joints = quantity("joint", "along"), landing.places("joint")
     loads = other.values(along, joints)
     np.testing.assert_allclose(evaluate(along, found, joints)[0, 0], loads, atol=2e-3 * np.abs(loads).max())
+
+
+def test_links_that_bend_carry_rotors():
+    """The segment at a joint has its rotor: straight links are rigid ones, and every motion has energy."""
+    go2, flex = known_robot("go2"), {"*": "EI:674"}
+    landing = resolve(Scene(robot="go2", contact=Contact(frame="FL_foot", at="frame"), contact_stiffness=1e5, flex=flex), go2)
+    bent = flexible_landing(landing)
+    v, H = bent.flexible.v, bent.state.H[0]
+    np.testing.assert_allclose(H[np.ix_(v, v)], landing.state.H[0], atol=1e-14 * np.abs(H).max())
+    assert np.linalg.eigvalsh(H)[0] > 0.0
+    heavy = {"FL_calf_joint": Rotor(inertia=0.1, gear_ratio=6.0, gear="planetary")}
+    scene = replace(landing.scene, joints=Joints(rotor=heavy))
+    refused(RobotError, ("FL_thigh", "FL_calf_joint", "--no-carried"), lambda: flexible_landing(resolve(scene, go2)))

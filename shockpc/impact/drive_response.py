@@ -10,8 +10,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.impact.friction import jumps_of
-from shockpc.impact.impact import ColumnImpact
+from shockpc.impact.impact import ColumnImpact, jumps_of
 from shockpc.impact.solve import solve_in_doubles
 from shockpc.impact.stops import with_stops
 from shockpc.landing.auto_contact import with_own_faces

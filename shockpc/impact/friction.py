@@ -17,13 +17,12 @@ from shockpc.core.coulomb import FrictionImpact, solve_each, solve_friction
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, body_jumps, freeze, in_body_axes
+from shockpc.core.spatial import Array, freeze
 from shockpc.impact.contact_rows import ContactRows, contact_rows, row_layout
-from shockpc.impact.impact import DoubleImpact
+from shockpc.impact.impact import DoubleImpact, jumps_of
 from shockpc.impact.solve import solve_in_doubles
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.constraints import NO_AXES, ConstraintBlock, Equation, block_wrenches
-from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.landing.motion import approach_speeds
 from shockpc.text.errors import SolveError
@@ -321,10 +320,3 @@ def may_gain_with_friction(impact: DoubleImpact) -> np.ndarray:
     doubtful = ((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)
     slipping = with_friction(impact) if doubtful.any() else None
     return np.asarray(doubtful if slipping is None else doubtful & np.isnan(slipping.impulses).any(axis=-1))
-
-
-def jumps_of(landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
-    """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the joint velocities."""
-    robot, chosen = landing.robot, slice(None) if bodies is None else list(bodies)
-    jumps = body_jumps(state.J, [joint.v for joint in robot.joints], robot.parents, state.position, delta_qd, bodies)
-    return in_body_axes(jumps, state.rotation[:, chosen])

@@ -13,11 +13,11 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
-from shockpc.core.spatial import Array, cross, velocity_at
+from shockpc.core.spatial import Array, body_jumps, cross, in_body_axes, velocity_at
 from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
 from shockpc.landing.dynamics import Dynamics, Inertias, geared_bodies, spatial_inertias
 from shockpc.landing.end_stops import velocity_at_stop
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.motion import twist_before
 
 
@@ -321,3 +321,10 @@ class ColumnImpact(DoubleImpact):
     def along(self, columns: Any) -> Any:
         """Columns (N, ..., k) as (N, k, ...)."""
         return np.moveaxis(columns, -1, 1)
+
+
+def jumps_of(landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
+    """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the joint velocities."""
+    robot, chosen = landing.robot, slice(None) if bodies is None else list(bodies)
+    jumps = body_jumps(state.J, [joint.v for joint in robot.joints], robot.parents, state.position, delta_qd, bodies)
+    return in_body_axes(jumps, state.rotation[:, chosen])

@@ -22,8 +22,7 @@ from shockpc.core.stiff_contacts import damper_restitution, simulate_landing
 from shockpc.core.stiff_motion import History, StiffMotion
 from shockpc.core.threads import one_thread
 from shockpc.impact.exact.proof import motion as size_of
-from shockpc.impact.friction import jumps_of
-from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
+from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact, jumps_of
 from shockpc.impact.stiff_elements import element_system
 from shockpc.impact.stops import with_stops
 from shockpc.landing.constraints import block_point

@@ -14,17 +14,17 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.drive_response import drive_response, extreme_changes, with_inertias
 from shockpc.impact.exact.arithmetic import SingularError
-from shockpc.impact.friction import jumps_of
-from shockpc.impact.impact import DoubleImpact
+from shockpc.impact.impact import DoubleImpact, jumps_of
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.scene import Contact
 from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.selection import Selection, quantity
+from shockpc.quantities.selection import Selection, quantity, select
 from shockpc.quantities.shock_profile import ShockProfile, mass_of_contacts
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import few, printable
@@ -129,9 +129,9 @@ def range_of(profile: ShockProfile, selection: Selection, place: Place) -> Range
     value = float(profile.numbers(selection, [place])[0])
     if np.isnan(value):
         return None
-    search = _Search(landing, selection, place)
-    values = [found for _, found in search.found]
-    return Range(min(value, *values), max(value, *values), search.kind) if values else None
+    kind, ends = _searched(landing, selection, place)
+    values = [found for _, found in ends]
+    return Range(min(value, *values), max(value, *values), kind) if values else None
 
 
 def effective_mass_range(profile: ShockProfile) -> Range | None:
@@ -157,22 +157,67 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
 
     Those with the largest effect come first. At each end of the range the joints are ordered by what
     the number loses when one of them is as modelled again. Those decide with which, one after the
-    other, the number comes within `NEARLY` of the way to the end.
+    other, the number comes within `NEARLY` of the way to the end. Where the number does not follow
+    from the response of the landing, they are those of an impulse or a jump at its place.
     """
     landing = profile.landing
-    search = _Search(landing, selection, place) if has_range(landing) else None
-    if search is None or not search.found:
+    if not has_range(landing):
         return ()
-    start = search.read([np.zeros(landing.robot.model.nv)])[0]
-    ends = [pick(search.found, key=lambda one: one[1]) for pick in (min, max)]
-    width = max(abs(value - start) for _, value in ends)
+    kind, ends = _searched(landing, selection, place)
+    changes = [change for change, _ in ends]
+    if kind != "corners":
+        if _linear(landing, selection, place) is None or selection.quantity.of_ground(landing.scene):
+            selection, place = _jump_beside(landing, selection, place)
+        changes = _end_changes(landing, selection, place)
+    number = _Number(landing, selection, place, "corners")
+    start, *values = number.read([np.zeros(landing.robot.model.nv), *changes])
+    width = max((abs(value - start) for value in values), default=0.0)
     decide: list[int] = []
-    for change, value in ends:
+    for change, value in zip(changes, values, strict=True):
         if abs(value - start) > NEARLY * width:
-            decide += search.nearly_all(change, value, start)
+            decide += number.nearly_all(change, value, start)
     joints = landing.robot.single_joints
     names = {v: joint.name for joint in joints for v in range(joint.v.start, joint.v.stop)}
     return tuple(dict.fromkeys(names[v] for v in decide))
+
+
+def _jump_beside(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Selection, Place]:
+    """What is linear in the drives at the place of a number: an impulse of the ground, or a jump.
+
+    That of a place without a body is the jump of the heaviest one.
+    """
+    if selection.quantity.of == "contact":
+        return select("contact.impulse"), place
+    heaviest = landing.places("body")[int(np.argmax(landing.robot.masses))]
+    return select("point.delta_v"), place if place.body >= 0 else heaviest
+
+
+class _Ends(NamedTuple):
+    """Among what the ends of the range of a number are.
+
+    Attributes:
+        kind: how they are found.
+        ends: changes (nv,) from the inertias as modelled, with the numbers there, where they exist.
+    """
+
+    kind: Kind
+    ends: list[tuple[Array, float]]
+
+
+def _searched(landing: PosedLanding, selection: Selection, place: Place) -> _Ends:
+    """Among what the ends of the range of a number are; a landing keeps it, for several readers."""
+    kept = _kept(landing)
+    key = (selection.name, place.name, place.body, place.number, place.joint, place.r.tobytes())
+    if key not in kept:
+        kept[key] = _search(landing, selection, place)
+    return kept[key]
+
+
+@memoized()
+def _kept(landing: PosedLanding) -> dict[tuple[object, ...], _Ends]:
+    """The ranges that a landing keeps, by number and place."""
+    del landing
+    return {}
 
 
 class _Linear(NamedTuple):
@@ -191,37 +236,45 @@ class _Linear(NamedTuple):
     signed: bool = False
 
 
-class _Search:
-    """The inertias among which the ends of the range of a number are.
+def _search(landing: PosedLanding, selection: Selection, place: Place) -> _Ends:
+    """Among what the ends of the range of a number are."""
+    wanted, scene, kind = selection.quantity, landing.scene, _kind(landing, selection, place)
+    changes = [] if kind == "corners" else extreme_changes(landing)
+    # A motion on contacts of finite stiffness takes long, so it is computed of few.
+    is_motion = wanted.of_ground(scene) and scene.contact_stiffness is not None
+    if kind != "exact" and not is_motion:
+        changes += _end_changes(landing, selection, place)
+    if kind != "samples" and _other_faces(landing, changes):
+        kind, changes = "samples", changes + extreme_changes(landing)
+    values = _Number(landing, selection, place, kind).read(changes)
+    found = zip(changes, values, strict=True)
+    return _Ends(kind, [(change, value) for change, value in found if not np.isnan(value)])
+
+
+def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
+    """How the ends of a range are found, if no other face of a sole carries there."""
+    wanted = selection.quantity
+    if landing.scene.stops or wanted.of_ground(landing.scene):
+        return "samples"
+    if (wanted.of, wanted.key) in GROWING:
+        return "exact"
+    return "samples" if _linear(landing, selection, place) is None else "corners"
+
+
+class _Number(NamedTuple):
+    """A number of a landing with other inertias.
 
     Attributes:
         landing: as modelled.
         selection: the number.
         place: where.
-        kind: how the ends are found.
-        found: changes (nv,) from the inertias as modelled, with the numbers there, where they exist.
+        kind: of its range; "corners" are read off the response of the landing, others computed anew.
     """
 
-    def __init__(self, landing: PosedLanding, selection: Selection, place: Place) -> None:
-        self.landing, self.selection, self.place = landing, selection, place
-        wanted, scene = selection.quantity, landing.scene
-        on_ground = wanted.of_ground(scene)
-        self.kind: Kind = "corners"
-        if scene.stops or on_ground:
-            self.kind = "samples"
-        elif (wanted.of, wanted.key) in GROWING:
-            self.kind = "exact"
-        elif _linear(landing, selection, place) is None:
-            self.kind = "samples"
-        changes = [] if self.kind == "corners" else extreme_changes(landing)
-        # A motion on contacts of finite stiffness takes long, so it is computed of few.
-        if self.kind != "exact" and not (on_ground and scene.contact_stiffness is not None):
-            changes += _ends(landing, selection, place)
-        if self.kind != "samples" and _other_faces(landing, changes):
-            self.kind = "samples"
-            changes += extreme_changes(landing)
-        values = zip(changes, self.read(changes), strict=True)
-        self.found = [(change, value) for change, value in values if not np.isnan(value)]
+    landing: PosedLanding
+    selection: Selection
+    place: Place
+    kind: Kind
 
     def read(self, changes: list[Array]) -> list[float]:
         """The number at changes (nv,) of the inertias as modelled; NaN where there is none."""
@@ -277,7 +330,7 @@ def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linea
     return None if wanted.length_of is None else _Linear(wanted.length_of, place)
 
 
-def _ends(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
+def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
     """Changes (nv,) of the inertias at which a number is smallest and largest, as far as found.
 
     Of a number that is no length or component of what is linear, they are those of the jump at its
@@ -285,9 +338,8 @@ def _ends(landing: PosedLanding, selection: Selection, place: Place) -> list[Arr
     """
     response, linear = drive_response(landing), _linear(landing, selection, place)
     if linear is None:
-        heaviest = landing.places("body")[int(np.argmax(landing.robot.masses))]
-        moving = place if place.body >= 0 else heaviest
-        linear = _Linear(quantity("point", "delta_v"), moving)
+        jump, beside = _jump_beside(landing, selection, place)
+        linear = _Linear(jump.quantity, beside)
     every = response.combined(landing, np.eye(1 + len(response.columns)))
     vectors = evaluate(linear.quantity, every, [linear.place])[0, :, 0]
     vectors = vectors.reshape(len(vectors), -1)

@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import Pulse, peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.impact.impact import DoubleImpact, Impact, jumps_of
 from shockpc.impact.solve import solve_in_doubles
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
@@ -227,7 +227,6 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
 
     Returns: None where there is neither a part nor a limit, or an end stop strikes.
     """
-    from shockpc.impact.friction import jumps_of
     from shockpc.impact.stiffness import compliant_landing
 
     scene, robot = landing.scene, landing.robot

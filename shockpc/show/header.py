@@ -192,6 +192,8 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         gear = "" if motor.gear is None else f", {motor.gear}"
         texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{gear}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
+    if not joints.carried:
+        texts.append("rotors do not turn with the links that carry them")
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
     for source in model.sources:
         if source.status == "simulation model":

@@ -16,9 +16,12 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import CONTRADICTION
+from shockpc.landing.constraints import block_point
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene_file import scene_text
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.every_strike import EveryStrike, StrikeAxes, contact_normals, every_strike, peak_per_speed
+from shockpc.quantities.heights import levels, on_ground
 from shockpc.quantities.histories import contact_forces, point_accelerations
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.shock_profile import ShockProfile
@@ -79,6 +82,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
             f"<script>{library.read_text('utf-8')}</script>",
             f'<script type="application/json" id="data">{data}</script>',
             f"<script>const postures=[{','.join(posture.code for posture in postures.values())}];</script>",
+            f"<script>\n{(here / 'doubts.js').read_text('utf-8')}</script>",
             f"<script>\n{(here / 'posture.js').read_text('utf-8')}</script>",
             f"<script>\n{(here / 'report.js').read_text('utf-8')}</script>",
         ]
@@ -273,7 +277,8 @@ def _view(shown: Mapping[str, ShockProfile], every: int, notes: Sequence[str]) -
         f'<span>show</span><span class="wide">{switches}</span>'
         '<span></span><button id="reset" class="wide" type="button">back to the scene</button></div>'
         f'<div id="posture"></div>{of_posture}'
-        f'<p id="state" class="live"></p>{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
+        '<p id="state" class="live"></p><p id="doubts"></p>'
+        f'{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
     )
 
 
@@ -373,10 +378,30 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "contacts": contacts,
         "points": points,
         "peak": peak_per_speed(landing),
+        "ground": _ground(landing),
         "length": landing.length,
         "rounded": ROUNDED,
         "histories": _histories(profile),
     }
+
+
+def _ground(landing: PosedLanding) -> dict[str, Any] | None:
+    """What flat ground has to touch first: contacts and standing feet, each with how far its shapes reach below its point [m].
+
+    None where nothing lands on flat ground, or the robot does not come down as a whole.
+    """
+    level = on_ground(landing)
+    if landing.base == "fixed" or not level:
+        return None
+    state, blocks = landing.state, (*landing.contacts, *landing.stance)
+    points = np.stack([block_point(state, blocks[k]) for k in level], axis=1)
+    here = levels(landing, state.rotation, state.position, points)
+    depths = (points[0] @ landing.up - here.contacts[0]).tolist()
+    contacts = [
+        {"body": blocks[k].body, "r": blocks[k].point.tolist(), "depth": depth, "number": k if k < len(landing.contacts) else -1}
+        for k, depth in zip(level, depths, strict=True)
+    ]
+    return {"up": landing.up.tolist(), "tolerance": here.tolerance, "contacts": contacts}
 
 
 def _matrices(strikes: EveryStrike) -> dict[str, Any]:

@@ -67,6 +67,7 @@ function postureOf(panel, changed) {
 
   return {
     show, landed,
+    sliders: () => rows,
     // Whether the landing is another one than the scene's; sensors do not change it.
     moved: () => rows.some((row) => row.kind !== "point" && row.x !== row.value),
     changed: () => rows.some((row) => row.x !== row.value),

@@ -40,8 +40,18 @@ def posture_of(landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence
     except ShockError as refused:
         return Posture(sensors, "null", f"The posture has no sliders: {printable(str(refused))}.")
     tilts = [Slider("joint", name, "rad", 0.0, -TILT, TILT)._asdict() | {"kind": "tilt"} for name in live.tilts]
-    of_landing = [{**slider._asdict(), "name": printable(slider.name)} for slider in live.sliders]
+    of_landing = [
+        {**slider._asdict(), "name": printable(slider.name), "limits": _limits(landing, slider)} for slider in live.sliders
+    ]
     return Posture([*tilts, *of_landing, *sensors], live.javascript(), _note(landing, live))
+
+
+def _limits(landing: PosedLanding, slider: Slider) -> tuple[float, float] | None:
+    """The limits of a joint that has some on both sides [rad, m]."""
+    if slider.kind != "joint":
+        return None
+    limits = landing.robot.joint(slider.name).limits
+    return limits if np.isfinite(limits).all() else None
 
 
 def _note(landing: PosedLanding, live: LiveLanding) -> str:

@@ -98,7 +98,9 @@
       rotation: landing.rotation, position: landing.position, condition: 0,
       jumps: model.jumps.map(values), contacts: model.contacts.map(values), loads: model.loads.map(values),
     };
-    const refusal = parting ? `${parting.name} does not approach the ground: there is no impact` :
+    const refusal = inputs.some((name) => !Number.isFinite(byId(name).valueAsNumber)) ?
+      "give an angle, a heading and a speed: without them there is no strike" :
+      doubts.refused(posture.sliders()) ? doubts.refused(posture.sliders()) : parting ? `${parting.name} does not approach the ground: there is no impact` :
       !(now.condition < data.singular) ? "the posture is singular, or nearly: no verdict" :
         posture.moved() || !contradicts(model, [...s, 1]) ? "" :
           "the mechanism or other contacts prevent that a contact is stopped for this strike: no verdict";
@@ -194,11 +196,15 @@
       `${ofScene ? "the strike of the scene" : "another posture, strike or joint model than the scene's"}; shock is relative to ` +
       `${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
+    const points = landing.contacts.map(({ r }, k) => posture.contact(k, r));
+    const doubtful = refusal || !posture.moved() ? [] :
+      [...doubts.limits(posture.sliders()), ...doubts.below(landing, geometry, result, points)];
+    byId("doubts").textContent = doubtful.length ? `warning: ${doubtful.join("; ")}` : "";
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
       ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,
       body.least, body.greatest, body.spin, ...(body.copc ?? [NaN, NaN, NaN]), body.ropc,
-      body.copc ? (body.mostly ? "mostly out of plane" : "") : body.screw ? "out of plane" : "translates"]));
+      refusal ? "–" : body.copc ? (body.mostly ? "mostly out of plane" : "") : body.screw ? "out of plane" : "translates"]));
     fill(byId("contact-rows"), landing.grounds.map(({ name, normal }, k) => {
       const up = dot(contacts[k], normal);
       return ["", name, ...contacts[k], up > 0 ? norm(sum(contacts[k], normal, -up)) / up : NaN];
@@ -221,7 +227,7 @@
   for (const name of inputs) {
     const [box, range] = [byId(name), byId(`${name}-range`)];
     range.addEventListener("input", () => { box.value = range.value; soon(); });
-    box.addEventListener("input", () => { if (Number.isFinite(box.valueAsNumber)) { range.value = box.value; soon(); } });
+    box.addEventListener("input", () => { if (Number.isFinite(box.valueAsNumber)) range.value = box.value; soon(); });
   }
   for (const name of ["model", ...switches]) byId(name).addEventListener("input", soon);
   byId("reset").addEventListener("click", reset);
