@@ -65,7 +65,7 @@ def _robots(batch: Batch) -> Sheet:
         (landing,) = landing_names([row.contact.split("+")], row.feet)
         rest = (row.effective_mass, row.values["mitigation"], *(row.values[name] for name in asked))
         rows.append((rank, *where, landing, value, *ends, *rest, row.status, "; ".join(row.marks) or None, len(row.warnings)))
-    header = (
+    header: tuple[str | Column, ...] = (
         "rank", "robot", "at", "landing", Column(batch.rank, batch.rank, unit), Column("smallest_found", "smallest", unit),
         Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"), Column("mitigation", "mitigation", "-"),
         *(Column(name, name, _unit(name)) for name in asked), "drives", "posture", "warnings",

@@ -131,7 +131,7 @@ class Scan(NamedTuple):
         low, high = self.values[first], self.values[first + 1]
         under = np.concatenate([y[k] for y, k in zip(beyond, steps, strict=True)])
         over = np.concatenate([y[k + 1] for y, k in zip(beyond, steps, strict=True)])
-        angles = [self.angles[self.inside(targets[t])] for t in which]
+        angles = [self.angles[self.inside(targets[t])] for t in which.tolist()]
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             there = self._violation_at(middle, angles)
