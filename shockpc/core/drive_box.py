@@ -110,6 +110,34 @@ class DriveBox(NamedTuple):
         highest = max(_tops(low, high, _numbers), key=_number)
         return lowest.change, highest.change
 
+    def deciding(self, Y: Array, B: Array, end: Array, nearly: float) -> list[int]:
+        """The joints that account for nearly all of the way of |Y| to its value at an end.
+
+        They are ordered by what |Y| loses of the way when one of them is as modelled again, the
+        largest first, and are the fewest in this order with which it comes near the end.
+
+        Args:
+            Y: (m,) the vector as modelled.
+            B: (m, n) its response.
+            end: (n,) the change of the inertias there.
+            nearly: share of the way that may be left.
+        """
+        S, start = np.flatnonzero(end), float(np.linalg.norm(Y))
+        A, x, B = self.C[np.ix_(S, S)] + np.diag(1.0 / end[S]), self.x[S], B[:, S]
+        K = np.linalg.inv(A)
+        w = -K @ x
+        value = float(np.linalg.norm(Y + B @ w))
+        # Without joint i the others have w − K_i w_i / K_ii.
+        lost = np.abs(_lengths((Y + B @ w)[:, None] - (B @ K) * (w / np.diagonal(K))) - value)
+        order = np.argsort(-lost, kind="stable")
+        for k in range(1, len(order) + 1):
+            first = order[:k]
+            impulses = -np.linalg.solve(A[np.ix_(first, first)], x[first])
+            left = abs(float(np.linalg.norm(Y + B[:, first] @ impulses)) - value)
+            if left <= nearly * abs(value - start):
+                break
+        return [int(i) for i in S[order[:k]]]
+
 
 class _Inertias:
     """Inertias in a box, and what follows at them, kept from one step of a joint to the next.

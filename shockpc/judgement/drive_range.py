@@ -163,22 +163,22 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
     landing = profile.landing
     if not has_range(landing):
         return ()
-    kind, ends = _searched(landing, selection, place)
-    changes = [change for change, _ in ends]
-    if kind != "corners":
-        if _linear(landing, selection, place) is None or selection.quantity.of_ground(landing.scene):
-            selection, place = _jump_beside(landing, selection, place)
-        changes = _end_changes(landing, selection, place)
-    number = _Number(landing, selection, place, "corners")
-    start, *values = number.read([np.zeros(landing.robot.model.nv), *changes])
-    width = max((abs(value - start) for value in values), default=0.0)
+    kind, found = _searched(landing, selection, place)
+    if _linear(landing, selection, place) is None or selection.quantity.of_ground(landing.scene):
+        selection, place = _jump_beside(landing, selection, place)
+    response, (Y, B) = drive_response(landing), _vectors(landing, selection, place)
+    known = kind == "corners"
+    changes = [one for one, _ in found] if known else _end_changes(landing, selection, place)
+    ends = [change[response.columns] for change in changes]
+    lengths = [np.linalg.norm(Y + B @ response.box.impulses(end)) for end in ends]
+    ways = [abs(float(length - np.linalg.norm(Y))) for length in lengths]
     decide: list[int] = []
-    for change, value in zip(changes, values, strict=True):
-        if abs(value - start) > NEARLY * width:
-            decide += number.nearly_all(change, value, start)
+    for end, way in zip(ends, ways, strict=True):
+        if way > NEARLY * max(ways):
+            decide += response.box.deciding(Y, B, end, NEARLY)
     joints = landing.robot.single_joints
     names = {v: joint.name for joint in joints for v in range(joint.v.start, joint.v.stop)}
-    return tuple(dict.fromkeys(names[v] for v in decide))
+    return tuple(dict.fromkeys(names[int(response.columns[i])] for i in decide))
 
 
 def _jump_beside(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Selection, Place]:
@@ -294,23 +294,6 @@ class _Number(NamedTuple):
             return self.place
         return next((one for one in other.contact_places if one.name == self.place.name), None)
 
-    def nearly_all(self, end: Array, value: float, start: float) -> list[int]:
-        """The joint velocities that account for nearly all of the way to an end.
-
-        Args:
-            end: (nv,) the change of the inertias there.
-            value: the number there.
-            start: the number as modelled.
-        """
-        changed, index = np.flatnonzero(end), np.arange(len(end))
-        without = [np.where(index == i, 0.0, end) for i in changed]
-        lost = np.abs(np.array(self.read(without)) - value)
-        order = changed[np.argsort(-np.nan_to_num(lost, nan=np.inf), kind="stable")]
-        first = [np.where(np.isin(index, order[: k + 1]), end, 0.0) for k in range(len(order))]
-        left = np.abs(np.array(self.read(first)) - value)
-        enough = np.flatnonzero(left <= NEARLY * abs(value - start))
-        return [int(i) for i in (order[: enough[0] + 1] if len(enough) else order)]
-
 
 def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linear | None:
     """What a number follows from; None where it is of another kind."""
@@ -336,6 +319,19 @@ def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> l
     Of a number that is no length or component of what is linear, they are those of the jump at its
     place, or of the heaviest body.
     """
+    Y, B = _vectors(landing, selection, place)
+    if not (np.isfinite(Y).all() and np.isfinite(B).all()):
+        return []
+    response, linear = drive_response(landing), _linear(landing, selection, place)
+    signed = linear is not None and linear.signed
+    ends = response.box.values(Y, B) if signed else response.box.lengths(Y, B)
+    changes = np.zeros((2, len(landing.joint_model.armature)))
+    changes[:, response.columns] = ends
+    return list(changes)
+
+
+def _vectors(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Array, Array]:
+    """What a number follows from, as a vector (m,), and its response (m, n) to the drives."""
     response, linear = drive_response(landing), _linear(landing, selection, place)
     if linear is None:
         jump, beside = _jump_beside(landing, selection, place)
@@ -344,13 +340,7 @@ def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> l
     vectors = evaluate(linear.quantity, every, [linear.place])[0, :, 0]
     vectors = vectors.reshape(len(vectors), -1)
     vectors = vectors if linear.axis is None else vectors[:, linear.axis, None]
-    Y, B = vectors[0], vectors[1:].T
-    if not (np.isfinite(Y).all() and np.isfinite(B).all()):
-        return []
-    ends = response.box.values(Y, B) if linear.signed else response.box.lengths(Y, B)
-    changes = np.zeros((2, len(landing.joint_model.armature)))
-    changes[:, response.columns] = ends
-    return list(changes)
+    return vectors[0], vectors[1:].T
 
 
 def _other_faces(landing: PosedLanding, changes: list[Array]) -> bool:
