@@ -421,3 +421,14 @@ def test_stiff_links_that_bend_have_the_face_of_rigid_ones(biped):
         kinds.append(flexible_landing(landing).scene.contact[0].kind)
     assert kinds[0] == "edge"
     assert kinds[1] != kinds[0]
+
+
+def test_a_single_site_that_is_named_like_a_foot_stands_for_the_whole_foot(of_text):
+    """At a toe's tip, or above the sole; as long as the sole is wide, unlike the end of a beam."""
+    whole = of_text(biped_text(BOX, True))
+    expected = shock_profile(Scene(robot=whole.label, contact="left_ankle_roll"), whole)
+    for place in (".13 0 -.05", "0 0 .03"):
+        robot = of_text(biped_text(f'{BOX}<site name="{{side}}_toe" pos="{place}"/>', True), "site.xml")
+        profile = shock_profile(Scene(robot=robot.label, contact="left_toe"), robot)
+        assert profile.scene.contact[0].kind == "flat"
+        np.testing.assert_allclose(profile.delta_qd, expected.delta_qd, atol=1e-12)

@@ -22,6 +22,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Contact
 from shockpc.landing.soles import (
     INSIDE,
+    LEVEL,
     SHARE,
     distance_aside,
     ends_of,
@@ -33,7 +34,7 @@ from shockpc.landing.soles import (
 )
 from shockpc.robot.geometry import robot_size
 from shockpc.robot.robot import Robot
-from shockpc.robot.striking import Striking, striking
+from shockpc.robot.striking import Striking, own_shapes, striking
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 
@@ -162,12 +163,13 @@ def _placed(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> 
     if contact.at != "auto" or contact.offset is not None:
         return placed
     robot, strikes = landing.robot, striking(landing.robot, contact.frame)
-    is_place = strikes.marks or not strikes.shapes
+    is_point = not strikes.shapes or (strikes.is_place and not strikes.is_foot)
     up = block.normal @ landing.state.rotation[0, block.body]
     origin, tolerance = np.reshape(block.point, 3), landing.scene.ground_tolerance
-    if is_place or _is_near_lowest(robot, strikes, origin, up, tolerance):
+    if is_point or _is_near_lowest(robot, strikes, origin, up, tolerance):
         return placed
-    if strikes.of_frame:
+    own = own_shapes(robot, contact.frame)[0]
+    if own and height_of_lowest(own, up) <= height_of_lowest(strikes.shapes, up) + LEVEL:
         return replace(placed, at="lowest")
     frame = robot.frame(contact.frame)
     low = lowest_points(strikes.shapes, up, 0.0)
@@ -209,7 +211,7 @@ def _unread_geometry(robot: Robot, contact: Contact) -> list[Diagnostic]:
         return []
     names = listed(dict.fromkeys(lost.mesh or lost.reason for lost in strikes.unread), 3)
     consequence = "it strikes at the origin of its frame, as a point"
-    if strikes.shapes and not strikes.marks:
+    if strikes.shapes and not strikes.is_place:
         consequence = "only its other shapes decide where it strikes"
     text = (
         f'the geometry of contact "{contact.frame}" could not be read ({names}), so {consequence}; say where the meshes are '

@@ -219,9 +219,9 @@ def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
 
 
 def _struck_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """The shapes with which a frame strikes; none where it marks a place on a body."""
+    """The shapes with which a frame strikes; none where it is a place on a body."""
     strikes = striking(robot, name)
-    return () if strikes.marks else strikes.shapes
+    return () if strikes.is_place else strikes.shapes
 
 
 def _lowest(shapes: tuple[Shape, ...], down: Array) -> Array:

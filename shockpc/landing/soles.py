@@ -96,8 +96,8 @@ def sole_corners(
 ) -> Array | None:
     """The corners (n, 3) of the sole of a frame, in the frame of its body [m]; None if it is a point.
 
-    A frame that only marks a place has the sole of its body if it lies in the middle of that. A toe and
-    the end of a beam are points.
+    A frame without shapes has the sole of its body if that is wide, unlike the end of a beam, and if it
+    lies in the middle of it or is the name of a foot.
 
     Args:
         robot: the robot.
@@ -105,12 +105,14 @@ def sole_corners(
         normal: unit normal of the ground, in the axes of the body.
         tolerance: of the ground [m].
     """
-    shapes, _, _, marks = striking(robot, name)
-    if not shapes or (len(shapes) == 1 and _is_round(shapes[0])):
+    strikes, up, tolerance = striking(robot, name), np.array(normal), tolerance + LEVEL
+    if not strikes.shapes:
         return None
-    up, axes, tolerance = np.array(normal), np.array(across(np.array(normal))), tolerance + LEVEL
-    low = height_of_lowest(shapes, up)
-    near = [shape for shape in shapes if height_of_lowest([shape], up) <= low + tolerance]
+    low = height_of_lowest(strikes.shapes, up)
+    near = [shape for shape in strikes.shapes if height_of_lowest([shape], up) <= low + tolerance]
+    if len(near) == 1 and _is_round(near[0]):
+        return None
+    axes = np.array(across(up))
     meshes = [shape for shape in near if shape.mesh is not None]
     primitives = [shape for shape in near if shape.mesh is None]
     corners = [_corners_of_primitive(shape, up, low + tolerance) for shape in primitives]
@@ -120,7 +122,7 @@ def sole_corners(
     if len(near) > 1:
         points = points[_depth_in_hull(points, near, up, axes) <= DEPTH * tolerance]
     points = points[_on_outline(points @ axes.T)]
-    if len(points) < 2 or (marks and not _in_the_middle(robot, name, near, up, low + tolerance)):
+    if len(points) < 2 or (strikes.is_place and not _has_sole(robot, name, near, up, low + tolerance)):
         return None
     return np.asarray(points)
 
@@ -191,14 +193,14 @@ def _depth_in_hull(points: Array, shapes: Sequence[Shape], up: Array, axes: Arra
     return np.asarray((reach - points @ outward.T).min(axis=1))
 
 
-def _in_the_middle(
+def _has_sole(
     robot: Robot,
     name: str,
     shapes: Sequence[Shape],
     up: Array,
     height: float,
 ) -> bool:
-    """Whether a frame lies in a wide sole of its body, near its height and not near its edge.
+    """Whether a frame without shapes has the sole of its body.
 
     Args:
         robot: the robot.
@@ -207,14 +209,14 @@ def _in_the_middle(
         up: (3,) unit normal of the ground, in the axes of the body.
         height: over the body's origin up to which points belong to the sole [m].
     """
-    offset, inside = robot.frame(name).offset, most_inside(robot)
-    if abs(up @ offset - height_of_lowest(shapes, up)) > inside:
+    offset, inside, is_foot = robot.frame(name).offset, most_inside(robot), striking(robot, name).is_foot
+    if not is_foot and abs(up @ offset - height_of_lowest(shapes, up)) > inside:
         return False
     near = np.concatenate([part for shape in shapes for part in _below(shape, up, height)])
     aside = (near - offset) @ np.transpose(across(up)) @ DIRECTIONS
     width = np.ptp(aside, axis=0)
     from_middle = np.abs(aside.min(axis=0) + aside.max(axis=0)) / 2.0
-    return bool(width.min() > WIDE * inside and np.all(from_middle <= width / 4.0))
+    return bool(width.min() > WIDE * inside and (is_foot or np.all(from_middle <= width / 4.0)))
 
 
 def _on_outline(flat: Array) -> np.ndarray:

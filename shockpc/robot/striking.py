@@ -5,7 +5,8 @@ from typing import NamedTuple
 import pinocchio as pin
 
 from shockpc.core.memo import memoized
-from shockpc.robot.feet_and_sensors import each_foot
+from shockpc.robot.elements import Frame
+from shockpc.robot.feet_and_sensors import each_foot, recognised
 from shockpc.robot.geometry import Unread, shapes_of
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
@@ -17,14 +18,14 @@ class Striking(NamedTuple):
     Attributes:
         shapes: in the frame of the body.
         unread: those that could not be read.
-        of_frame: whether they are the frame's `own_shapes`, on which its lowest point is sought, and no others.
-        marks: whether the frame, which has no shapes, is a place on a body that has some, and is no foot.
+        is_place: whether the frame has no shapes: it is a place on a body, whose shapes these are.
+        is_foot: whether it is the name of what is recognised as a foot.
     """
 
     shapes: tuple[Shape, ...]
     unread: tuple[Unread, ...]
-    of_frame: bool
-    marks: bool
+    is_place: bool
+    is_foot: bool
 
 
 @memoized()
@@ -32,18 +33,18 @@ def striking(robot: Robot, name: str) -> Striking:
     """The shapes with which a frame strikes.
 
     A foot strikes with its body and all that is fixed to that, another frame with its own shapes. What
-    has none marks a place on its body. A frame of the base marks a point.
+    has none is a place on its body. A frame of the base marks a point.
     """
     frame = robot.frame(name)
     links = robot.bodies[frame.body].links if robot.parents[frame.body] >= 0 else ()
     own, unread = own_shapes(robot, name)
-    is_foot = name in each_foot(robot)
-    if own and (not is_foot or _is_ball(own, links)):
-        return Striking(own, unread, True, False)
+    is_end = name in each_foot(robot)
+    is_foot = is_end and recognised(robot)
+    if own and (not is_end or not links or _is_ball_at_end(own, frame, links)):
+        return Striking(own, unread, False, is_foot)
     shapes, lost = _shapes_of_links(robot, links)
-    if is_foot and (own or name in links[:1]):
-        return Striking(shapes or own, lost, len(shapes) == len(own), False)
-    return Striking(own or shapes, unread, bool(own), not own)
+    is_place = not own and name not in links[:1]
+    return Striking(shapes, lost, is_place, is_foot)
 
 
 @memoized()
@@ -56,13 +57,13 @@ def own_shapes(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread
     return shapes, (*unread, *lost)
 
 
-def _is_ball(shapes: tuple[Shape, ...], links: tuple[str, ...]) -> bool:
-    """Whether a foot is a ball at the end of a link, beside which nothing of its body is as low.
+def _is_ball_at_end(shapes: tuple[Shape, ...], frame: Frame, links: tuple[str, ...]) -> bool:
+    """Whether a foot is a link with a ball at the end of another, beside which nothing is as low.
 
     The meshes of the shank are then not read.
     """
-    ball = len(shapes) == 1 and len(shapes[0].points) == 1 and bool(shapes[0].rounding.any())
-    return ball and len(links) <= 2
+    is_ball = len(shapes) == 1 and len(shapes[0].points) == 1 and bool(shapes[0].rounding.any())
+    return is_ball and frame.kind == "link" and len(links) <= 2
 
 
 def _shapes_of_links(
