@@ -8,6 +8,8 @@ import pytest
 
 from shockpc import load_robot
 from shockpc.core.drive_box import DriveBox
+from shockpc.evaluation.drive_ends import at_drive_ends
+from shockpc.evaluation.source import with_default_landings
 from shockpc.impact.drive_response import with_inertias
 from shockpc.judgement import drive_range
 from shockpc.judgement.drive_range import deciding_joints, effective_mass_range, range_of
@@ -252,3 +254,22 @@ def test_no_range_where_drives_are_given_or_do_not_count(a1):
     assert deciding_joints(free, select("shock"), place) == ()
     assert range_of(a1, select("shock_locked"), place) is None
     assert range_of(a1, select("data_sensitivity"), place) is None
+
+
+@pytest.mark.parametrize("name", ["a1", "go1", "cassie", "panda"])
+def test_the_scenes_of_both_ends_are_landings_with_these_inertias(name):
+    """Scenes state what changed joint models do: of held joints, rotors that links carry, springs, fingers."""
+    robot = robot_of(Scene(robot=name))
+    (scene, *_) = with_default_landings({"": Scene(robot=name)}, robot).values()
+    landing = landing_of(scene, robot)
+    model = landing.joint_model
+    changes = {"smallest": model.low - model.armature, "largest": model.high - model.armature}
+    found = at_drive_ends(profile_of(landing), {"": (scene, robot)}, lambda scenes: profile_of_scene(scenes[""], robot))
+    assert list(found) == ["smallest", "largest"]
+    for end, change in changes.items():
+        expected = profile_of(with_inertias(landing, change)).value("shock_com", "body")
+        np.testing.assert_allclose(found[end].value("shock_com", "body"), expected, rtol=1e-12, atol=1e-15)
+        if not np.any(change):
+            continue  # which is the landing as modelled
+        again = at_drive_ends(None, {"": (found[end].scene, robot)}, lambda scenes: None)
+        assert again == {}, "the drives of an end are known"

@@ -396,7 +396,7 @@ def test_document_and_files(capfd, tmp_path):
     assert document["combined"] == max(min(row[name] for name in names if name.startswith("sensor ")) for row in felt)
     assert document["tables"]["margins"][0].keys() == {"place", "peak_x", "peak_y", "peak_z"}
     assert {path.name for path in tmp_path.iterdir()} == {
-        "landings.csv", "velocity_changes.csv", "margins.csv",
+        "landings.csv", "velocity_changes.csv", "margins.csv", "drives.csv",
         "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
     }  # fmt: skip
     assert json.loads((tmp_path / "place.json").read_text()) == document
@@ -471,3 +471,27 @@ def test_with_friction_places_see_the_shock_of_contacts_that_slide():
         assert profile.value("shock_friction", "point")[-1] == pytest.approx(shock, abs=1e-12)
     assert found.profiles[0].friction.state == ("slides",)
     assert abs(best.shocks[0] - found.profiles[0].shock_com[0]) > 1e-3
+
+
+def test_the_best_place_is_given_at_both_ends_of_the_drives(capfd, tmp_path):
+    """Nobody knows the drives of A1: the ends are free and locked joints, stated apart here, and the places are far apart."""
+    study = shockpc.place("a1", alternatives=0)
+    for end, model in (("smallest", "free"), ("largest", "locked")):
+        stated = shockpc.place(shockpc.Scene(robot="a1", joints={"model": model}), alternatives=0)
+        assert not stated.ends
+        assert study.ends[end].combined == pytest.approx(stated.combined, rel=1e-9)
+        np.testing.assert_allclose(study.ends[end].places[0].position, stated.places[0].position, atol=1e-5)
+    apart = np.linalg.norm(study.ends["smallest"].places[0].position - study.ends["largest"].places[0].position)
+    assert 0.1 < apart < 0.3
+    assert study.kept is study.today[0], "all feet together: the trunk translates"
+    text = good(capfd, "place", "a1", "--out", tmp_path)
+    assert "keep imu_link, which sees 0.00355: no place is better by more than 1 %" in text
+    assert re.search(r"drives: .*moves by 1\d cm, and its shock changes by a factor of 28\d", text)
+    rows = json.loads((tmp_path / "place.json").read_text(encoding="utf-8"))["tables"]["drives"]
+    assert [row["drives"] for row in rows if row["place"] == "best"] == ["smallest", "largest"]
+    assert not places_over_drives(good(capfd, "place", "a1", "--joints", "free", "--alternatives", "0"))
+
+
+def places_over_drives(text):
+    """Lines that say something of ends of drives."""
+    return [line for line in text.splitlines() if line.startswith("drives:") or "largest inertias" in line]

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.evaluation.drive_ends import BETWEEN, BEYOND, MOVED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
@@ -11,7 +12,11 @@ from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, robot_name
 from shockpc.studies.place.study import PlaceStudy
+from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few, listed
+
+MOST_MOVED = 0.01
+"""Distance by which a place moves over the drives for the places of both ends to be given [m]."""
 
 
 def place_report(study: PlaceStudy) -> Report:
@@ -31,9 +36,10 @@ def place_report(study: PlaceStudy) -> Report:
             _places(study).without("present", "bound"),
             *([_margins(study)] if _judged(study) else []),
             _landings(study, None if full else 6),
+            *([_drives(study)] if moves_over_drives(study) else []),
         ],
         lead=3,
-        closing=[*_gains(study), *_proof(study)],
+        closing=[*_gains(study), *_over_drives(study), *_proof(study)],
         warnings=[
             *failed,
             *outside,
@@ -45,10 +51,11 @@ def place_report(study: PlaceStudy) -> Report:
             "landings": lambda: _landings(study),
             "velocity_changes": lambda: _changes(study),
             **({"margins": lambda: _margins(study)} if _judged(study) else {}),
+            **({"drives": lambda: _drives(study)} if study.ends else {}),
         },
         document=lambda: _document(study),
         tables=True,
-        others=("margins.csv",),
+        others=("margins.csv", "drives.csv"),
         landings=_named(study),
     )
 
@@ -144,9 +151,73 @@ def _gains(study: PlaceStudy) -> list[str]:
     new += " " + " and ".join("({:g}, {:g}, {:g})".format(*one.position.round(3) + 0.0) for one in chosen)
     lines = [] if study.today else [f"{new} sees {study.combined:.3g}"]
     for one in study.today:
+        if one is study.kept:
+            seen = f"keep {one.name}, which sees {one.combined:.3g}: no place is better by more than 1 %"
+            lines.append(f"{seen}; {new} sees {study.combined:.3g}")
+            continue
         factor = one.combined / study.combined if study.combined > 0.0 else np.inf
         less = f"; a factor of {factor:.3g}" if factor < 1e6 else ""
         lines.append(f"{one.name} sees {one.combined:.3g}, {new} {study.combined:.3g}{less}")
+    return lines
+
+
+def moves_over_drives(study: PlaceStudy) -> bool:
+    """Whether the best place differs between the ends of the drives by more than 1 cm, or its shock by more than 1 %."""
+    every = (study, *study.ends.values())
+    if any(isinstance(one, ShockError) for one in every):
+        return True
+    distance, share = _moved(study)
+    return distance > MOST_MOVED or share > MOVED
+
+
+def _moved(study: PlaceStudy) -> tuple[float, float]:
+    """The largest distance between the best places over the drives [m], and the largest ratio of their shocks, less 1 [1].
+
+    Of several sensors the distance is the largest of those in their order.
+    """
+    every = [study, *(one for one in study.ends.values() if isinstance(one, PlaceStudy))]
+    positions = [np.array([place.position for place in one.places[: study.count]]) for one in every]
+    known = [one for one in positions if one.shape == positions[0].shape]
+    distance = max(float(np.linalg.norm(a - b, axis=1).max()) for a in known for b in known)
+    numbers = [one.combined for one in every]
+    return distance, max(numbers) / min(numbers) - 1.0 if min(numbers) > 0.0 else np.inf
+
+
+def _drives(study: PlaceStudy) -> Sheet:
+    """The best place with the smallest and the largest inertias of the drives, beside that as modelled and present sensors."""
+    named = "maximum shock [-]" if study.weights is None else "weighted mean [-]"
+    header = ("drives", "place", "x [m]", "y [m]", "z [m]", named)
+    rows: list[Row] = []
+    for end, found in study.ends.items():
+        if isinstance(found, ShockError):
+            rows.append((end, str(found), None, None, None, None))
+            continue
+        best = study.places[: study.count]
+        for one in (*found.places[: study.count], *found.today):
+            rows.append((end, one.name, *one.position.tolist(), one.combined))
+        if study.count == 1 and not np.array_equal(best[0].position, found.places[0].position):
+            (at,) = found.fields.at(best[0].position[None])
+            rows.append((end, "best as modelled", *best[0].position.tolist(), float(at)))
+    return Sheet("with the smallest and the largest inertias that the drives may have", header, rows, [BEYOND])
+
+
+def _over_drives(study: PlaceStudy) -> list[str]:
+    """How the answer depends on the drives."""
+    if not study.ends:
+        return []
+    if not moves_over_drives(study):
+        return [f"drives: from {BETWEEN}, the best place moves by less than 1 cm, and its shock by less than 1 %"]
+    distance, share = _moved(study)
+    factor = f"by a factor of {1.0 + share:.3g}" if share > 1.0 else f"by {100.0 * share:.2g} %"
+    lines = [f"drives: from {BETWEEN}, the best place moves by {100.0 * distance:.2g} cm, and its shock changes {factor}"]
+    for end, found in study.ends.items():
+        if isinstance(found, ShockError):
+            lines.append(f"with the {end} inertias there is no answer: {found}")
+        elif found.kept is not None and study.kept is None:
+            lines.append(f"with the {end} inertias keep {found.kept.name}: no place is better by more than 1 %")
+        elif found.kept is None and study.kept is not None:
+            gain = 100.0 * found.better(min(found.today, key=lambda one: one.combined))
+            lines.append(f"with the {end} inertias a place is better than {study.kept.name}, by {gain:.2g} %")
     return lines
 
 

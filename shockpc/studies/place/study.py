@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.core.low_pass import peak_of
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
+from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground, with_default_landings
 from shockpc.evaluation.table import Table
@@ -105,6 +106,8 @@ class PlaceStudy:
         assigned: (L,) for several sensors, which of them has the smallest shock in each landing.
         apart: distance of the alternatives along at least one axis [m].
         failures: name and error of the landings that could not be computed.
+        ends: the study with all drives at the smallest inertias that what is known allows, and at
+            the largest, or why there is none; empty where all drives are known exactly.
     """
 
     robot: Robot
@@ -122,6 +125,7 @@ class PlaceStudy:
     assigned: np.ndarray
     apart: float
     failures: tuple[tuple[str, ShockError], ...]
+    ends: Mapping[End, "PlaceStudy | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.place.report:place_report")
 
@@ -149,6 +153,16 @@ class PlaceStudy:
     def gap(self) -> float:
         """Difference between the smallest number found and what is proven to be a lower bound [1]."""
         return max(0.0, self.least - self.bound)
+
+    def better(self, one: SensorPlace) -> float:
+        """By how much the best place is better than another one, as a share of its shock [1]."""
+        return max(0.0, one.combined / self.combined - 1.0) if self.combined > 0.0 else math.inf
+
+    @property
+    def kept(self) -> SensorPlace | None:
+        """The present sensor than which no place is better by more than 1 %; None if there is none."""
+        least = min(self.today, key=lambda one: one.combined, default=None)
+        return least if least is not None and self.better(least) <= MOVED else None
 
     @property
     def complete(self) -> bool:
@@ -307,7 +321,7 @@ def place(
         )
         for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
     ]
-    return PlaceStudy(
+    modelled = PlaceStudy(
         robot=robot,
         body=i,
         region=region,
@@ -324,6 +338,21 @@ def place(
         apart=apart,
         failures=failures,
     )
+
+    def at_end(scenes: dict[str, Scene]) -> PlaceStudy:
+        return place(
+            scenes,
+            robot,
+            weights=weights,
+            body=body,
+            within=within,
+            surface=surface,
+            count=count,
+            alternatives=0 if count == 1 else None,
+        )
+
+    cases = {name: (scene, robot) for name, scene in named.items()}
+    return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
 
 
 def _profiles(

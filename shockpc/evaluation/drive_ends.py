@@ -1,0 +1,109 @@
+"""A study with all drives at the smallest inertias that what is known allows, and with all at the largest.
+
+These are two corners of what is known. A number of other drives between them may be beyond both, as
+the range of a number over the drives (`judgement.drive_range`) shows. An optimum or a limit has no
+such law, so the study is made again.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.varied_scene import LEAST_INERTIA
+from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.joint_options import Joints, Rotor
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import check_scene
+from shockpc.robot.gear import Gear
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError, attempt
+
+End = Literal["smallest", "largest"]
+"""Which inertias all drives have."""
+
+ENDS: tuple[End, End] = ("smallest", "largest")
+
+MOVED = 0.01
+"""Share of a number by which it differs between the ends for both to be given."""
+
+BETWEEN = "the smallest to the largest inertias that the drives may have"
+"""Where an answer is looked at, in words."""
+
+BEYOND = "of drives between these, a number may be beyond both"
+"""What these two ends do not say."""
+
+T = TypeVar("T")
+
+
+def at_drive_ends(
+    modelled: T, cases: Mapping[str, tuple[Scene, Robot]], compute: Callable[[dict[str, Scene]], T]
+) -> dict[End, T | ShockError]:
+    """A study at both ends of the drives, or why there is none; nothing where all drives are known exactly.
+
+    Args:
+        modelled: the study for the drives as modelled, which is that of an end with the same inertias.
+        cases: scene and robot of each landing, by name.
+        compute: makes the study of the landings with other drives, by name.
+    """
+    cases = {name: (check_scene(scene), robot) for name, (scene, robot) in cases.items()}
+    models = {name: joint_model(robot, scene.joints) for name, (scene, robot) in cases.items()}
+    if not any(np.any(model.low < model.high) for model in models.values()):
+        return {}
+    found: dict[End, T | ShockError] = {}
+    for end in ENDS:
+        if all(np.array_equal(_inertias(model, end), model.armature) for model in models.values()):
+            found[end] = modelled
+            continue
+        scenes = {
+            name: replace(scene, joints=_joints_at(robot, scene.joints, models[name], end))
+            for name, (scene, robot) in cases.items()
+        }
+        found[end] = attempt(compute, scenes)
+    return found
+
+
+def _inertias(model: JointModel, end: End) -> Array:
+    """The reflected inertias (nv,) of an end; infinite where a joint is held."""
+    return model.low if end == "smallest" else model.high
+
+
+def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joints:
+    """What a scene states for all joints to be as in a joint model, with the drives that are not known exactly at an end."""
+    inertias, moved = _inertias(model, end), model.low < model.high
+    held = model.locked | np.isinf(inertias)
+    locked = [joint.name for joint in robot.single_joints if held[joint.v].all() and joint.kind != "free"]
+    # What follows joints that are held is held with them.
+    for mimic in robot.mimics:
+        if mimic.joint not in locked and mimic.leaders and set(mimic.leaders) <= set(locked):
+            locked.append(mimic.joint)
+    armature: dict[str, float] = {}
+    rotor: dict[str, Rotor] = {}
+    stiffness: dict[str, float] = {}
+    for joint in robot.single_joints:
+        v = joint.v.start
+        if joint.kind == "free" or joint.name in locked:
+            continue
+        inertia, turns = float(inertias[v]), float(model.per_turn[v])
+        if model.stiffness[v] > 0.0:
+            stiffness[joint.name] = float(model.stiffness[v])
+        if model.rotor[v] > 0.0 and not moved[v]:
+            behind = float(model.drive_stiffness[v])
+            rotor[joint.name] = Rotor(inertia=float(model.rotor[v]), gear_ratio=1.0, stiffness=behind)
+        elif inertia > 0.0 and turns:
+            gear: Gear = "planetary" if turns > 0.0 else "harmonic"  # the senses in which rotors turn
+            rotor[joint.name] = Rotor(inertia=inertia * turns**2, gear_ratio=1.0 / abs(turns), gear=gear)
+        elif inertia > 0.0 or robot.model.armature[v] > 0.0:
+            armature[joint.name] = max(inertia, LEAST_INERTIA)
+    return Joints(
+        drives="none",
+        motors=joints.motors,
+        carried=joints.carried,
+        armature=armature,
+        rotor=rotor,
+        stiffness=stiffness,
+        torque=joints.torque,
+        locked=tuple(locked),
+    )
