@@ -25,8 +25,11 @@ NEEDED = 1e-9
 
 Contacts and the others hold it already, or need it to move."""
 
-ALL_CORNERS = 8
-"""Joints up to which all corners of a box are computed; with more, corners are climbed."""
+ALL_CORNERS, MOST_CORNERS = 8, 12
+"""Joints up to which all corners of a box are computed; with more, corners are climbed.
+
+More where contacts leave few joints to be held: then all of these hold the robot alike, whichever
+they are, and a climb ends there."""
 
 RAISED = 1e-9
 """Share by which a step of a climb has to raise a number."""
@@ -266,7 +269,8 @@ def _tops(low: _Inertias, high: _Inertias, size: Callable[[Array], Array]) -> li
         high: at the largest ones.
         size: of vectors (m, k), the numbers (k,), convex in them.
     """
-    if len(low.d) > ALL_CORNERS:
+    few = bool(np.any(np.isinf(high.span) & (high.d == 0.0)))
+    if len(low.d) > (MOST_CORNERS if few else ALL_CORNERS):
         return [_raised(start.copy(), size) for start in (low, high)]
     corner = int(size(_at_corners(low).T).argmax())
     top = low.copy()
