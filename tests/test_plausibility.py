@@ -258,7 +258,7 @@ def test_robots_that_stand_are_not_warned_of(name: str):
     """On one foot and on all."""
     robot = known_robot(name)
     for contacts in (*((foot,) for foot in each_foot(robot)), each_foot(robot)):
-        assert warned(robot, "height", "posture", "unit", contact=contacts) == []
+        assert warned(robot, "height", "straight", "unit", contact=contacts) == []
 
 
 def test_only_warnings_read_geometry(monkeypatch: pytest.MonkeyPatch):
@@ -281,17 +281,17 @@ HOME = '<keyframe><key name="home" qpos="0 0 0 1 0 0 0 0 0 0 0 0 0"/></keyframe>
 def test_a_straight_limb_that_nobody_chose(dog: Robot):
     """With the mitigation factor of that contact; not in a posture of the file, bent or not, nor where a joint is set."""
     profile = shock_profile(Scene(robot=dog.label, contact=("FL",)), dog)
-    (warning,) = (one for one in profile.health.warnings if one.kind == "posture")
+    (warning,) = (one for one in profile.health.warnings if one.kind == "straight")
     assert (warning.subject, warning.value) == ("FL", profile.contacts[0].mitigation)
     assert "no standing posture found: neutral" in warning.text
     assert f"mitigation {warning.value:.2g}; set joints with --set" in warning.text
     home = robot_from(DOG.replace("</worldbody>", f"</worldbody>{HOME}"), ".xml")
-    assert warned(home, "posture", contact=("FL",)) == []
-    assert warned(dog, "posture", contact=("FL",), posture=Posture(joints_deg={"HL_knee": 0})) == []
+    assert warned(home, "straight", contact=("FL",)) == []
+    assert warned(dog, "straight", contact=("FL",), posture=Posture(joints_deg={"HL_knee": 0})) == []
     bent = robot_from(DOG.replace('_calf" pos="0 0 -.2"', '_calf" pos="0 0 -.2" euler="0 40 0"'), ".xml")
-    assert warned(bent, "posture", contact=("FL",)) == []
-    assert warned(dog, "posture", contact=("trunk",)) == []
-    every = warned(dog, "posture", contact=("FL", "HL"))
+    assert warned(bent, "straight", contact=("FL",)) == []
+    assert warned(dog, "straight", contact=("trunk",)) == []
+    every = warned(dog, "straight", contact=("FL", "HL"))
     assert [(one.subject, "2 alike" in one.text) for one in every] == [("FL+HL", True)]
 
 

@@ -444,7 +444,7 @@ def test_straight_legs_are_bent_where_no_posture_is_known(knee, axis, angle):
     profile = shock_profile(Scene(robot="r.urdf", contact=robot.bodies[3].name), robot)
     assert "30 deg at the knees" in posture_text(profile)
     nearly_straight = abs(angle) < 15.0
-    assert [warning.kind for warning in profile.health.warnings if warning.kind == "posture"] == ["posture"] * nearly_straight
+    assert [warning.kind for warning in profile.health.warnings if warning.kind == "straight"] == ["straight"] * nearly_straight
 
 
 @pytest.mark.parametrize(
@@ -517,7 +517,7 @@ def test_a_leg_is_nearly_straight_where_its_foot_hardly_moves_in_one_direction(k
     jacobian = np.stack([(place(rates) - place(-rates)) / (2.0 * h) for rates in h * np.eye(2)], axis=1)
     most, least = np.linalg.svd(jacobian, compute_uv=False)
     warned = [
-        one for one in shock_profile(Scene(robot="r.urdf", contact="FL_foot"), robot).health.warnings if one.kind == "posture"
+        one for one in shock_profile(Scene(robot="r.urdf", contact="FL_foot"), robot).health.warnings if one.kind == "straight"
     ]
     assert bool(warned) is bool(least < 0.05 * most)
 

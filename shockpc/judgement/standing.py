@@ -23,7 +23,7 @@ STRAIGHT = 0.05
 BEND = 0.7
 """By how much every joint is moved to count the directions in which a limb that is not straight moves its end [rad, m]."""
 
-MARKS = {"standing": "lies", "posture": "legs straight"}
+MARKS = {"standing": "lies", "straight": "legs straight"}
 """What a row of a table says of a landing with a warning of these kinds."""
 
 TURNS = {(0, 1): "0,90,0", (0, -1): "0,-90,0", (1, 1): "-90,0,0", (1, -1): "90,0,0", (2, 1): "180,0,0"}
@@ -108,7 +108,7 @@ def straight(profile: ShockProfile) -> Iterator[Diagnostic]:
         text = f'no standing posture found: {posture.reference}, with a straight limb at "{name}"'
         text += "" if math.isnan(factor) else f"; mitigation {factor:.2g}"
         text += f"; set joints with --set, or give {remedy}"
-        yield Diagnostic("posture", name, None if math.isnan(factor) else factor, text)
+        yield Diagnostic("straight", name, None if math.isnan(factor) else factor, text)
 
 
 def posture_marks(scene: Scene, warnings: Iterable[Diagnostic]) -> tuple[str, ...]:

@@ -166,6 +166,14 @@ def _posture(profile: ShockProfile) -> Iterator[Unknown]:
         yield Unknown("posture", "chosen", (name,), (), f'posture "{name}"', "--posture and --set change it", 1.0)
 
 
+def _base(profile: ShockProfile) -> Iterator[Unknown]:
+    """How the base moves, where the limbs of the robot decide that and not its file."""
+    if "base" in profile.landing.chosen:
+        held = profile.landing.base == "fixed"
+        text = "the base is fixed, as that of an arm" if held else "the base is freed, as legs hang on it"
+        yield Unknown("base", "chosen", (profile.robot.bodies[0].name,), (), text, "--base changes it", 1.0)
+
+
 def _duration(profile: ShockProfile) -> Iterator[Unknown]:
     """The duration of contact, where a peak is asked for with a pulse."""
     if profile.landing.pulse is not None and profile.stiffness is None:
@@ -176,5 +184,5 @@ def _duration(profile: ShockProfile) -> Iterator[Unknown]:
 NOBODY_KNOWS: tuple[Callable[[ShockProfile], Iterator[Unknown]], ...] = (_unknown_drives, _inertias, _meshes)
 """What nobody knows, or what looks wrong."""
 
-CAUSES = (*NOBODY_KNOWS, _known_drives, _springs, _contacts, _posture, _duration)
+CAUSES = (*NOBODY_KNOWS, _known_drives, _springs, _contacts, _posture, _base, _duration)
 """What a landing takes for granted; of equal effect the first counts most."""

@@ -170,7 +170,8 @@ class PosedLanding(Landing):
         acting: rows of the end stops that act, where they are known.
         asked: the contacts as they were asked for; those of the scene say at which point they strike and of which kind they are.
         asked_rows: their rows, as points at their frames where the scene leaves that open.
-        chosen: what the scene as it was asked for leaves open, and its default fills in: "posture".
+        chosen: what the scene as it was asked for leaves open, and its default fills in: "posture", and "base" where that
+            depends on the limbs.
     """
 
     q: Array

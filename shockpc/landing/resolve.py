@@ -167,6 +167,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no meaning.
     """
     chosen = ("posture",) if scene.posture == Posture() else ()
+    chosen += ("base",) if scene.base is None and usual_base(robot).reason in ("arm", "legs") else ()
     scene = _complete(scene, robot)
     pulse, plane = pulse_of(scene), plane_of(scene)
     velocity = scene.strike.vector(plane)

@@ -182,7 +182,7 @@ class Unknown(NamedTuple):
     """Something that a landing takes for granted; `str` gives it in words, with what to give.
 
     Attributes:
-        kind: what it is about: "drives", "inertia", "geometry", "springs", "contact", "posture" or "duration".
+        kind: what it is about: "drives", "inertia", "geometry", "springs", "contact", "posture", "base" or "duration".
         status: "unknown" or "simulation model" of drives that nobody knows, "implausible" of inertias,
             and "missing" of geometry; "published", "derived" or "identified" of drives that are known,
             and "chosen" or "assumed" of the rest.

@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 KINDS = (
     "size", "standing", "base", "energy", "drives", "inertia", "robot", "unit", "height", "contact", "scene",
-    "posture", "data", "part", "sensor", "geometry", "limits",
+    "straight", "posture", "data", "part", "sensor", "geometry", "limits",
 )  # fmt: skip
 """Kinds of warnings in the order of their effect: no number, another landing or robot than is meant, numbers in doubt, damage, and
 what leaves the numbers as they are."""
@@ -24,7 +24,8 @@ class Diagnostic(NamedTuple):
 
     Attributes:
         kind: what it is about, one of `KINDS`: "size" where impulses are too large to be determined, "standing" where the robot
-            does not stand on its feet, "base" where it hangs on a base that its file holds.
+            does not stand on its feet, "base" where it hangs on a base that its file holds, "straight"
+            where a leg is straight in a posture that nobody chose.
         subject: name of the body, joint, contact or sensor concerned; empty if it is the whole landing.
         value: the number that gave rise to it, if there is one, in SI units.
         text: what was found, and its consequence.
