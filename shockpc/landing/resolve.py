@@ -166,8 +166,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     Raises:
         ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no meaning.
     """
-    chosen = ("posture",) if scene.posture == Posture() else ()
-    chosen += ("base",) if scene.base is None and usual_base(robot).reason in ("arm", "legs") else ()
+    by_limbs = scene.base is None and usual_base(robot).reason in ("arm", "legs")
+    chosen = (*["posture"] * (scene.posture == Posture()), *["base"] * by_limbs)
     scene = _complete(scene, robot)
     pulse, plane = pulse_of(scene), plane_of(scene)
     velocity = scene.strike.vector(plane)
