@@ -12,6 +12,7 @@ from standing import quadruped, soles
 from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
 from shockpc.landing.auto_contact import with_own_faces
+from shockpc.landing.contact import contact_block
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
@@ -432,3 +433,10 @@ def test_a_single_site_that_is_named_like_a_foot_stands_for_the_whole_foot(of_te
         profile = shock_profile(Scene(robot=robot.label, contact="left_toe"), robot)
         assert profile.scene.contact[0].kind == "flat"
         np.testing.assert_allclose(profile.delta_qd, expected.delta_qd, atol=1e-12)
+
+
+@pytest.mark.parametrize(("directions", "rows"), [(("x", "y", "z"), (6, 5, 4, 3)), (("z",), (3, 2, 1, 1))])
+def test_rows_of_each_kind_that_sticks_or_slides(biped, directions, rows):
+    given = [{"kind": "flat"}, {"kind": "edge", "edge": (1.0, 0.0, 0.0)}, {"kind": "corner"}, {"kind": "point"}]
+    contacts = [Contact(frame="left_foot", at="lowest", directions=directions, **one) for one in given]
+    assert tuple(contact_block(biped, contact, np.array([0.0, 0.0, 1.0])).size for contact in contacts) == rows

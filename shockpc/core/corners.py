@@ -98,8 +98,14 @@ def nonnegative_least_squares(B: Array, d: Array) -> Array:
     raise ArithmeticError("the search for the corners that push does not end")
 
 
-def _until_nonnegative(B: Array, d: Array, y: Array, active: np.ndarray, z: Array) -> tuple[np.ndarray, Array]:
-    """The active set (m,) and its least-squares solution (m,), of which what would be negative has left.
+def _until_nonnegative(
+    B: Array,
+    d: Array,
+    y: Array,
+    active: np.ndarray,
+    z: Array,
+) -> tuple[np.ndarray, Array]:
+    """The active set (m,) without what would be negative, and its least-squares solution (m,).
 
     Args:
         B: as of `nonnegative_least_squares`.

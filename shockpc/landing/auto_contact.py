@@ -87,7 +87,7 @@ def with_faces_of(
 ) -> PosedLanding:
     """The landing with what of its soles carries in another mechanism, such as links that bend.
 
-    It keeps its own faces where they have another number of contacts: a foot is lifted in one of both.
+    It keeps its own faces where these have another number of contacts, because a foot is lifted.
 
     Args:
         landing: with its own faces.
@@ -186,7 +186,7 @@ def _is_near_lowest(
     up: Array,
     tolerance: float,
 ) -> bool:
-    """Whether a point (3,) of a body is near the lowest points of some shapes, in height and aside."""
+    """Whether a point (3,) of a body is near the lowest points of shapes, in height and aside."""
     height = float(up @ point) - height_of_lowest(strikes.shapes, up)
     aside = distance_aside(point, lowest_points(strikes.shapes, up, tolerance), up)
     distance = max(height, aside)
@@ -195,7 +195,7 @@ def _is_near_lowest(
 
 
 def _sole(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Array | None:
-    """The corners (n, 3) of a contact's sole, in the frame of its body [m]; None of a point or a given kind."""
+    """The corners (n, 3) of a contact's sole, in its body's frame [m]; None without one to choose."""
     if contact.kind != "auto" or contact.offset is not None:
         return None
     x, y, z = (block.normal @ landing.state.rotation[0, block.body]).tolist()
@@ -214,8 +214,8 @@ def _unread_geometry(robot: Robot, contact: Contact) -> list[Diagnostic]:
     if strikes.shapes and not strikes.is_place:
         consequence = "only its other shapes decide where it strikes"
     text = (
-        f'the geometry of contact "{contact.frame}" could not be read ({names}), so {consequence}; say where the meshes are '
-        "(packages), or give the point by an offset"
+        f'the geometry of contact "{contact.frame}" could not be read ({names}), so {consequence}; '
+        "say where the meshes are (packages), or give the point by an offset"
     )
     return [Diagnostic("geometry", contact.frame, None, text)]
 
@@ -250,7 +250,8 @@ def _with_faces(
     warnings = [warning for warning in flat.warnings if warning.kind != LIFTED]
     for number in lifted:
         frame = flat.contacts[number].frame
-        text = f"{frame} is lifted by the impact on the other feet, so it takes no impulse and is left out"
+        why = "is lifted by the impact on the other feet, so it takes no impulse and is left out"
+        text = f"{frame} {why}"
         warnings.append(Diagnostic(LIFTED, frame, None, text))
     for number, face in faces.items():
         if len(face):
@@ -269,7 +270,8 @@ def _on_face(landing: PosedLanding, number: int, face: np.ndarray) -> Contact:
     """
     contact, block = landing.scene.contact[number], landing.contacts[number]
     frame, rotation = landing.robot.frame(contact.frame), landing.state.rotation[0, block.body]
-    if len(face) == len(block.sole) and not is_thin(block.sole @ rotation.T @ np.transpose(across(block.normal))):
+    outline = block.sole @ rotation.T @ np.transpose(across(block.normal))
+    if len(face) == len(block.sole) and not is_thin(outline):
         return contact
     if landing.asked[number].at == "frame":
         # A point that is given stays where it is.

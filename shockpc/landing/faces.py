@@ -85,7 +85,7 @@ def _generators(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Generator
         # Forces along the ground: combinations of the forces' axes that are across the normal.
         along_ground = np.linalg.svd((block.forces @ block.normal)[None])[2][1:]
         free += [forces @ along_ground.T, twist]
-        # A push at a corner is a force along the normal at the contact's point, and its moment about that.
+        # A push at a corner is a normal force at the contact's point, and its moment about that.
         normal_force = np.linalg.lstsq(block.forces.T, block.normal, rcond=None)[0]
         corners = world_point(state, block.body, block.sole[:, None])[:, 0]
         moments = cross(corners - block_point(state, block), block.normal) @ block.moments[:2].T

@@ -32,8 +32,8 @@ RINGS, AROUND = 17, 16
 
 PLANE, FLAT = 0.1, 0.5
 """Of meshes, which do not say whether they are round: height up to which points belong to the face
-under their middle, as a share of the ground's tolerance; share of the area near the ground that this
-face has at least. That share is 0.1 for a ball and 0.3 for a wheel."""
+under their middle, as a share of the ground's tolerance; share of the area near the ground that
+this face has at least. That share is 0.1 for a ball and 0.3 for a wheel."""
 
 WIDE = 1.5
 """Width of the sole in which a frame without geometry lies, in units of `most_inside`: the end of a
@@ -72,14 +72,14 @@ def height_of_lowest(shapes: Sequence[Shape], up: Array) -> float:
 
 
 def lowest_points(shapes: Sequence[Shape], up: Array, tolerance: float) -> Array:
-    """The lowest points (k, 3) of some shapes, within a tolerance [m], in the frame of their body."""
+    """The lowest points (k, 3) of some shapes, within a tolerance [m], in their body's frame."""
     points = np.concatenate([shape.farthest(-up) for shape in shapes])
     height = points @ up
     return np.asarray(points[height <= height.min() + tolerance])
 
 
 def distance_aside(point: Array, points: Array, up: Array) -> float:
-    """Horizontal distance of a point (3,) from the hull of points (k, 3) [m]; 0 above or below it."""
+    """Horizontal distance of a point (3,) from the hull of points (k, 3), 0 above or below it [m]."""
     if len(points) == 1:
         # The usual foot is a ball.
         return float(np.linalg.norm(cross(point - points[0], up)))
@@ -94,10 +94,10 @@ def sole_corners(
     normal: tuple[float, float, float],
     tolerance: float,
 ) -> Array | None:
-    """The corners (n, 3) of the sole of a frame, in the frame of its body [m]; None if it is a point.
+    """The corners (n, 3) of the sole of a frame, in its body's frame [m]; None if it is a point.
 
-    A frame without shapes has the sole of its body if that is wide, unlike the end of a beam, and if it
-    lies in the middle of it or is the name of a foot.
+    A frame without shapes has the sole of its body if that is wide, unlike the end of a beam, and if
+    it lies in the middle of it or is the name of a foot.
 
     Args:
         robot: the robot.
@@ -122,7 +122,9 @@ def sole_corners(
     if len(near) > 1:
         points = points[_depth_in_hull(points, near, up, axes) <= DEPTH * tolerance]
     points = points[_on_outline(points @ axes.T)]
-    if len(points) < 2 or (strikes.is_place and not _has_sole(robot, name, near, up, low + tolerance)):
+    if len(points) < 2:
+        return None
+    if strikes.is_place and not _has_sole(robot, name, near, up, low + tolerance):
         return None
     return np.asarray(points)
 
@@ -136,8 +138,8 @@ def _is_round(shape: Shape) -> bool:
 def _corners_of_primitive(shape: Shape, up: Array, height: float) -> Array:
     """The corners (n, 3) of a box or a round shape below a height over the origin of the body [m].
 
-    A ball has its lowest point, a lying rod the lowest point of each end, a standing disc points on its
-    rim. A lying cylinder that is not longer than thick is a wheel, with one point in its middle.
+    A ball has its lowest point, a lying rod the lowest point of each end, a standing disc points on
+    its rim. A lying cylinder that is not longer than thick is a wheel, with one point in its middle.
     """
     semi_axes = np.linalg.norm(shape.rounding, axis=0)
     along = up @ shape.rounding
@@ -152,7 +154,7 @@ def _corners_of_primitive(shape: Shape, up: Array, height: float) -> Array:
 
 
 def _corners_of_meshes(meshes: Sequence[Shape], up: Array, low: float, tolerance: float) -> Array:
-    """The corners (n, 3) of the meshes of a body; their lowest point if they are round near the ground.
+    """The corners (n, 3) of the meshes of a body; one point if they are round near the ground.
 
     Args:
         meshes: with a point within the tolerance.
@@ -209,7 +211,8 @@ def _has_sole(
         up: (3,) unit normal of the ground, in the axes of the body.
         height: over the body's origin up to which points belong to the sole [m].
     """
-    offset, inside, is_foot = robot.frame(name).offset, most_inside(robot), striking(robot, name).is_foot
+    offset, inside = robot.frame(name).offset, most_inside(robot)
+    is_foot = striking(robot, name).is_foot
     if not is_foot and abs(up @ offset - height_of_lowest(shapes, up)) > inside:
         return False
     near = np.concatenate([part for shape in shapes for part in _below(shape, up, height)])
@@ -228,7 +231,7 @@ def _on_outline(flat: Array) -> np.ndarray:
 
 
 def _extreme(flat: Array) -> Array:
-    """Of points (n, 2) those (64, 2) that are farthest in each direction, in order around the hull."""
+    """Of points (n, 2) those (64, 2) that are farthest in each direction, around the hull."""
     (x, y), (dx, dy) = flat.T, DIRECTIONS[:, : DIRECTIONS.shape[1] // 2, None]
     along = dx * x + dy * y
     return np.asarray(flat[np.concatenate([along.argmax(axis=1), along.argmin(axis=1)])])
@@ -255,8 +258,8 @@ def is_thin(polygon: Array) -> bool:
 def _height_above_face(flat: Array, height: Array) -> Array:
     """Heights (n,) of points above the face of their hull at the origin; infinite if there is none.
 
-    The face is found by the simplex method: the convex combination of points that is at the origin and
-    lowest. It begins with three auxiliary points.
+    The face is found by the simplex method: the convex combination of points that is at the origin
+    and lowest. It begins with three auxiliary points.
 
     Args:
         flat: (n, 2) their horizontal positions [m].
@@ -282,10 +285,10 @@ def _height_above_face(flat: Array, height: Array) -> Array:
 
 
 def _below(shape: Shape, up: Array, height: float) -> tuple[Array, Array]:
-    """Points (n, 3) of a shape below a height [m], and those (m, 3) at which its edges are cut there.
+    """Points (n, 3) of a shape below a height [m], and those (m, 3) where its edges are cut there.
 
-    Their hull is the part of the shape below. Points on it represent a round shape. All is in the frame
-    of the body, and the height is over its origin.
+    Their hull is the part of the shape below. Points on it represent a round shape. All is in the
+    frame of the body, and the height is over its origin.
     """
     if shape.mesh is not None:
         points, edges = (

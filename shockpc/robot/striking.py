@@ -1,4 +1,4 @@
-"""The shapes with which a frame strikes the ground: a foot with all of its body, another frame with its own."""
+"""The shapes with which a frame strikes: a foot with all of its body, another frame with its own."""
 
 from typing import NamedTuple
 
@@ -32,8 +32,8 @@ class Striking(NamedTuple):
 def striking(robot: Robot, name: str) -> Striking:
     """The shapes with which a frame strikes.
 
-    A foot strikes with its body and all that is fixed to that, another frame with its own shapes. What
-    has none is a place on its body. A frame of the base marks a point.
+    A foot strikes with its body and all that is fixed to that, another frame with its own shapes.
+    What has none is a place on its body. A frame of the base marks a point.
     """
     frame = robot.frame(name)
     links = robot.bodies[frame.body].links if robot.parents[frame.body] >= 0 else ()
@@ -49,7 +49,7 @@ def striking(robot: Robot, name: str) -> Striking:
 
 @memoized()
 def own_shapes(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
-    """The shapes of a link, else of what is fixed to it, or of a geom; and those that cannot be read."""
+    """The shapes of a link, else of what is fixed to it, or of a geom; and those not read."""
     shapes, unread = shapes_of(robot, name)
     if shapes or robot.frame(name).kind != "link":
         return shapes, unread
