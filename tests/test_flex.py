@@ -318,6 +318,8 @@ def test_without_effect():
         shock_profile(replace(GO2, contact_stiffness=None, gravity=True, flex=TUBES))
     with pytest.raises(SceneError, match=r"calf.*EI"):
         resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
+    with pytest.raises(RobotError, match=r"springs .* up to 240 are computed"):
+        shock_profile(replace(GO2, flex={"*": "EI:674,hinges:30"}))
     with pytest.raises(RobotError, match=r"base.*no joint"):
         shock_profile(replace(GO2, flex={"base": "180Hz:clamped"}))
     with pytest.raises(SceneError, match=r"base.*fixed"):

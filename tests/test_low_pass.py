@@ -18,6 +18,7 @@ from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Part, Point
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
+from shockpc.quantities.selection import select
 from shockpc.studies.analyze.history import draw_time
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report
@@ -170,6 +171,15 @@ def test_a_range_is_that_of_what_is_read(landed):
         assert all("100 Hz" in str(one) for one in saturated)
 
 
+def test_a_range_of_a_sensor_without_a_bandwidth_has_no_share():
+    """Where only another point has one, and there is neither pulse nor stiffness, nothing is compared at the others."""
+    points = Point(frame="base", imu_bandwidth="50Hz"), Point(frame="imu")
+    found = shock_profile(Scene(robot="go2", contact="FL_foot", point=points, range_g=4.0))
+    shares = {place.name: found.value("range_share", "point")[k] for k, place in enumerate(found.places("point"))}
+    assert shares["base"] > 0.0
+    assert np.isnan(found.values(select("range_share").quantity, [one for one in found.places("point") if one.name == "imu"])).all()
+
+
 def test_a_pulse_beside_a_stiffness_does_not_decide_on_the_range():
     """The range is compared with what sensors read on the contacts, as the tables show it, not with a pulse of another length."""
     scene = replace(LANDING, range_g=2.0, pulse="half-sine:0.1ms", imu_bandwidth="100Hz")
@@ -183,7 +193,9 @@ def test_a_bound_is_linear_in_the_jump_of_velocity():
     np.testing.assert_allclose(profile.value("filtered_peak_axes", "point"), np.abs(jumps) * 400.0 * math.pi / GRAVITY, rtol=1e-12)
 
 
-@pytest.mark.parametrize("text", ["200", "200Hz:3", "200Hz:", "200hz", "-1Hz", "nanHz", "Hz", "200 Hz:x", "2 00Hz", "1e300Hz", "1e-4Hz"])
+@pytest.mark.parametrize(
+    "text", ["200", "200Hz:3", "200Hz:", "200hz", "-1Hz", "nanHz", "Hz", "200 Hz:x", "2 00Hz", "1e300Hz", "1e-4Hz"]
+)
 def test_what_is_no_bandwidth_is_refused(text):
     with pytest.raises(ValueError, match="bandwidth"):
         low_pass_from(text)

@@ -52,6 +52,11 @@ class Flex(NamedTuple):
     GJ: float | None = None
     hinges: int = HINGES
 
+    @property
+    def springs(self) -> int:
+        """The number of springs in its hinges."""
+        return self.hinges * (2 + (self.EA is not None) + (self.GJ is not None))
+
     def scaled(self, factor: float) -> "Flex":
         """The link with all its stiffnesses multiplied by a factor."""
         EI, EA, GJ = (None if value is None else factor * value for value in (self.EI, self.EA, self.GJ))

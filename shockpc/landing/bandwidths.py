@@ -5,14 +5,14 @@ from shockpc.landing.scene import Scene
 from shockpc.text.errors import SceneError
 
 
-def low_pass_at(scene: Scene, point: str) -> LowPass | None:
-    """The filter of the sensor at a point, by its name: that of the point, else the scene's; None without one.
+def low_passes_of_points(scene: Scene) -> dict[str, LowPass]:
+    """The filters of points that have one of their own, by the names of the points; of several the last one.
 
     Raises:
-        SceneError: it is not a bandwidth.
+        SceneError: one of them is not a bandwidth.
     """
-    own = [one.imu_bandwidth for one in scene.point if one.label == point and one.imu_bandwidth is not None]
-    return _low_pass(own[-1]) if own else scene_low_pass(scene)
+    filters = {one.label: _low_pass(one.imu_bandwidth) for one in scene.point if one.imu_bandwidth is not None}
+    return {name: low_pass for name, low_pass in filters.items() if low_pass is not None}
 
 
 def scene_low_pass(scene: Scene) -> LowPass | None:

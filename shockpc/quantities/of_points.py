@@ -5,12 +5,13 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.low_pass import LowPass, peak_of
+from shockpc.core.memo import memoized
 from shockpc.core.most_severe import ExtremeDirections, extreme_directions, most_severe_direction
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
-from shockpc.landing.bandwidths import low_pass_at, low_pass_of_part, low_passes_of
+from shockpc.landing.bandwidths import low_pass_of_part, low_passes_of, low_passes_of_points, scene_low_pass
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
@@ -52,7 +53,16 @@ def _peak(impact: Impact, places: Places) -> Any:
 def low_passes(landing: PosedLanding, places: Places, parts: bool = False) -> list[LowPass | None]:
     """The filters of the sensors at some points; None where none is known. Args: parts, whether these are parts of the scene."""
     scene = landing.scene
-    return [low_pass_of_part(scene, place.number) if parts else low_pass_at(scene, place.name) for place in places]
+    if parts:
+        return [low_pass_of_part(scene, place.number) for place in places]
+    own, others = _filters_of_points(landing), scene_low_pass(scene)
+    return [own.get(place.name, others) for place in places]
+
+
+@memoized()
+def _filters_of_points(landing: PosedLanding) -> dict[str, LowPass]:
+    """The filters of points that have one of their own, by name."""
+    return low_passes_of_points(landing.scene)
 
 
 def axis_jumps(impact: Impact, places: Places) -> Any:

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.low_pass import peak_of
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.landing.scene import Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import solved_on
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
@@ -41,9 +41,10 @@ class SensorPeak(NamedTuple):
         return f"along {self.axis}, {self.cause}" if self.axis else self.cause
 
 
-def _axes_known(scene: Scene, place: Place) -> bool:
-    """Whether the axes of a sensor at a point are those of its frame: an offset names a place on a link, not a sensor."""
-    return not any(any(point.offset) for point in scene.point if point.label == place.name)
+@memoized()
+def _without_axes(landing: PosedLanding) -> frozenset[str]:
+    """The names of points of which the axes are not known: an offset names a place on a link, not a sensor in a frame."""
+    return frozenset(point.label for point in landing.scene.point if any(point.offset))
 
 
 def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
@@ -53,7 +54,7 @@ def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
     behind = np.array([one is not None for one in filters])[:, None]
 
     def along(components: Array, lengths: Array) -> Array:
-        known = np.array([_axes_known(scene, place) for place in places])
+        known = np.array([place.name not in _without_axes(landing) for place in places])
         return np.where(known[:, None], np.abs(components), lengths[:, None])
 
     if scene.contact_stiffness is not None:
@@ -74,10 +75,11 @@ def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
 
 
 def _shares(impact: Impact, places: Places) -> Array:
-    """The largest of these peaks (1, 1, n), of the range."""
-    if impact.landing.scene.range_g is None:
+    """The largest of these peaks (1, 1, n), of the range; NaN where there is none."""
+    found = [] if impact.landing.scene.range_g is None else [peaks.max(axis=1) for _, peaks in _peaks(impact, places)]
+    if not found:
         return np.full((1, 1, len(places)), np.nan)
-    largest = np.fmax.reduce([peaks.max(axis=1) for _, peaks in _peaks(impact, places)])
+    largest = np.fmax.reduce(found)
     return np.asarray(largest[None, None] / impact.landing.scene.range_g)
 
 
@@ -87,7 +89,7 @@ def sensor_peaks(landing: PosedLanding, proof: Proof, places: Sequence[Place]) -
     largest = []
     for k, low_pass in enumerate(low_passes(landing, places) if named else ()):
         cause, peaks = max(((cause, peaks[k]) for cause, peaks in named), key=lambda one: float(np.nan_to_num(one[1]).max()))
-        axis = AXES[int(peaks.argmax())] if _axes_known(landing.scene, places[k]) else ""
+        axis = "" if places[k].name in _without_axes(landing) else AXES[int(peaks.argmax())]
         cause += f", behind a filter of {low_pass}" if low_pass is not None else ""
         largest.append(SensorPeak(float(peaks.max()), axis, cause))
     return largest

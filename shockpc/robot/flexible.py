@@ -24,6 +24,9 @@ SHORT = 0.5
 ROUNDING = 1e-9
 """Distance [m] by which what is at a hinge may be before it and still moves with the segment behind."""
 
+MOST_SPRINGS = 240
+"""Springs in the hinges of all links; a landing of so many takes up to a minute and 0.5 GB."""
+
 LEAVE_OUT = "leave it out of flex, with patterns that do not fit it"
 """What to do with a link that cannot bend."""
 
@@ -91,6 +94,11 @@ def flexible_robot(
         RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors that it carries.
     """
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
+    if (springs := sum(flex.springs for flex in flexes.values())) > MOST_SPRINGS:
+        raise RobotError(
+            f"links would bend with {springs} springs in their hinges, and up to {MOST_SPRINGS} are computed; name fewer links, or "
+            "give them fewer hinges"
+        )
     lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
     for number, flex in flexes.items():
         if flex.clamped and robot.joints[number].kind == "free":
