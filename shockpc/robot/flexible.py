@@ -94,9 +94,9 @@ def flexible_robot(
         RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors that it carries.
     """
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
-    if (springs := sum(flex.springs for flex in flexes.values())) > MOST_SPRINGS:
+    if (count := sum(flex.springs for flex in flexes.values())) > MOST_SPRINGS:
         raise RobotError(
-            f"links would bend with {springs} springs in their hinges, and up to {MOST_SPRINGS} are computed; name fewer links, or "
+            f"links would bend with {count} springs in their hinges, and up to {MOST_SPRINGS} are computed; name fewer links, or "
             "give them fewer hinges"
         )
     lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
