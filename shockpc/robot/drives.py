@@ -13,6 +13,7 @@ from pathlib import Path
 
 from shockpc.core.frozen import frozen
 from shockpc.core.interval import ends, interval_fault, interval_text, middle
+from shockpc.core.memo import memoized
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.robot import Robot
@@ -153,6 +154,7 @@ def drives_like(robot: Robot, name: str) -> Drives:
     return drives_of(robot, drives, label)
 
 
+@memoized()
 def similar_robots(robot: Robot) -> tuple[str, ...]:
     """Robots of the catalogue whose drives are known and would be those of every joint of this robot, by the names of joints.
 
