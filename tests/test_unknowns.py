@@ -2,12 +2,15 @@
 
 import json
 
+import numpy as np
 import pytest
 from commands import good
 from robot_texts import LIMIT, joint, link, urdf
 from trees import robot_from
 
-from shockpc import Contact, Joints, Posture, Scene, shock_profile
+from shockpc import Contact, Joints, Part, Posture, Scene, Strike, shock_profile
+from shockpc.landing.constraints import NO_AXES, row_jacobian
+from shockpc.show.tables import Sheet, as_text, rounded
 from shockpc.studies.analyze.report import landing_report
 from shockpc.text.diagnostic import ShockWarning
 
@@ -98,3 +101,69 @@ def test_with_drives_is_no_heading_where_no_drive_is_known():
         heading in unknown for heading in ("joints free", "joints locked", "smallest found", "largest", "neither is a bound")
     )
     assert "as modelled" in columns(robot="talos", contact="left_sole_link", joints=Joints(drives="none"))
+
+
+def test_the_first_line_has_the_imu_and_no_table_is_wider_than_a_terminal(capfd):
+    """Before cameras, however many there are; where the shock is largest is said too, and nothing ends in "and 21 more"."""
+    text = good(capfd, "analyze", "anymal_c")
+    shock = text.splitlines()[0]
+    assert shock.startswith("shock        all four feet together: imu_link ")
+    assert "_camera up to 0." in shock
+    assert " more" not in shock
+    tables = text.split("a line for each landing\n")[1].split("\n(")[0].splitlines()
+    assert max(map(len, tables)) <= 100
+    names = [line[:13].rstrip() for line in tables[3:]]
+    assert names == ["all four feet", "LF + LH", "LF + RF", "LH + RH", "RF + RH", "LF", "LH", "RF", "RH"]
+    assert "imu_link" in tables[0]
+
+
+def test_a_table_is_shortened_and_continued_until_it_has_room():
+    columns = ["place", *(f"quantity {k} [m]" for k in range(9))]
+    rows = [(f"{'long_' * 12}name_{n}", *(0.123 * k for k in range(9))) for n in range(2)]
+    text = as_text(Sheet("table", columns, rows), 60)
+    assert max(map(len, text.splitlines())) <= 60
+    assert all(f"quantity {k}" in text for k in range(9))
+    assert all(number in text for row in rows for number in (rounded(row[3]), rounded(row[9])))
+    assert max(map(len, as_text(Sheet("table", columns, rows)).splitlines())) > 100
+
+
+@pytest.mark.parametrize(("directions", "words"), [("z", "slides without friction"), ("yz", "slides freely along one direction")])
+def test_the_mass_of_a_contact_is_that_of_the_rows_that_act(capfd, directions, words):
+    """By n A n of the point's mobility: the impulse of the ground for 1 m/s; that along the normal alone beside it."""
+    line = next(line for line in good(capfd, "analyze", "go2", "--contact", "FL_foot", "--directions", directions).splitlines()
+                if line.startswith("ground"))  # fmt: skip
+    profile = shock_profile(Scene(robot="go2", contact=Contact(frame="FL_foot", directions=tuple(directions))))
+    impulse = -float(profile.proof.impulse[-1, 2])
+    assert f"effective mass {rounded(impulse)} kg" in line
+    normal = profile.contacts[0].mass_frictionless
+    assert (f"{rounded(normal)} kg along the normal, without friction" in line) == (directions != "z")
+    assert words in line
+    assert profile.normal_mass == pytest.approx(normal, rel=1e-12)
+
+
+def test_the_normal_mass_of_several_contacts_is_that_of_all_of_them_without_friction():
+    """1ᵀ (J_n H⁻¹ J_nᵀ)⁻¹ 1, with a row for each contact."""
+    profile = shock_profile(Scene(robot="go2", contact=("FL_foot", "FR_foot", "RL_foot", "RR_foot")))
+    state, blocks = profile.landing.state, profile.landing.contacts
+    rows = row_jacobian(state, [block._replace(forces=np.array([[0.0, 0.0, 1.0]]), moments=NO_AXES) for block in blocks])[0]
+    masses = np.linalg.inv(rows @ np.linalg.solve(state.inertia[0], rows.T))
+    assert profile.normal_mass == pytest.approx(masses.sum(), rel=1e-10)
+
+
+def test_the_smallest_margin_of_a_part_is_in_the_first_lines_of_several_landings(capfd):
+    """With its landing and its range, and in a column; nobody gave a contact's duration, so none is named."""
+    words = ("analyze", "go2", "--part", "imu=half-sine 50 g 11 ms", "--drop-height", "0.5")
+    text = good(capfd, *words)
+    margin = text.splitlines()[1]
+    least = min(part.part_margin for part in shock_profile(scene_with_part(("FL", "FR", "RL", "RR"))).parts)
+    assert margin.startswith(f"margin       imu {rounded(least)} (")
+    assert margin.endswith(", drives derived) by velocity change, all four feet")
+    assert "worst margin" in text
+    alone = good(capfd, *words, "--contact", "FL_foot", "--all")
+    assert alone.splitlines()[1].startswith("margin       imu ")
+    assert not any(line.startswith(("rigid links", "links bend")) for line in alone.splitlines())
+
+
+def scene_with_part(feet):
+    part = Part(name="imu", at="imu", rating="half-sine 50 g 11 ms")
+    return Scene(robot="go2", contact=tuple(f"{name}_foot" for name in feet), part=(part,), strike=Strike(drop_height=0.5))

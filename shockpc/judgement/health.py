@@ -178,7 +178,7 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     slipping,
     gained,
     _beyond_the_impulse,
-    lambda profile: bends(profile.bending if isinstance(profile.bending, Bending) else None),
+    lambda profile: bends(links if profile.lasts and isinstance(links := profile.bending, Bending) else None),
     lambda profile: rings(profile.landing),
     _saturated,
     _overloaded,

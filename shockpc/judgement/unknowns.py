@@ -9,6 +9,7 @@ from shockpc.quantities.records import Unknown
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.geometry import body_outline, inertias_about_origins
+from shockpc.robot.motors import effort_hint
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import few, listed
 
@@ -20,6 +21,9 @@ CATALOGUE = ("published", "derived", "identified")
 
 DECIDING = 3
 """Joints that decide, in a text."""
+
+CARRIES = {"flat": "its flat sole", "edge": "an edge of its sole", "corner": "a corner of its sole"}
+"""What of a contact carries, by its kind."""
 
 CONTACT_OPTIONS = "--contact-point and --contact-kind change it"
 """What changes a contact that was chosen."""
@@ -78,8 +82,12 @@ def _drives(profile: ShockProfile, statuses: Sequence[str]) -> Iterator[Unknown]
             case "simulation model":
                 text = f"the reflected inertia of {where} is one number, a setting of a simulator"
             case _:
-                text = f"{model.drives} ({where}: {_interval(profile, joints)})"
-        text += f"; {few(decide, DECIDING)} decide{'s' * (len(decide) == 1)}" if 0 < len(decide) < len(joints) else ""
+                text = f"drives of {where}: {status}, {_interval(profile, joints)}"
+        if status in NOT_KNOWN:
+            hint = effort_hint(profile.robot, joints)
+            text += f" ({hint})" if hint else ""
+            decides = f"; {few(decide, DECIDING)} decide{'s' * (len(decide) == 1)}"
+            text += decides if 0 < len(decide) < len(joints) else ""
         remedy = "" if status in CATALOGUE else _remedy(profile, joints)
         yield Unknown("drives", status, joints, decide, text, remedy, _effect(profile) if decide else 1.0)
 
@@ -124,8 +132,7 @@ def _springs(profile: ShockProfile) -> Iterator[Unknown]:
     """Drives behind springs, and springs of joints."""
     springs = profile.landing.joint_model.springs
     if joints := tuple(joint.name for joint in profile.robot.single_joints if springs[joint.v].any()):
-        after = f", and have an effect after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
-        text = f"springs at {some_joints(profile.robot, joints)} are free for an instant{after}"
+        text = f"springs at {some_joints(profile.robot, joints)}: free for an instant, which says nothing of a longer contact"
         yield Unknown("springs", "assumed", joints, (), text, "--contact-stiffness computes a contact that lasts", 1.0)
 
 
@@ -150,11 +157,13 @@ def _meshes(profile: ShockProfile) -> Iterator[Unknown]:
 def _contacts(profile: ShockProfile) -> Iterator[Unknown]:
     """Contact points and soles that were chosen because the scene leaves them open."""
     landing = profile.landing
+    open_ = {contact.frame for contact in landing.asked if "auto" in (contact.at, contact.kind)}
     chosen: dict[str, list[str]] = {}
-    for asked, contact, block in zip(landing.asked, profile.scene.contact, landing.contacts, strict=True):
-        if block.kind != "stop" and "auto" in (asked.at, asked.kind):
-            place = "lowest point" if contact.at == "lowest" else "origin of the frame"
-            chosen.setdefault(f"{contact.kind} at the {place}", []).append(contact.frame)
+    for contact, block in zip(profile.scene.contact, landing.contacts, strict=True):
+        if block.kind != "stop" and contact.frame in open_:
+            place = "its lowest point" if contact.at == "lowest" else "the origin of its frame"
+            how = CARRIES.get(contact.kind, f"a point at {place}")
+            chosen.setdefault(how, []).append(contact.frame)
     for how, names in chosen.items():
         yield Unknown("contact", "chosen", tuple(names), (), how, CONTACT_OPTIONS, 1.0)
 

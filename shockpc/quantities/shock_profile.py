@@ -419,6 +419,11 @@ class ShockProfile(OfLanding):
             return str(refusal)
 
     @property
+    def lasts(self) -> bool:
+        """Whether the scene says how long the contact lasts, by a pulse or a contact stiffness."""
+        return self.landing.pulse is not None or self.scene.contact_stiffness is not None
+
+    @property
     def friction(self) -> "FrictionResult | None":
         """The landing with the scene's friction; None if it gives none."""
         if self.scene.friction is None:

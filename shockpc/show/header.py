@@ -195,13 +195,12 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
     if not joints.carried:
         texts.append("rotors do not turn with the links that carry them")
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
-    for source in model.sources:
-        if source.status == "simulation model":
-            texts.append(f"drives of {few(source.joints, 2, what=' joints')}: {source.text}")
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]
     sprung = [joint.name for joint in single if model.springs[joint.v].any()]
+    if sprung and math.isfinite(profile.spring_time):
+        texts.append(f"springs have an effect after {1e3 * profile.spring_time:.2g} ms")
     deflection = model.deflection(robot, profile.landing.q)
     load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
     if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:

@@ -89,6 +89,7 @@ class Report(NamedTuple):
         lead: how many sections of the whole body are the answer of the command, which report.html has before the view, with the
             lines under the body; by default the lines that the body begins with.
         brief: what a terminal shows in place of the body and the lines under it; by default these.
+        width: most characters of a line of a table on a terminal; None for any number.
         closing: lines under the body.
         warnings: lines under those: what warns, and what could not be computed.
         formats: texts in formats of other programs, by the name of the format.
@@ -110,6 +111,7 @@ class Report(NamedTuple):
     page: str = "report"
     lead: int = 0
     brief: Callable[[], Iterable[Section]] | None = None
+    width: int | None = None
     closing: Sequence[str] = ()
     warnings: Sequence[str] = ()
     formats: Mapping[str, Callable[[], str]] = {}
@@ -173,7 +175,7 @@ class Report(NamedTuple):
 
     def _terminal(self) -> str:
         blocks = (*self.body(False), self._end) if self.brief is None else (*self.brief(), Lines(self.warnings))
-        return "\n".join(filter(None, (as_text(block) for block in blocks if not isinstance(block, Picture))))
+        return "\n".join(filter(None, (as_text(block, self.width) for block in blocks if not isinstance(block, Picture))))
 
     @property
     def _end(self) -> Lines:

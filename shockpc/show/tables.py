@@ -1,6 +1,7 @@
 """Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
 
 import io
+import itertools
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,6 +27,13 @@ _NUMBER = re.compile(r"[+-]?\d+(\.\d+)?(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
 SHOWN = {"%": ("-", 0.01), "ms": ("s", 1e-3), "µs": ("s", 1e-6)}
 """Units that people read, each with that of cells, CSV and JSON, and its size in that. All others are the same for both."""
+
+
+WIDTH, NARROW, GAP = 100, 12, "  "
+"""Characters of a line of a table on a terminal; of a column of names at least; and between columns."""
+
+NAMES = 0.7
+"""Share of the width that the first columns, which name the rows, may have to be repeated where a table continues."""
 
 
 class Column(NamedTuple):
@@ -159,26 +167,94 @@ class Lines(NamedTuple):
     whole: bool = False
 
 
-def as_text(block: Sheet | Lines) -> str:
-    """Lines, or a table for a terminal: names to the left, numbers below one another at their points, columns as wide as needed."""
+def as_text(block: Sheet | Lines, width: int | None = None) -> str:
+    """Lines, or a table for a terminal: names to the left, numbers below one another at their points, columns as wide as needed.
+
+    Args:
+        block: lines or a table.
+        width: most characters of a line of a table; None for any number. Names are shortened, and what is still too wide
+            continues below with the columns that name the rows.
+    """
     if isinstance(block, Lines):
         show = printable if block.whole else message
         lines = [f"{show(line)}" if isinstance(line, str) else f"{line[0]:<12} {show(line[1])}" for line in block.lines]
         return "".join(f"{line}\n" for line in ([block.title] if block.title else []) + lines)
-    sheet = block
-    names, units = zip(*((printable(c.title), f"[{printable(c.unit)}]" if c.unit else "") for c in sheet.columns), strict=True)
-    columns = [_at_the_point([printable(c.shown(row[k]), c.width) for row in sheet.rows]) for k, c in enumerate(sheet.columns)]
-    cells = list(zip(*columns, strict=True))
-    widths = [max(map(len, column)) for column in zip(names, units, *cells, strict=True)]
-    to_the_right = numeric(sheet)
+    columns = _as_wide(_columns_of(block), width)
+    parts = [_lines_of(group) for group in _side_by_side(columns, width)]
+    text = "\n\n".join("\n".join(lines) for lines in parts)
+    return "\n".join([printable(block.title), text, *(f"({message(note)})" for note in block.notes)]) + "\n"
+
+
+class _TextColumn(NamedTuple):
+    """A column on a terminal: its two lines of heading, its cells, and whether these are to the right."""
+
+    title: str
+    unit: str
+    cells: list[str]
+    right: bool
+
+    @property
+    def width(self) -> int:
+        return max(map(len, (self.title, self.unit, *self.cells)))
+
+    @property
+    def counts(self) -> bool:
+        """Whether its cells are whole numbers, as ranks are."""
+        return all(cell.strip().isdigit() or cell.strip() == "–" for cell in self.cells)
+
+    def shortened(self, width: int) -> "_TextColumn":
+        """The column with names of at most so many characters; numbers and sentences stay whole."""
+        title, *cells = (text if " " in text.replace(", ", "") else printable(text, width) for text in (self.title, *self.cells))
+        return self._replace(title=title, cells=self.cells if self.right else cells)
+
+
+def _columns_of(sheet: Sheet) -> list[_TextColumn]:
+    columns = []
+    for k, (column, right) in enumerate(zip(sheet.columns, numeric(sheet), strict=True)):
+        cells = _at_the_point([printable(column.shown(row[k]), column.width) for row in sheet.rows])
+        unit = f"[{printable(column.unit)}]" if column.unit else ""
+        columns.append(_TextColumn(printable(column.title), unit, cells, right))
+    return columns
+
+
+def _as_wide(columns: list[_TextColumn], width: int | None) -> list[_TextColumn]:
+    """Columns with the longest names shortened until all have room, as far as `NARROW`; as they are where they have none."""
+    short, left = list(columns), set(range(len(columns)))
+    while width is not None and (over := sum(c.width + len(GAP) for c in short) - len(GAP) - width) > 0:
+        if not left:
+            alone = max(column.width for column in columns[1:]) + len(GAP) + columns[0].width
+            return columns if alone <= width else short
+        widest = max(left, key=lambda k: short[k].width)
+        wide = short[widest].width
+        short[widest] = short[widest].shortened(max(NARROW, wide - over))
+        if short[widest].width in (wide, NARROW):
+            left.remove(widest)
+    return short
+
+
+def _side_by_side(columns: list[_TextColumn], width: int | None) -> list[list[_TextColumn]]:
+    """Groups of columns that have room beside one another, each with the columns that name the rows."""
+    texts = list(itertools.takewhile(lambda column: not column.right or column.counts, columns))
+    named = texts if texts and width is not None and sum(c.width + len(GAP) for c in texts) <= NAMES * width else columns[:1]
+    groups = [list(named)]
+    for column in columns[len(named) :]:
+        used = sum(one.width + len(GAP) for one in groups[-1]) + column.width
+        if width is not None and used > width and len(groups[-1]) > len(named):
+            groups.append(list(named))
+        groups[-1].append(column)
+    return groups
+
+
+def _lines_of(columns: list[_TextColumn]) -> list[str]:
+    """The heading, a line, and the rows of columns beside one another."""
 
     def line(parts: Sequence[str]) -> str:
-        placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, to_the_right, strict=True)]
-        return "  ".join(placed).rstrip()
+        placed = [part.rjust(c.width) if c.right else part.ljust(c.width) for part, c in zip(parts, columns, strict=True)]
+        return GAP.join(placed).rstrip()
 
-    lines = [printable(sheet.title), *(line(parts) for parts in (names, units) if any(parts))]
-    lines.append("  ".join("─" * width for width in widths))
-    return "\n".join([*lines, *map(line, cells), *(f"({message(note)})" for note in sheet.notes)]) + "\n"
+    heading = [line(parts) for parts in ([c.title for c in columns], [c.unit for c in columns]) if any(parts)]
+    rows = zip(*(column.cells for column in columns), strict=True)
+    return [*heading, GAP.join("─" * column.width for column in columns), *map(line, rows)]
 
 
 def as_markdown(block: Sheet | Lines) -> str:

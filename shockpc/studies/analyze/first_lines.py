@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from shockpc.judgement.drive_range import Range, range_of
-from shockpc.judgement.first_number import first_place, shock_of, worst_place
+from shockpc.judgement.first_number import first_deciding, first_place, first_range, shock_of, worst_place
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.places import Place
 from shockpc.quantities.records import ContactImpulse
@@ -16,6 +16,9 @@ from shockpc.show.header import landing_text
 from shockpc.show.tables import rounded
 from shockpc.show.wording import contact_name
 
+STATUS = {"unknown": "drives unknown", "simulation model": "drives of a simulation"}
+"""How well drives are known, in words."""
+
 ASKED = 3
 """Points that were asked for in the first line."""
 
@@ -24,10 +27,14 @@ SEPARATORS = "_-. /:"
 
 
 def drives_text(profile: ShockProfile) -> str:
-    """How well the drives are known that leave a range."""
-    status = [one.status for one in profile.unknowns if one.kind == "drives" and one.effect > 1.0]
-    words = {"unknown": "drives unknown", "simulation model": "drives of a simulation"}
-    return words.get(status[0], f"drives {status[0]}") if status else "drives as given"
+    """How well the drives are known that decide, and whether some of them are not known."""
+    deciding = first_deciding(profile)
+    drives = [one for one in profile.unknowns if one.kind == "drives" and one.deciding]
+    if not drives:
+        return "drives as given"
+    first = min(drives, key=lambda one: deciding.index(one.deciding[0]))
+    some = ", some unknown" if first.known and not all(one.known for one in drives) else ""
+    return STATUS.get(first.status, f"drives {first.status}") + some
 
 
 def range_text(profile: ShockProfile, found: Range | None) -> str:
@@ -171,7 +178,7 @@ def friction_text(contact: ContactImpulse, block: ConstraintBlock) -> str:
 
 def mass_notes(profiles: Sequence[ShockProfile]) -> Iterator[str]:
     """What the masses and ranges of a table of landings are."""
-    if any(one.kind == "drives" and one.effect > 1.0 for profile in profiles for one in profile.unknowns):
+    if any(first_range(profile) is not None for profile in profiles):
         place = place_name(first_place(profiles[0]))
-        yield f"smallest found and largest: shock at {place} over what is known of the drives ({drives_text(profiles[0])})"
-    yield "mass: effective mass of all contacts as they are; normal mass: along the normal, without friction"
+        yield f"smallest, largest: shock at {place} over what is known of the drives, as found"
+    yield "mass: effective mass of all contacts as they are; normal: that along the normal, without friction"

@@ -27,7 +27,7 @@ from shockpc.show.header import (
     warning_lines,
 )
 from shockpc.show.report import Picture, Report, Section, picture_files
-from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
+from shockpc.show.tables import WIDTH, Column, Lines, Row, Sheet, rounded
 from shockpc.show.wording import contact_name, count, proof_text, robot_name, shown_as
 from shockpc.studies.analyze.first_lines import friction_text, margin_line, mass_text, shock_line, sliding_friction
 from shockpc.studies.analyze.landing_document import content
@@ -87,6 +87,7 @@ def landing_report(
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
         ],
+        width=WIDTH,
         brief=None if whole else lambda: _answer(profile, bodies, remarks),
         closing=[
             *_balance_lines(profile),
@@ -147,6 +148,7 @@ def analyze_report(
 
     return Report(
         name="summary",
+        width=WIDTH,
         brief=None if whole else answers,
         page="summary",
         body=lambda _: [
@@ -349,8 +351,8 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
 
 
 def _bending_lines(profile: ShockProfile) -> list[str]:
-    """When the links of the landing can be taken as rigid."""
-    if (found := profile.bending) is None:
+    """When the links of the landing can be taken as rigid, where the scene says how long the contact lasts."""
+    if not profile.lasts or (found := profile.bending) is None:
         return []
     return [f"rigid links: when they are right is not known, because {found}"] if isinstance(found, str) else list(found.lines)
 

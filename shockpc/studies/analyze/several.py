@@ -131,19 +131,18 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     for place, values in zip(places, shocks.T.tolist(), strict=True):
         columns[f"{place_name(place)} [-]"] = values
     ranges = [first_range(profile) for profile in profiles]
-    at = f", {place_name(places[0])}" if len(places) > 1 else ""
     if any(found is not None for found in ranges):
-        columns[Column("smallest_found", f"smallest{at}", "-")] = [None if one is None else one.smallest for one in ranges]
-        columns[Column("largest_found", f"largest{at}", "-")] = [None if one is None else one.largest for one in ranges]
+        columns[Column("smallest_found", "smallest", "-")] = [None if one is None else one.smallest for one in ranges]
+        columns[Column("largest_found", "largest", "-")] = [None if one is None else one.largest for one in ranges]
     if (peaks := _peaks(profiles)) is not None:
-        columns[f"peak{at} [g]"] = peaks
+        columns[f"peak at {place_name(places[0])} [g]"] = peaks
     if (margins := worst_margins(profiles)) is not None:
         columns["worst margin [-]"], columns["part"] = zip(*margins, strict=True)
     columns[Column("largest_joint_impulse", "impulse", "N s")], columns[Column("through", "through joint")] = zip(
         *(_largest(profile) for profile in profiles), strict=True
     )
     columns[Column("effective_mass", "mass", "kg")] = [profile.effective_mass for profile in profiles]
-    columns[Column("normal_mass", "normal mass", "kg")] = [profile.normal_mass for profile in profiles]
+    columns[Column("normal_mass", "normal", "kg")] = [profile.normal_mass for profile in profiles]
     notes = list(mass_notes(profiles))
     notes += [] if mu is None else [f"shock and joint impulse with friction {mu:g}"]
     hidden = len({place.name for profile in profiles for place in profile.bracketed[1:]} - {place.name for place in places})
@@ -152,8 +151,11 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
 
 
 def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
-    """The same with short names of landings."""
-    sheet = landings_sheet(landings).without("landing")
+    """The same with short names of landings; of the places the first and those that were asked for."""
+    profiles = list(landings.values())
+    shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
+    left = [Column.of(f"{place_name(place)} [-]").key for place in _places(profiles) if place.name not in shown]
+    sheet = landings_sheet(landings).without("landing", *left)
     return sheet._replace(header=[Column("short_name", "landing"), *sheet.header[1:]])
 
 

@@ -172,7 +172,7 @@ def parts_view(profile: ShockProfile) -> Sheet:
         "critical_acceleration", "acceleration_margin", "along", "torque", "momentary_torque", "part_margin", "governed_by",
         "missing")  # fmt: skip
     sheet = parts_sheet(profile)
-    return _view(sheet, sheet.title, dict.fromkeys(keys, ""), notes)
+    return _view(sheet, sheet.title, dict.fromkeys(keys, "") | {"acceleration_margin": "by peak [-]"}, notes)
 
 
 def _torque_note(profile: ShockProfile) -> str:

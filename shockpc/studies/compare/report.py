@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from shockpc.show.document import record
-from shockpc.show.header import strike_text
+from shockpc.show.header import other_warnings, strike_text, unknown_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Sheet, sheet_of
 from shockpc.show.wording import contact_name, count
@@ -29,7 +29,7 @@ def compare_report(comparison: Comparison) -> Report:
         name="compare",
         title="Comparison",
         body=lambda full: [
-            Lines(header),
+            Lines([*header, *_unknowns(comparison)]),
             Picture(
                 "compare",
                 "what changes between the designs",
@@ -51,6 +51,12 @@ def compare_report(comparison: Comparison) -> Report:
         tables=True,
         landings={f"{k}: {design.label}": profile for k, design, profile in zip(letters, designs, profiles, strict=True)},
     )
+
+
+def _unknowns(comparison: Comparison) -> list[tuple[str, str]]:
+    """What each design takes for granted."""
+    pairs = zip(comparison.letters, comparison.profiles, strict=True)
+    return [(name, f"{letter}: {text}") for letter, profile in pairs for name, text in unknown_lines([profile])]
 
 
 def _document(comparison: Comparison) -> dict[str, Any]:
@@ -119,7 +125,7 @@ def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
     """One line for each cause of warnings, with the designs that have it and the text of the worst."""
     pairs = zip(letters, comparison.profiles, strict=True)
     lines = []
-    for every in alike((warning, letter) for letter, profile in pairs for warning in profile.health.warnings):
+    for every in alike((warning, letter) for letter, profile in pairs for warning in other_warnings(profile)):
         where = f" (in {every[0][1]})" if len({str(warning) for warning, _ in every}) > 1 else ""
         lines.append(f"warning of {' and '.join(sorted({letter for _, letter in every}))}: {every[0][0]}{where}")
     return lines

@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.landing.ratings import torque_limits
 from shockpc.show.document import record
-from shockpc.show.header import header_lines, shared_warnings
+from shockpc.show.header import scene_lines, shared_warnings, unknown_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import count
@@ -61,8 +61,9 @@ def fall_report(falls: Falls) -> Report:
 
 def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
     if falls.results:
-        header = dict(header_lines(falls.results[0].profile))
+        header = dict(scene_lines(falls.results[0].profile))
         postures = dict.fromkeys(result.profile.landing.scene.posture.reference or "" for result in falls.results)
+        yield from unknown_lines(result.profile for result in falls.results)
         yield "robot", header["robot"]
         yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it with their drives"
         yield "joint model", header["joint model"]

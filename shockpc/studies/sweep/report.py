@@ -12,7 +12,9 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.landing.scene import ORIGIN
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.bending import Bending, bends
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
+from shockpc.show.header import unknown_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
@@ -34,6 +36,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
         title=f"Sweep of {robot_name(summary.evaluation.landings.robot)}",
         page="summary",
         body=lambda whole: [
+            *_unknowns(summary),
             _sheet(summary).without("most_severe", "least_severe"),
             *([_correlations(summary, None if whole else STRONGEST)] if summary.varied else []),
             Picture("sweep", "results over the sweep", "studies.sweep.figure:draw_sweep", (summary,)),
@@ -46,6 +49,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
         document=lambda: {
             "robot": summary.evaluation.landings.robot.name,
             "scene": summary.evaluation.landings.scene,
+            "unknowns": [] if (worst := _most_severe_landing(summary)) is None else worst.unknowns,
             "rows": summary.rows,
             **record(summary, "failed", "proven", "compared", "largest_error"),
             "not_feasible": summary.refused._asdict(),
@@ -145,6 +149,18 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield from (f"  {line}" for line in cause_lines(named, "rows", MESSAGES))
     columns = [one.column for one in summary.extents]
     yield from proof_lines(summary.proven, summary.compared, summary.largest_error, columns)
+
+
+def _unknowns(summary: Summary[VariedLandings]) -> list[Lines]:
+    """What the landings take for granted, as the most severe of them does; nothing where none was computed."""
+    worst = _most_severe_landing(summary)
+    return [] if worst is None else [Lines(unknown_lines([worst]))]
+
+
+def _most_severe_landing(summary: Summary[VariedLandings]) -> ShockProfile | None:
+    """The landing with the most severe value of the first quantity that has one; None without a value."""
+    rows = [_most_severe(one) for one in summary.extents if one.greatest_row >= 0]
+    return profile_of_scene(*summary.evaluation.landings.case(rows[0])) if rows else None
 
 
 def _on_stiffness(column: Computed) -> bool:
