@@ -5,7 +5,9 @@ import math
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
 
+from shockpc.core.spatial import Array
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
 from shockpc.show.wording import contact_name, robot_name, varied_text
 from shockpc.studies.limits.study import JointLimits
@@ -21,6 +23,9 @@ COLOURS = (*BANDS[:5], *BANDS[6:])
 """Five blues for what is allowed, four reds beyond the bound."""
 
 ALLOWED = "#2f7d4f"
+
+FINER = 5
+"""Strike angles of the map for each of those that are computed."""
 
 BESIDE = 1.0
 """How far the map goes beside a single strike angle, which has no width [deg]."""
@@ -38,19 +43,13 @@ def draw_limits(study: JointLimits) -> Figure:
     )
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
     chosen = np.unique(np.linspace(0, len(study.scan.values) - 1, min(SAMPLES, len(study.scan.values))).astype(int))
-    inside = study.scan.inside(study.strikes)
-    x, y, numbers = (
-        scale * study.scan.values[chosen],
-        np.degrees(study.scan.angles[inside]),
-        study.scan.numbers[chosen][:, inside].T,
-    )
-    if len(y) == 1:
-        y, numbers = y + np.array([-BESIDE, BESIDE]), np.repeat(numbers, 2, axis=0)
+    y, numbers = _map(study, chosen)
+    x, numbers = scale * study.scan.values[chosen], numbers.T
     below, bound = study.bound.below, study.bound.value
     levels = [bound * share for share in (LEAST if below else SHARES)]
     drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS[:: -1 if below else 1], extend="max", antialiased=False)
     axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
-    greatest = np.degrees(study.worst[1][chosen])
+    greatest = y[np.argmax(study.bound.violation(numbers), axis=0)]
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
     words = [f"dotted: strike with the {'minimum' if below else 'maximum'}"]
     ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
@@ -78,3 +77,21 @@ def draw_limits(study: JointLimits) -> Figure:
     axes.tick_params(labelbottom=False)
     figure.supxlabel("; ".join(words), fontsize=7.0, x=0.02, ha="left")
     return figure
+
+
+def _map(study: JointLimits, chosen: np.ndarray) -> tuple[Array, Array]:
+    """Strike angles (T,) of a map [deg], and the number (n, T) in some postures of the scan.
+
+    Between the angles of the scan the square of the number is interpolated: that of a length has no
+    kink where the length is zero.
+    """
+    inside = study.scan.inside(study.strikes)
+    angles, numbers = np.degrees(study.scan.angles[inside]), study.scan.numbers[chosen][:, inside]
+    if len(angles) == 1:
+        return angles + np.array([-BESIDE, BESIDE]), np.repeat(numbers, 2, axis=1)
+    finer = np.linspace(angles[0], angles[-1], FINER * len(angles))
+    between = np.full((len(numbers), len(finer)), np.nan)
+    known = np.isfinite(numbers).all(axis=1)
+    squares = CubicSpline(angles, numbers[known] ** 2, axis=1)(finer)
+    between[known] = np.sqrt(np.maximum(squares, 0.0))
+    return finer, between
