@@ -58,7 +58,8 @@ joint_velocities = { "?f_hip" = 0.2 }
 model = "geared"
 armature = { "*" = 0.01 }
 drives = "none"
-rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9, stiffness = 500 } }
+rotor.lf_hip = { inertia = 1e-4, gear_ratio = 9, stiffness = 500 }
+rotor.rh_hip = { inertia = 1e-4, gear = "harmonic", gear_ratio = 9 }
 stiffness = { rf_hip = 300 }
 locked = ["lh_hip"]
 [[closure]]
@@ -131,6 +132,7 @@ def test_every_key_is_read(here):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
     del table["point"][1]["imu_bandwidth"]
+    table["joints"]["carried"] = True
     assert scene_table(read_scene(write(here, EVERY_KEY))) == table | {"gravity": True}
 
 
@@ -396,7 +398,9 @@ def test_text_of_a_scene(here):
     given = by_key(tomllib.loads(EVERY_KEY)) | {"robot": "dog.urdf.xacro", "srdf": "dog.srdf", "packages.dog_description": "."}
     assert {key: text.get(key) for key in given} == given
     contact = {"kind": "auto", "restitution": 0, "restitution_along": "normal"}
-    defaults = {"gravity": True, "point.1.offset": [0, 0, 0]} | {f"contact.1.{key}": value for key, value in contact.items()}
+    defaults = {"gravity": True, "joints.carried": True, "point.1.offset": [0, 0, 0]} | {
+        f"contact.1.{key}": value for key, value in contact.items()
+    }
     assert {key: value for key, value in text.items() if key not in given} == defaults
 
 
@@ -446,9 +450,10 @@ def test_schema_knows_every_key(capfd, here):
         "Strike": {*table["strike"], "velocity", "drop_height", "forward_speed"},
         "Point": {*table["point"][0]},
         "Part": {key for part in table["part"] for key in part},
-        "Joints": {*table["joints"], "motors", "torque"},
+        "Joints": {*table["joints"], "carried", "motors", "torque"},
     }
-    used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "LoopEnd": {*closure["a"]}}
+    rotors = table["joints"]["rotor"].values()
+    used |= {"Rotor": {key for rotor in rotors for key in rotor}, "Closure": {*closure}, "LoopEnd": {*closure["a"]}}
     assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
 
 
