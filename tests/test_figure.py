@@ -522,7 +522,7 @@ def test_numbers_of_a_short_logarithmic_axis_are_plain(limits, written):
 def test_every_circle_has_the_number_of_its_body():
     """It is written on the circle."""
     with settings():
-        profile = landing("talos", "left_sole_link")
+        profile = landing("talos", "left_sole_link", joints=Joints(model="free"))
         axes = draw_landing(profile).axes[1]
     view = view_of(profile)
     texts = [text for text in axes.texts if text.get_fontsize() == SMALL]
