@@ -12,14 +12,14 @@ def inertia(model, q):
     return np.triu(H) + np.triu(H, 1).T
 
 
-def point_rows(model, q, frame, offset=(0.0, 0.0, 0.0)):
+def point_rows(model, q, frame, offset=None):
     """Velocity (3, nv) of a point of a frame along world x, y and z, for unit joint velocities."""
     data = model.createData()
     pin.computeJointJacobians(model, data, q)
     pin.updateFramePlacements(model, data)
     index = model.getFrameId(frame)
     J = pin.getFrameJacobian(model, data, index, pin.LOCAL_WORLD_ALIGNED)
-    return J[:3] - pin.skew(data.oMf[index].rotation @ np.asarray(offset)) @ J[3:]
+    return J[:3] - pin.skew(data.oMf[index].rotation @ np.asarray(offset or (0.0, 0.0, 0.0))) @ J[3:]
 
 
 def solve(H, J, b):
