@@ -6,7 +6,6 @@ import json
 import os
 import re
 import resource
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,8 +19,8 @@ import pytest
 from commands import STICK, good, run, says
 
 from shockpc import Scene
-from shockpc.cli.entry import main
 from shockpc.evaluation import varied
+from shockpc.evaluation.evaluate import Evaluation
 from shockpc.show import row_files
 from shockpc.show.row_files import RowFiles
 from shockpc.studies.sweep.study import sweep
@@ -107,7 +106,7 @@ def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
     for format_ in ("parquet", "csv"):
         good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / format_, "--rows", format_)
     table = pyarrow.parquet.read_table(tmp_path / "parquet" / "rows").to_pydict()
-    with (tmp_path / "csv" / "rows" / "part-00000.csv").open(encoding="utf-8") as file:
+    with (tmp_path / "csv" / "rows.csv").open(encoding="utf-8") as file:
         for k, row in enumerate(csv.DictReader(file)):
             assert [name for name in row] == list(table)
             for name, text in row.items():
@@ -188,9 +187,10 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkey
     assert outcome.code == 70
     assert 'raise ZeroDivisionError("odd")' in outcome.err
     assert "error in shockpc itself" in outcome.err
-    rows = RowFiles(sweep(Scene(robot=str(stick), contact="foot"), {"friction": "0.4,0.5,0.6"}), tmp_path / "out", format_).table()
-    assert [i for i in rows.messages] == [1]
-    assert np.isnan(rows.columns["shock_com@body"]).tolist() == [False, True, False]
+    path = tmp_path / "out" / ("rows" if format_ == "parquet" else "rows.csv")
+    rows = pyarrow.dataset.dataset(path, format=format_).to_table().to_pydict()
+    assert list(map(bool, rows["message"])) == [False, True, False]
+    assert [value is None for value in rows["shock_com@body"]] == [False, True, False]
 
 
 def test_without_pyarrow_the_option_that_is_named_writes_the_rows(capfd, monkeypatch, stick, tmp_path):
@@ -201,7 +201,7 @@ def test_without_pyarrow_the_option_that_is_named_writes_the_rows(capfd, monkeyp
     assert "pip install pyarrow" in refused.err
     option = re.search("--[a-z]+ csv", refused.err)
     assert run(capfd, *words, *option[0].split()).code == 0
-    assert (tmp_path / "out" / "rows" / "part-00000.csv").is_file()
+    assert (tmp_path / "out" / "rows.csv").is_file()
 
 
 @pytest.mark.parametrize("limit", [None, 0])
@@ -247,82 +247,63 @@ def test_killed_run_is_resumed_to_the_same_bytes(whole, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
 
 
-@pytest.fixture(scope="module", params=["csv", "parquet"])
-def undamaged(request, tmp_path_factory):
-    """The words of a sweep, its folder, and that of another one."""
-    folder = tmp_path_factory.mktemp("undamaged")
-    (folder / "stick.urdf").write_text(STICK)
-    words = ["sweep", str(folder / "stick.urdf"), "--contact", "foot", "--vary", "knee=-60:60:300", "--prove", "2"]
-    words += ["--rows", request.param]
-    for name, more in (("out", []), ("other", ["--restitution", "0.5"])):
-        assert main([*words, *more, "--out", str(folder / name)]) == 0
-    return words, folder / "out", folder / "other"
+def test_a_part_that_was_cut_off_is_one_message(capfd, stick, tmp_path):
+    """A part has its name when it is complete; without it, --resume gives the same bytes."""
+    words = ("sweep", stick, *SMALL, "--out", tmp_path / "out")
+    good(capfd, *words)
+    part, before = tmp_path / "out" / "rows" / "part-00000.parquet", files(tmp_path / "out")
+    for content in (part.read_bytes()[:-100], b"", b"PAR1"):
+        part.write_bytes(content)
+        outcome = run(capfd, *words, "--resume")
+        assert (outcome.code, says(outcome.err, f'"{part}" is damaged; delete it')) == (2, True)
+    part.unlink()
+    good(capfd, *words, "--resume")
+    assert files(tmp_path / "out") == before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("damage", ["truncated", "changed", "of another sweep", "exception added", "without a checksum"])
-def test_damaged_part_is_computed_again(capfd, undamaged, tmp_path, damage):
-    """Whatever happened to a part, --resume gives the files of an undamaged run."""
-    words, whole, other = undamaged
-    out = Path(shutil.copytree(whole, tmp_path / "out"))
-    part = out / "rows" / f"part-00000.{words[-1]}"
-    changed = part.read_bytes()
-    match damage:
-        case "truncated":
-            part.write_bytes(changed[: -len(changed) // 3])
-        case "changed":
-            part.write_bytes(changed[:300] + bytes([changed[300] ^ 1]) + changed[301:])
-        case "of another sweep":
-            for path in (part, out / "checksums" / "part-00000.sha256"):
-                path.write_bytes((other / path.relative_to(out)).read_bytes())
-        case "exception added":
-            checksum = out / "checksums" / "part-00000.sha256"
-            checksum.write_bytes(checksum.read_bytes() + b"Traceback\n")
-        case _:
-            (out / "checksums" / "part-00000.sha256").unlink()
-    good(capfd, *words, "--out", out, "--resume")
-    assert files(out) == files(whole)
+@pytest.mark.parametrize("name", ["sweep.json", "rows/part-00000.parquet"])
+def test_pipes_in_a_folder_are_refused(capfd, stick, tmp_path, name):
+    """They would be waited for."""
+    words, path = ("sweep", stick, *SMALL, "--out", tmp_path / "out"), tmp_path / "out" / name
+    good(capfd, *words)
+    path.unlink()
+    os.mkfifo(path)
+    outcome = run(capfd, *words, "--resume")
+    assert (outcome.code, says(outcome.err, f'"{tmp_path / "out"}')) == (2, True)
 
 
-@pytest.mark.parametrize(("name", "kind"), [
-    ("sweep.json", "link"), ("sweep.json", "pipe"), ("rows", "link"), ("checksums", "dangling link"), ("rows/part-00000.X", "link"),
-    ("rows/part-00000.X", "pipe"), ("checksums/part-00000.sha256", "dangling link"), ("checksums/part-00000.sha256", "pipe"),
-])  # fmt: skip
-def test_links_and_pipes_in_a_folder_are_refused(capfd, undamaged, tmp_path, name, kind):
-    """A link would be followed to a file that is no part of the study, and a pipe waited for."""
-    words, whole, _ = undamaged
-    out, elsewhere = Path(shutil.copytree(whole, tmp_path / "out")), tmp_path / "elsewhere"
-    path = out / name.replace("X", words[-1])
-    path.rename(elsewhere)
-    if kind == "pipe":
-        os.mkfifo(path)
-    else:
-        path.symlink_to(elsewhere if kind == "link" else tmp_path / "nothing")
-    before = files(elsewhere) if elsewhere.is_dir() else elsewhere.read_bytes()
-    outcome = run(capfd, *words, "--out", out, "--resume")
-    assert outcome.code == 2
-    assert f'"{path}" is no ' in outcome.err
-    assert before == (files(elsewhere) if elsewhere.is_dir() else elsewhere.read_bytes())
-    assert not (tmp_path / "nothing").exists()
+def test_an_interrupted_csv_file_leaves_nothing_and_is_not_continued(capfd, monkeypatch, stick, tmp_path):
+    """It has its name when it is complete, so the same command computes it."""
+    words, compute = ("sweep", stick, *SMALL, "--rows", "csv", "--out", tmp_path / "out"), Evaluation.compute
 
+    def interrupt(evaluation, k, data):
+        raise KeyboardInterrupt
 
-def test_a_part_without_end_is_computed_again(capfd, undamaged, tmp_path):
-    """A sparse file of a terabyte is not read."""
-    words, whole, _ = undamaged
-    out = Path(shutil.copytree(whole, tmp_path / "out"))
-    for path in (out / f"rows/part-00000.{words[-1]}", out / "checksums/part-00000.sha256"):
-        os.truncate(path, 2**40)
-        good(capfd, *words, "--out", out, "--resume")
-        assert files(out) == files(whole)
+    resumed = run(capfd, *words, "--resume")
+    assert (resumed.code, says(resumed.err, "--resume continues the parts of a Parquet table")) == (2, True)
+    monkeypatch.setattr(Evaluation, "compute", interrupt)
+    interrupted = run(capfd, *words)
+    assert (interrupted.code, "--resume" in interrupted.err) == (130, False)
+    assert list((tmp_path / "out").iterdir()) == []
+    monkeypatch.setattr(Evaluation, "compute", compute)
+    good(capfd, *words)
+    before = files(tmp_path / "out")
+    again = run(capfd, *words)
+    assert (again.code, says(again.err, "holds a sweep already; name another folder")) == (2, True)
+    assert files(tmp_path / "out") == before
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("format_", ["csv", "parquet"])
 def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_path, format_):
-    """The other rows are those of the whole table; the summary counts what is left out, and --resume keeps the count."""
+    """The other rows are those of the whole table; the summary counts what is left out, and --resume of Parquet keeps the count."""
     words = ("sweep", stick, "--contact", "foot", "--vary", "knee=-60:60:40", "--vary", "strike-angle=0:80:50", "--rows", format_)
     good(capfd, *words, "--out", tmp_path / "all", "--prove", 0)
-    out, read = tmp_path / "out", lambda folder: pyarrow.dataset.dataset(folder / "rows", format=format_).to_table()
+    out, rows = tmp_path / "out", "rows" if format_ == "parquet" else "rows.csv"
+
+    def read(folder):
+        return pyarrow.dataset.dataset(folder / rows, format=format_).to_table()
+
     text = good(capfd, *words, "--out", out, "--feasible", "--prove", 0)
     every = read(tmp_path / "all")
     allowed = [k for k, value in enumerate(every["feasible@stick"].to_pylist()) if value == 1.0]
@@ -331,9 +312,8 @@ def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_
     assert 0 < len(allowed) < 2000
     left = 2000 - len(allowed)
     assert says(text, f"not allow {left} of 2000 landings: {left} because", "pulled")
-    before = files(out)
-    for path in ((out / "rows" / f"part-00000.{format_}"), (out / "checksums" / "part-00000.sha256")):
-        path.write_bytes(path.read_bytes()[:-3] + b"1\n")
+    if format_ == "parquet":
+        before = files(out)
         assert good(capfd, *words, "--out", out, "--feasible", "--prove", 0, "--resume") == text
         assert files(out) == before
 

@@ -1,7 +1,7 @@
-"""The rows of a study of many landings: computed, and with a folder and a format written there in parts, with progress."""
+"""The rows of a study of many landings: computed, and with a folder and a format written there, with progress."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,7 @@ from shockpc.cli.progress import progress
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import executor
 from shockpc.evaluation.table import Table
-from shockpc.show.row_files import RowFiles
-from shockpc.show.row_parts import Format
+from shockpc.show.row_files import Format, RowFiles
 from shockpc.text.errors import StudyError
 
 
@@ -25,8 +24,8 @@ def computed(
     Args:
         evaluation: what is computed.
         noun: what is counted, such as "rows".
-        folder: where parts are written.
-        format_: of the parts; without it, or without a folder, nothing is written.
+        folder: where the rows are written.
+        format_: of the rows; without it, or without a folder, nothing is written.
         run: where the rows are computed, and whether the folder may hold parts of the same study.
 
     Raises:
@@ -54,14 +53,14 @@ def computed(
         files = RowFiles(evaluation, folder, format_)
         with workers as pool:
             files.prepare(run.resume)
-            written = files.write(pool)
-            done = next(written)
-            advance = progress(f"{noun} computed", rows, done)
-            for count in written:
-                done += count
-                advance(parts=count)
+            with closing(files.write(pool)) as written:
+                done = next(written)
+                advance = progress(f"{noun} computed", rows, done)
+                for count in written:
+                    done += count
+                    advance(parts=count)
         yield files.table()
     except BaseException:
-        if done:
+        if done and format_ == "parquet":
             print_error(f"{done} of {rows} rows are complete in {folder}; the same command with --resume continues")
         raise

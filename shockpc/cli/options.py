@@ -198,7 +198,7 @@ class RunOptions(NamedTuple):
     cluster: str | None = in_run("Compute on a running Dask cluster; the folder has to be shared with its workers.", "ADDRESS")
     wait: bool = in_run("Wait for workers while the cluster has none.")
     strict: bool = in_run(STRICT)
-    resume: bool = in_run("Continue what was interrupted; parts that are damaged are computed again.")
+    resume: bool = in_run("Continue what was interrupted: parts of Parquet files that exist are kept.")
 
 
 class OutputOptions(NamedTuple):

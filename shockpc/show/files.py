@@ -3,7 +3,7 @@
 import contextlib
 import os
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from shockpc.text.errors import OutputError
@@ -84,27 +84,53 @@ def _remove(path: Path) -> None:
 
 
 def write_file(path: Path, content: str | bytes, replaceable: str = "", flush: bool = False) -> None:
-    """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure no file is left.
+    """Write a file of one content; the arguments and what is raised are those of `new_file`."""
+    with new_file(path, replaceable, flush) as append:
+        append(content)
 
-    Every output goes through here, save the standard streams. The arguments are those of `destination`; and flush: whether the
-    content is on the disk before the file has its name, so that it is complete after a power cut as well.
+
+@contextlib.contextmanager
+def new_file(path: Path, replaceable: str = "", flush: bool = False) -> Iterator[Callable[[str | bytes], None]]:
+    """A function that appends to a new file, which replaces that of its path when the block ends.
+
+    The file has a temporary name beside its place until it is complete; on failure no file is
+    left. Text is encoded in UTF-8. Every output goes through here, save the standard streams.
+
+    Args:
+        path: as in `destination`.
+        replaceable: as in `destination`.
+        flush: whether the content is on the disk before the file has its name, so that it is
+            complete after a power cut as well.
 
     Raises:
         OutputError: it cannot be written, or a folder above it cannot be made; as `destination`.
     """
     target = destination(path, replaceable)
     part = target.with_name(f".{target.stem}.{os.urandom(4).hex()}{target.suffix}")
-    try:
+
+    def append(content: str | bytes) -> None:
+        with _refused(path), part.open("ab") as file:
+            file.write(_encoded(content))
+            if flush:
+                file.flush()
+                os.fsync(file.fileno())
+
+    with _refused(path):
         target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with part.open("wb") as file:
-                file.write(_encoded(content))
-                if flush:
-                    file.flush()
-                    os.fsync(file.fileno())
+    try:
+        yield append
+        with _refused(path):
             part.replace(target)
-        finally:
+    finally:
+        with _refused(path):
             part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Raise an OutputError where the system refuses to write."""
+    try:
+        yield
     except OSError as refusal:
         raise OutputError(f'"{path}" cannot be written: {refusal.strerror}') from None
 

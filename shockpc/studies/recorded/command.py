@@ -49,7 +49,7 @@ def recorded(
     command_: str | None = _in_table(
         "Print the landing of this row, by its name, as a scene, which shockpc analyze takes, and nothing else.", "ROW"
     ),
-    rows: Literal["parquet", "csv"] | None = in_run("With --out, write the rows in parts, which --resume continues."),
+    rows: Literal["parquet", "csv"] | None = in_run("With --out, write the rows; --resume continues those in Parquet."),
     run: RunOptions,
     output: OutputOptions,
 ) -> int:

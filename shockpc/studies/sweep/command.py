@@ -21,7 +21,7 @@ def sweep(
     robot: str = ROBOT,
     typed: Any = study_options(study),
     options: SceneOptions,
-    rows: Literal["parquet", "csv"] | None = in_run("Format of the rows, which --out writes in parts. [default: parquet]"),
+    rows: Literal["parquet", "csv"] | None = in_run("Format of the rows that --out writes. [default: parquet]"),
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
