@@ -69,7 +69,7 @@ class Contact(Record):
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
         "What restitution reverses: only the velocity along the normal (Newton's law), or along every direction in which "
-        "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
+        "the contact stops, so that a sticking contact rebounds along the ground too (the paper has no restitution).",
         CONTACT,
     )
     normal: tuple[float, float, float] | None = option(
