@@ -544,7 +544,7 @@ def test_friction_counts_where_the_scene_has_it():
         ShockCost(scene, "shock@imu_link", LEGS, robot)
     found = improve(replace(scene, point=(Point(frame="imu_link"),)), vary=LEGS[:1], robot=robot, starts=0)
     assert found.values[0][1] < found.values[0][0]
-    assert "proven       not" in improve_report(found).text("table")
+    assert says(improve_report(found).text("table"), "accuracy", "in double precision, not proven")
 
 
 def test_ranges_without_the_landing_as_given_are_named():
@@ -642,3 +642,21 @@ def test_a_landing_as_given_without_a_value_is_no_measure():
     assert np.isnan(found.values[0][0])
     assert all(one.high - one.low < 1.0 for one in found.variables)
     assert "as given     the number has no value" in improve_report(found).text("table")
+
+
+def test_an_optimum_is_given_at_both_ends_of_the_drives(capfd):
+    """Nobody knows the drives of A1: the ends are free and locked joints, stated apart here."""
+    free, leg = Scene(robot="a1", contact=(Contact(frame="FL_foot"),)), {"FL_thigh_joint": "0:70", "FL_calf_joint": "-120:-55"}
+    locked = replace(free, joints=Joints(model="locked"))
+    study, stated = (improve(landing, "shock@imu_link", vary=leg) for landing in (free, locked))
+    assert not stated.ends
+    (given, after), end = stated.values[0], study.ends["largest"]
+    assert end.given == pytest.approx(given, rel=1e-12)
+    assert end.best == pytest.approx(after, rel=1e-6)
+    assert end.there == pytest.approx(ShockCost(locked, "shock@imu_link", leg)(study.x), rel=1e-9)
+    assert study.ends["smallest"].best == study.ends["smallest"].there == study.values[0][1], "free joints are what is modelled"
+    words = ("improve", "a1", "--contact", "FL_foot", "--vary", "FL_thigh_joint=0:70", "--vary", "FL_calf_joint=-120:-55")
+    text = run(capfd, *words).out
+    assert says(text, "largest drives", f"{end.given:.4g} → {end.there:.4g} at this optimum; {end.best:.4g} at the best")
+    assert says(text, "number or variable", "as modelled", "smallest", "largest")
+    assert "largest drives" not in run(capfd, *words, "--joints", "free").out

@@ -14,6 +14,7 @@ from commands import STICK, good, run, says
 from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
+from shockpc.impact.drive_response import with_inertias
 from shockpc.landing.closure import follow
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import fixed_joints, set_joints
@@ -22,7 +23,7 @@ from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
 from shockpc.paper.panel_landings import scene
-from shockpc.profile import shock_profile
+from shockpc.profile import profile_of, shock_profile
 from shockpc.quantities.selection import select
 from shockpc.studies.limits.study import limits
 from shockpc.studies.place.study import place
@@ -375,7 +376,8 @@ def test_command(capfd, tmp_path):
     assert set(map(str, postures.dtypes)) == {"float64"}
     np.testing.assert_allclose(postures.iloc[:, 2], expected.worst[0], rtol=1e-12)
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
-        "limits.json", "limits.csv", "best.csv", "postures.csv", "report.md", "report.html", "limits.svg", "limits.png",
+        "limits.json", "limits.csv", "best.csv", "drives.csv", "postures.csv", "report.md", "report.html", "limits.svg",
+        "limits.png",
     }  # fmt: skip
     outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
     assert (outcome.code, outcome.out) == (2, "")
@@ -529,7 +531,7 @@ def test_a_loop_is_followed_to_its_last_digit():
 def test_a_robot_whose_landings_need_proofs_is_looked_at_coarsely(tmp_path):
     """In double precision a shin of 1e9 kg m² loses the digits of the others; proofs at every strike angle would take hours."""
     (tmp_path / "stick.urdf").write_text(STICK.replace('izz="0.0002"', 'izz="2e9"', 1))
-    given = Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),))
+    given = Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),), joints=Joints(model="free"))
     found = limits(given, "knee", "shock_com@body", 0.2)
     assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
     assert len(found.scan.angles) == 1
@@ -544,7 +546,8 @@ def test_a_scan_of_which_a_part_needs_proofs_is_bounded_too(tmp_path):
         '<axis xyz="1 0 0"/><mimic joint="knee" multiplier="0.5" offset="0.1"/></joint></robot>'
     )
     (tmp_path / "stick.urdf").write_text(STICK.replace("</robot>", arm))
-    found = limits(Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),)), "knee", "shock_com@body", 0.2)
+    given = Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),), joints=Joints(model="free"))
+    found = limits(given, "knee", "shock_com@body", 0.2)
     assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
     assert len(found.scan.angles) == 1
 
@@ -575,3 +578,21 @@ def test_a_sweep_turns_every_strike_as_limits_do(strike):
         expected = shock_profile(dataclasses.replace(base, strike=turned), known_robot("hyq"))
         assert swept.landings.case(row)[0].plane == "xz"
         assert table.columns["shock@trunk_imu"][row] == pytest.approx(expected.points[0].shock, rel=1e-10)
+
+
+def test_limits_are_given_at_both_ends_of_the_drives(capfd):
+    """At the limit of an end, the landing whose drives have these inertias has a shock that is the bound."""
+    words = ("limits", "go2", "--contact", "FL_foot", "--joint", "FL_calf_joint", "--at", "imu", "--max", "0.1")
+    text = good(capfd, *words)
+    assert says(text, "as modelled: -84.7 to -50.82 deg at the scene's strike")
+    assert says(text, "largest inertias: -84.7 to -67.1 deg at the scene's strike")
+    given = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), point=(Point(frame="imu"),))
+    robot = robot_of(given)
+    found = limits(given, "FL_calf_joint", Point(frame="imu"), 0.1, strikes=(0.0, 0.0), robot=robot).ends["largest"]
+    (limit,) = (one.high for one in found.limits[0].allowed if one.high_end == "bound")
+    landing = resolve(dataclasses.replace(given, posture=Posture(joints_deg={"FL_calf_joint": math.degrees(limit)})), robot)
+    model = landing.joint_model
+    (point,) = profile_of(with_inertias(landing, model.high - model.armature)).points
+    assert point.shock == pytest.approx(0.1, rel=1e-6)
+    assert "drives: " not in good(capfd, *words, "--joints", "free"), "the drives are known"
+    assert not limits(given, "armature:FL_calf_joint", Point(frame="imu"), 0.1, joint_range=(0.005, 0.05), robot=robot).ends

@@ -506,7 +506,8 @@ def test_command(capfd, tmp_path):
     assert steps["mass:trunk"][1:] == ("kg", "1 %")
     assert f"{effects[0]['value']:.4g}" in table
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
-        "sensitivity.json", "sensitivity.csv", "derivatives.csv", "report.md", "report.html", "sensitivity.svg", "sensitivity.png",
+        "sensitivity.json", "sensitivity.csv", "derivatives.csv", "drives.csv", "report.md", "report.html", "sensitivity.svg",
+        "sensitivity.png",
     }  # fmt: skip
     assert "give a point with --at, or a quantity with --quantity" in run(capfd, *words[:-2]).err
 
@@ -725,3 +726,24 @@ def test_a_point_means_the_shock_with_friction_where_a_scene_has_it():
     with pytest.raises(StudyError, match="depends on it, such as shock_friction"):
         sensitivity(scene, "shock@imu", vary={"friction": "0.1:0.2"})  # a quantity means what its name says
     assert effect.derivatives[0] == pytest.approx((beside[1] - beside[0]) / 2e-4, rel=1e-4)
+
+
+def test_effects_are_given_at_both_ends_of_the_drives(capfd):
+    """Nobody knows the drives of A1: the ends are free and locked joints, stated apart here."""
+    landing, vary = (
+        Scene(robot="a1", contact=(Contact(frame="FL_foot"),)),
+        {"FL_thigh_joint": (40.0, 50.0), "mass:trunk": (5.0, 6.0)},
+    )
+    study = sensitivity(landing, "shock@imu_link", vary=vary)
+    for end, model in (("smallest", "free"), ("largest", "locked")):
+        stated = sensitivity(dataclasses.replace(landing, joints=Joints(model=model)), "shock@imu_link", vary=vary)
+        assert not stated.ends
+        assert study.ends[end].value == pytest.approx(stated.value, rel=1e-12)
+        for one, other in zip(study.ends[end].effects, stated.effects, strict=True):
+            np.testing.assert_allclose(one.derivatives, other.derivatives, rtol=1e-6)
+    words = ("sensitivity", "a1", "--contact", "FL_foot", "--at", "imu_link", "--vary", "FL_thigh_joint=40:50")
+    text = good(capfd, *words)
+    assert says(text, "as modelled: shock at imu_link 0.0009293")
+    assert says(text, "largest inertias: shock at imu_link 0.712; the largest effect is that of FL_thigh_joint")
+    assert says(text, "change of shock", "smallest", "largest")
+    assert "drives: " not in good(capfd, *words, "--joints", "free")

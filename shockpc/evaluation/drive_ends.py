@@ -32,6 +32,9 @@ MOVED = 0.01
 BETWEEN = "the smallest to the largest inertias that the drives may have"
 """Where an answer is looked at, in words."""
 
+AT_BOTH = "with the smallest and the largest inertias that the drives may have"
+"""Over tables of both ends."""
+
 BEYOND = "of drives between these, a number may be beyond both"
 """What these two ends do not say."""
 

@@ -1,13 +1,14 @@
 """Designs side by side: what changes from the first one to each of the others, ranked, partner by partner."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.designs import Design
+from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
@@ -87,6 +88,8 @@ class Comparison:
         quantities: what was compared, of what all designs have.
         unmatched: what has no partner in every other design.
         partners: of the first design's bodies, points and joints, in each of the others.
+        ends: the comparison with all drives of all designs at the smallest inertias that what is known
+            allows, and at the largest, or why there is none; empty where all drives are known exactly.
     """
 
     designs: tuple[Design, ...]
@@ -94,6 +97,7 @@ class Comparison:
     quantities: tuple[Differences, ...]
     unmatched: tuple[Unmatched, ...]
     partners: tuple[Partners, ...] = field(repr=False)
+    ends: Mapping[End, "Comparison | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.compare.report:compare_report")
 
@@ -211,9 +215,16 @@ def compare(
     for text in quantities:
         if not differences[text].rows:
             raise StudyError(_nothing(every, profiles, matched, text))
-    return Comparison(
+    modelled = Comparison(
         every, profiles, tuple(filter(lambda table: table.rows, differences.values())), _unmatched(profiles, matched), matched
     )
+
+    def at_end(scenes: dict[str, Scene]) -> Comparison:
+        others = [replace(design, scene=scene) for design, scene in zip(every, scenes.values(), strict=True)]
+        return compare(others, quantities, pairs)
+
+    cases = {str(k): (design.scene, design.robot) for k, design in enumerate(every)}
+    return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
 
 
 def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], matched: Sequence[Partners], text: str) -> str:

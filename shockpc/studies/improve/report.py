@@ -2,12 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from shockpc.evaluation.designs import Design
+from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.document import record
@@ -17,7 +18,8 @@ from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, size_at_place
 from shockpc.studies.compare.report import compare_report
 from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, compare
-from shockpc.studies.improve.study import Improvement
+from shockpc.studies.improve.study import DriveEnd, Improvement
+from shockpc.text.errors import ShockError
 from shockpc.text.printed import few
 
 
@@ -36,6 +38,8 @@ def improve_report(study: Improvement) -> Report:
     def body(full: bool) -> Iterator[Section]:
         yield Lines([*shared_lines(study.after), *_lines(study)])
         yield from (make() for make in sheets.values())
+        if _moves(study):
+            yield _drives(study)
         yield from figures
         yield from itertools.islice(compared.body(full), None if full else 4)
         if not full:
@@ -45,16 +49,17 @@ def improve_report(study: Improvement) -> Report:
         name="improve",
         title=f"Optimum of {few(list(map(at_place, quantities)), 2)}",
         body=body,
-        lead=1 + 2 * len(figures),
+        lead=1 + 2 * len(figures) + _moves(study),
         closing=compared.closing,
         warnings=shared_warnings(study.after),
-        sheets={**sheets, "quantities": lambda: _quantities(study), "compare": compared.sheets["compare"]},
+        sheets={**sheets, "quantities": lambda: _quantities(study), "compare": compared.sheets["compare"]}
+        | ({"drives": lambda: _drives(study)} if study.ends else {}),
         tables=True,
         document=lambda: _document(study),
         more=lambda folder: {
             f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in enumerate(study.after.values(), start=1)
         },
-        others=("front.csv", *picture_files("front"), *(f"optimum-{k}.toml" for k in range(1, 100))),
+        others=("front.csv", "drives.csv", *picture_files("front"), *(f"optimum-{k}.toml" for k in range(1, 100))),
         landings={f"{label}: {study.worst}": one for label, one in worst.items()},
     )
 
@@ -66,6 +71,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
         unit = f" {cost.column.unit}".removesuffix(" -")
         lines.append((at_place(cost.quantity), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}"))
+    lines += _over_drives(study)
     cost = study.costs[0]
     before, after = cost.column.selection.worse(np.array(study.values[0]))
     if math.isnan(study.values[0][0]):
@@ -89,6 +95,49 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     unproven = any(cost.column.selection.quantity.of_ground(profile.scene) for cost in study.costs for profile in profiles)
     proof = proof_text(max(profile.health.error_bound for profile in profiles))
     lines.append(("accuracy", "both values in double precision, not proven" if unproven else f"both values: {proof}"))
+    return lines
+
+
+def _moves(study: Improvement) -> bool:
+    """Whether the optimum depends on the drives."""
+    return any(isinstance(one, ShockError) or study.moves(one) for one in study.ends.values())
+
+
+def _drives(study: Improvement) -> Sheet:
+    """The number and the optimum as modelled, and with the smallest and the largest inertias of the drives."""
+    cost, (given, after) = study.costs[0], study.values[0]
+    number = size_at_place(cost.quantity, cost.column)
+    unit = number.partition(" [")[2]
+    names = [f"{what} [{unit}" for what in ("as given", "at the optimum as modelled", "at the best found")]
+    modelled = [given, after, after, *study.x.tolist()]
+    found: dict[str, Sequence[str | float | None]] = {end: _column(one, len(modelled)) for end, one in study.ends.items()}
+    notes = ["best found: by runs from the optimum as modelled and from the landing as given", BEYOND]
+    columns: dict[str, Sequence[str | float | None]] = {"number or variable": [*names, *cost.names], "as modelled": modelled}
+    return Sheet.of(AT_BOTH, columns | found, notes)
+
+
+def _column(found: DriveEnd | ShockError, size: int) -> list[float | None]:
+    """The numbers and variables of an end. Args: size, how many there are."""
+    if isinstance(found, ShockError):
+        return [None] * size
+    return [found.given, found.there, found.best, *found.x.tolist()]
+
+
+def _over_drives(study: Improvement) -> list[tuple[str, str]]:
+    """How the optimum depends on the drives."""
+    if not study.ends:
+        return []
+    if not _moves(study):
+        least = "neither the number at the optimum nor a variable changes by more than 1 % (1 degree, 1 cm)"
+        return [("drives", f"from {BETWEEN}, {least}")]
+    lines, unit = list[tuple[str, str]](), f" {study.costs[0].column.unit}".removesuffix(" -")
+    for end, found in study.ends.items():
+        if isinstance(found, ShockError):
+            lines.append((f"{end} drives", f"no answer: {found}"))
+            continue
+        there = "misses a constraint at this optimum" if math.isnan(found.there) else f"→ {found.there:.4g}{unit} at this optimum"
+        best = "none is found" if math.isnan(found.best) else f"{found.best:.4g}{unit} at the best that is found"
+        lines.append((f"{end} drives", f"{found.given:.4g}{unit} {there}; {best}"))
     return lines
 
 

@@ -16,10 +16,11 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.declare import study
+from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.source import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Vary, motion_range, pairs
+from shockpc.evaluation.variation import DRIVEN, Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import landing_of, resolve
@@ -28,7 +29,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import is_imu, sensors
 from shockpc.robot.robot import Robot
 from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
-from shockpc.text.errors import StudyError
+from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import few
 from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
@@ -79,6 +80,22 @@ class FrontPoint(NamedTuple):
     x: Array
 
 
+class DriveEnd(NamedTuple):
+    """An improvement with other drives.
+
+    Attributes:
+        given: the number in the landings as given, of the worst [its unit].
+        there: at the optimum of the drives as modelled; NaN where a constraint does not hold there.
+        best: at the best point that runs from that optimum and from the landing as given find; NaN where there is none.
+        x: (n,) the variables at that point.
+    """
+
+    given: float
+    there: float
+    best: float
+    x: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Improvement:
     """An optimum.
@@ -97,6 +114,8 @@ class Improvement:
         front: of two numbers, in increasing order of the first; empty for one.
         seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
+        ends: of the first number, with all drives at the smallest inertias that what is known allows,
+            and at the largest, or why there is none; empty where all are known exactly, or vary.
     """
 
     costs: tuple[ShockCost, ...] = field(repr=False)
@@ -112,8 +131,18 @@ class Improvement:
     front: tuple[FrontPoint, ...]
     seed: int
     chosen: tuple[str, ...]
+    ends: Mapping[End, DriveEnd | ShockError] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.improve.report:improve_report")
+
+    def moves(self, end: DriveEnd) -> bool:
+        """Whether the number at the optimum differs by more than 1 %, or a variable by 1 degree, 1 cm or 1 % of its range."""
+        (_, after), cost = self.values[0], self.costs[0]
+        if not all(math.isclose(after, value, rel_tol=MOVED) for value in (end.there, end.best)):
+            return True
+        alone = {"deg": 1.0, "m": 0.01}
+        most = [alone.get(one.unit, MOVED * np.ptp(one.ends)) for one in cost.variations]
+        return bool(np.any(np.abs(end.x - self.x) > most))
 
     @property
     def table(self) -> Table:
@@ -255,10 +284,31 @@ def improve(
         landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
         given, after = (profiles(cases) for cases in landed)
         values = tuple(tuple(_proven(one, found)[0] for found in (given, after)) for one in costs)
+    ends: dict[End, DriveEnd | ShockError] = {}
+    if not any(one.kind in DRIVEN for one in cost.variations):
+        modelled = DriveEnd(values[0][0], values[0][1], values[0][1], x)
+
+        def at_end(others: dict[str, Scene]) -> DriveEnd:
+            return _at_end(ShockCost(others, cost.quantity, vary, robot, keep=keep, ground=not any_ground), x)
+
+        with trace.stage("ends of the drives"):
+            ends = at_drive_ends(modelled, landed[0], at_end)
     return Improvement(
         costs, read_only(x), given, after, values, _proven(cost, after)[1], _holding(cost, x), _variables(cost, x),
-        tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen),
+        tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen), ends,
     )  # fmt: skip
+
+
+def _at_end(cost: ShockCost, x: Array) -> DriveEnd:
+    """The improvement with other drives, whose cost this is. Args: x, the optimum for the drives as modelled."""
+    landed = {name: (scene, cost.robot) for name, scene in cost.scenes.items()}
+    given = _proven(cost, profiles(landed))[0]
+    there = _proven(cost, profiles(cost.cases(x)))[0] if cost.feasible(x) else math.nan
+    best = search(cost, [x, cost.x0])[0]
+    if not np.isfinite(best.value):
+        return DriveEnd(given, there, math.nan, np.full(len(x), np.nan))
+    found = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
+    return DriveEnd(given, there, _proven(cost, profiles(cost.cases(found)))[0], read_only(found))
 
 
 def _usual_quantities(robot: Robot, scenes: Collection[Scene]) -> tuple[str, ...]:

@@ -1,13 +1,16 @@
 """Joint limits that a bound on a number sets: for every strike angle the values allowed, and the number in every posture."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
+from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
 from shockpc.evaluation.variation import OF_THE_GROUND
 from shockpc.show.header import header_lines, warning_lines
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.studies.limits.study import JointLimits
+from shockpc.text.errors import ShockError
 from shockpc.text.printed import in_degrees
 
 ENDS = {
@@ -44,12 +47,50 @@ def limits_report(study: JointLimits) -> Report:
             _best(study),
             _postures(study, None if full else ROWS),
         ],
-        closing=_no_dependence(study) or _none_allowed(study),
+        closing=[*(_no_dependence(study) or _none_allowed(study)), *_over_drives(study)],
         warnings=_warnings(study),
-        sheets={"limits": lambda: _allowed(study), "best": lambda: _best(study), "postures": lambda: _postures(study)},
+        sheets={"limits": lambda: _allowed(study), "best": lambda: _best(study), "postures": lambda: _postures(study)}
+        | ({"drives": lambda: _drives(study)} if study.ends else {}),
         document=lambda: _document(study),
         tables=True,
+        others=("drives.csv",),
     )
+
+
+def _over_drives(study: JointLimits) -> list[str]:
+    """How the limits depend on the drives: those of both ends for the strike of the scene where they move."""
+    if not study.ends:
+        return []
+    if not any(isinstance(one, ShockError) or study.moves(one) for one in study.ends.values()):
+        least = {"rad": "1 degree", "m": "1 cm"}.get(study.unit, "1 % of the range")
+        return [f"drives: from {BETWEEN}, no limit moves by more than {least}"]
+    lines = [f"drives: the limits move from {BETWEEN}; {BEYOND}", f"  as modelled: {_allowed_words(study)}"]
+    for end, found in study.ends.items():
+        words = f"none, because {found}" if isinstance(found, ShockError) else _allowed_words(found)
+        lines.append(f"  {end} inertias: {words}")
+    return lines
+
+
+def _allowed_words(study: JointLimits) -> str:
+    """What is allowed at the strike of the scene, and at all strikes of the range."""
+    first, last, unit = study.limits[0], study.limits[-1], f" {study.shown_unit}".removesuffix(" -")
+    texts = []
+    for one, where in ((first, "at the scene's strike"), (last, "at all strikes")):
+        pieces = [f"{study.shown(low):.4g} to {study.shown(high):.4g}{unit}" for low, high in one.usable]
+        texts.append(f"{' and '.join(pieces) or 'no value'} {where}")
+    return "; ".join(dict.fromkeys(texts))
+
+
+def _drives(study: JointLimits) -> Sheet:
+    """The rows of `_allowed` with the smallest and the largest inertias of the drives."""
+    header: Sequence[str | Column] = _allowed(study).header
+    rows: list[Row] = []
+    for end, found in study.ends.items():
+        if isinstance(found, ShockError):
+            rows.append((end, *(None,) * len(header)))
+            continue
+        rows += [(end, *row) for row in _allowed(found).rows]
+    return Sheet(AT_BOTH, ("drives", *header), rows)
 
 
 def _no_dependence(study: JointLimits) -> list[str]:

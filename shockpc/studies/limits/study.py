@@ -6,8 +6,8 @@ its own.
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -15,9 +15,10 @@ import numpy as np
 from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns, target_text
 from shockpc.evaluation.declare import study
+from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import ATTITUDE, COMPONENT, OFFSET, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.variation import ATTITUDE, COMPONENT, DRIVEN, OFFSET, Variation, kind_of, motion_range, variation
 from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
@@ -29,7 +30,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, Scan, Strikes, scanned, within
-from shockpc.text.errors import SolveError, StudyError
+from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 from shockpc.text.shown import shown_by
 
@@ -66,7 +67,7 @@ NOT_LIMITED = {
 }
 """What a sweep varies without being limited, and why."""
 
-End = Literal["bound", "range", "loop"]
+Stop = Literal["bound", "range", "loop"]
 
 
 class Interval(NamedTuple):
@@ -81,8 +82,8 @@ class Interval(NamedTuple):
 
     low: float
     high: float
-    low_end: End
-    high_end: End
+    low_end: Stop
+    high_end: Stop
 
 
 class StrikeLimits(NamedTuple):
@@ -142,6 +143,8 @@ class JointLimits:
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
         limits: at the scene's strike angle, at others one by one, and last at all strike angles of the range.
+        ends: the limits with all drives at the smallest inertias that what is known allows, and at
+            the largest, or why there are none; empty where all are known exactly, or vary.
     """
 
     profile: ShockProfile = field(repr=False)
@@ -157,6 +160,7 @@ class JointLimits:
     step: float
     scan: Scan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
+    ends: Mapping[End, "JointLimits | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.limits.report:limits_report")
 
@@ -164,6 +168,15 @@ class JointLimits:
     def worst(self) -> tuple[Array, Array]:
         """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
         return self.scan.worst(self.strikes)
+
+    def moves(self, other: "JointLimits") -> bool:
+        """Whether other limits differ by more than 1 degree, 1 cm, or 1 % of the range."""
+        most = {"rad": math.radians(1.0), "m": 0.01}.get(self.unit, MOVED * (self.range[1] - self.range[0]))
+        for one, another in zip(self.limits, other.limits, strict=True):
+            here, there = np.array(one.usable).ravel(), np.array(another.usable).ravel()
+            if len(here) != len(there) or np.any(np.abs(here - there) > most):
+                return True
+        return False
 
     @property
     def subject(self) -> str:
@@ -327,8 +340,8 @@ def limits(
     scan = scanned(landing, joint, number, bound, values, scale, targets)
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
         raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
-    ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
-    return JointLimits(
+    ends: tuple[Stop, Stop] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
+    modelled = JointLimits(
         profile=profile,
         target=number,
         joints=tuple(each.name for each in joints) or (joint,),
@@ -343,6 +356,13 @@ def limits(
         scan=scan,
         limits=tuple(_limits(scan, ends, targets)),
     )
+
+    def at_end(scenes: dict[str, Scene]) -> JointLimits:
+        return limits(scenes[""], joint, target, max, min=min, joint_range=(low, high), strikes=angles, step=step, robot=robot)
+
+    if varied.kind in DRIVEN:
+        return modelled
+    return replace(modelled, ends=at_drive_ends(modelled, {"": (scene, robot)}, at_end))
 
 
 def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> float:
@@ -396,13 +416,13 @@ def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float]
     return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
 
 
-def _limits(scan: Scan, ends: tuple[End, End], targets: Sequence[Strikes]) -> Iterator[StrikeLimits]:
+def _limits(scan: Scan, ends: tuple[Stop, Stop], targets: Sequence[Strikes]) -> Iterator[StrikeLimits]:
     """The intervals that keep the bound, for each of some ranges of strikes. Args: ends, what ends the scan."""
     x = scan.values
     for strikes, roots in zip(targets, scan.crossings(targets), strict=True):
         number, _ = scan.worst(strikes)
         beyond = scan.bound.violation(number)
-        edges: list[tuple[float, End]] = [(float(root), "bound") for root in roots]
+        edges: list[tuple[float, Stop]] = [(float(root), "bound") for root in roots]
         if beyond[0] <= 0.0:
             edges.insert(0, (float(x[0]), ends[0]))
         if beyond[-1] <= 0.0:

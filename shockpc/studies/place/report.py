@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.drive_ends import BETWEEN, BEYOND, MOVED
+from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND, MOVED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
@@ -198,7 +198,7 @@ def _drives(study: PlaceStudy) -> Sheet:
         if study.count == 1 and not np.array_equal(best[0].position, found.places[0].position):
             (at,) = found.fields.at(best[0].position[None])
             rows.append((end, "best as modelled", *best[0].position.tolist(), float(at)))
-    return Sheet("with the smallest and the largest inertias that the drives may have", header, rows, [BEYOND])
+    return Sheet(AT_BOTH, header, rows, [BEYOND])
 
 
 def _over_drives(study: PlaceStudy) -> list[str]:

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.evaluation.drive_ends import BETWEEN, BEYOND, MOVED
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, shown_as
 from shockpc.studies.sensitivity.study import Effect, Sensitivity
+from shockpc.text.errors import ShockError
 from shockpc.text.printed import listed
 
 ROWS = 16
@@ -35,11 +37,60 @@ def sensitivity_report(study: Sensitivity) -> Report:
             *([picture] if study.ranked else []),
             _table(study, None if full else ROWS),
         ],
+        closing=_over_drives(study),
         warnings=shared_warnings(landings),
-        sheets={"sensitivity": lambda: _effects(study), "derivatives": lambda: _derivatives(study)},
+        sheets={"sensitivity": lambda: _effects(study), "derivatives": lambda: _derivatives(study)}
+        | ({"drives": lambda: _drives(study)} if study.ends else {}),
         document=lambda: _document(study),
         tables=True,
+        others=("drives.csv",),
     )
+
+
+def _moves(study: Sensitivity) -> bool:
+    """Whether the number, or one of the largest effects on it, differs by more than 1 % between the ends of the drives."""
+    for found in study.ends.values():
+        if isinstance(found, ShockError):
+            return True
+        effects = {one.parameter: one.up for one in found.ranked}
+        pairs = [(study.value, found.value), *((one.up, effects.get(one.parameter)) for one in study.ranked[:ROWS])]
+        if any(b is None or not math.isclose(a, b, rel_tol=MOVED) for a, b in pairs):
+            return True
+    return False
+
+
+def _over_drives(study: Sensitivity) -> list[str]:
+    """How the answer depends on the drives."""
+    if not study.ends:
+        return []
+    if not _moves(study):
+        return [f"drives: from {BETWEEN}, neither the number nor any of the largest effects changes by more than 1 %"]
+    lines = [f"drives: the effects change from {BETWEEN}; {BEYOND}"]
+    for words, found in (("as modelled", study), *((f"{end} inertias", found) for end, found in study.ends.items())):
+        if isinstance(found, ShockError):
+            lines.append(f"  {words}: none, because {found}")
+            continue
+        number = f"{study.target.title} {found.value:.4g} {study.target.unit}".removesuffix(" -")
+        largest = f"; the largest effect is that of {found.ranked[0].parameter}" if found.ranked else ""
+        lines.append(f"  {words}: {number}{largest}")
+    return lines
+
+
+def _drives(study: Sensitivity) -> Sheet:
+    """The change of the number by each step, as a share of it, as modelled and with the ends of the drives."""
+    name = study.target.selection.name
+    header = ["parameter", f"change of {name} [%]", *(f"{end} [%]" for end in study.ends)]
+    shares = [_shares(study), *(_shares(found) for found in study.ends.values())]
+    rows = [(one.parameter, *(share.get(one.parameter) for share in shares)) for one in study.ranked]
+    note = "smallest, largest: the change with these of the inertias that the drives may have"
+    return Sheet(f"effect on the {study.target.title}, by the drives", header, rows, [note])
+
+
+def _shares(study: Sensitivity | ShockError) -> dict[str, float]:
+    """The change by each step as a share of the number, by parameter."""
+    if isinstance(study, ShockError):
+        return {}
+    return {one.parameter: one.up / study.value for one in study.ranked}
 
 
 def _over(study: Sensitivity) -> str:
@@ -96,6 +147,11 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         column.key for column in whole.columns if column.key.startswith("error_") or (single and column.key[:9] == "opposite_")
     ]
     known = whole.where(lambda row: row["reason"] is None).without("step", "reason", *hidden)
+    if _moves(study):
+        drives = _drives(study)
+        by_drives = {row[0]: row[2:] for row in drives.rows}
+        rows = [(*row, *by_drives[row[0]]) for row in known.rows]
+        known = known._replace(header=[*known.header, *drives.header[2:]], rows=rows, notes=drives.notes)
     sheet = known.largest(most, "parameter", range(len(known.rows), 0, -1))
     without: dict[str, list[str]] = {}
     for effect in study.effects:

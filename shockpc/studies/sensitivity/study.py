@@ -7,7 +7,7 @@ worst of them or their mean, and its change is that of the values to first order
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column, target_text
 from shockpc.evaluation.declare import study
+from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.source import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
@@ -25,7 +26,7 @@ from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.sensitivity.slopes import Parameter, Slope, number_of, parameters, slopes_beside
-from shockpc.text.errors import StudyError
+from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
@@ -85,6 +86,8 @@ class Sensitivity:
         mean: whether the mean over the landings is the target, and not the worst of them.
         percent: how far: per cent of masses, inertias and ranges, degrees and millimetres.
         effects: of every change: links first, then joints, then the strike.
+        ends: the same with all drives at the smallest inertias that what is known allows, and at the
+            largest, or why there is none; empty where all drives are known exactly.
     """
 
     landings: tuple[str, ...]
@@ -94,6 +97,7 @@ class Sensitivity:
     mean: bool
     percent: float
     effects: tuple[Effect, ...]
+    ends: Mapping[End, "Sensitivity | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.sensitivity.report:sensitivity_report")
 
@@ -226,7 +230,13 @@ def sensitivity(
     effects = tuple(_effect(change, known, slopes, number, mean, signs, signs * values) for change in changes)
     if not chosen and not any(effect.reason or effect.derivatives.any() for effect in effects):
         raise StudyError(f"{number.title} does not change to first order with any parameter here; choose another quantity")
-    return Sensitivity(tuple(scenes), solved, number, signs * values, mean, percent, effects)
+    modelled = Sensitivity(tuple(scenes), solved, number, signs * values, mean, percent, effects)
+
+    def at_end(others: dict[str, Scene]) -> Sensitivity:
+        return sensitivity(others, target, robot, mean=mean, groups=groups, vary=vary, percent=percent)
+
+    cases = {name: (scene, robot) for name, scene in scenes.items()}
+    return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
 
 
 def _worst(target: Column, values: Array) -> int:
