@@ -3,7 +3,7 @@
 try:
     import torch
 except ModuleNotFoundError:
-    raise ImportError('shockpc.torch needs PyTorch; install it with: pip install "shockpc[torch]"') from None
+    raise ImportError('shockpc.torch needs PyTorch, its extra "torch"; install it with: pip install torch') from None
 
 from shockpc.core.batched import BatchedShock, batched_shock
 

@@ -7,6 +7,7 @@ import pkgutil
 import re
 import shlex
 import shutil
+import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -134,6 +135,25 @@ def trunk_of(document, key="shock"):
     return f"{document['tables']['shocks'][0][key]:.4f}"
 
 
+def calf_of(document):
+    """The shock at the centre of mass of the calf that strikes, as the pages show it."""
+    (calf,) = (row for row in document["tables"]["bodies"] if row["body"] == "FL_calf")
+    return f"{calf['shock_com']:.2f}"
+
+
+def test_level_feet_do_not_strike_at_once(capfd):
+    """Later by the height over the speed, which is longer than half a period of the foot's effective mass on its stiffness."""
+    sentence = (
+        r"a foot that is (\S+) mm higher strikes (\S+) ms later at 1 m/s, and one foot of Go2 is on contacts of (\S+) N/m for "
+        r"(\S+) ms\."
+    )
+    ((height, delay, stiffness, contact),) = re.findall(sentence, " ".join(TEXTS[METHOD].split()))
+    (foot,) = analyzed(capfd, GO2)["tables"]["contacts"]
+    assert height == delay
+    assert contact == f"{1e3 * np.pi * np.sqrt(foot['effective_mass'] / float(stiffness)):.1f}"
+    assert float(contact) < float(delay)
+
+
 def coupled_rows():
     """The shock at the trunk without and with the coupling of rotors, by the words of the landing."""
     rows = re.findall(r"^\| `(\S+ --contact \S+)` \| (0\.\d{4}) \| (0\.\d{4}) \|$", TEXTS[METHOD], re.MULTILINE)
@@ -148,7 +168,9 @@ def test_shock_by_drives(capfd, here):
     sentence = "at its trunk is {free} with free joints, {} with the rotors of its drives, and {locked} with locked joints"
     shocks = {options.removeprefix("--joints "): shock for _, options, shock in rows}
     assert sentence.format(shocks[""], **{name: shocks[name] for name in ("free", "locked")}) in " ".join(TEXTS[README].split())
-    assert f"Go2 has {shocks['']} with its drives and Solo12 {coupled_rows()['solo12 --contact FL_FOOT'][1]}." in TEXT
+    ends = [calf_of(analyzed(capfd, f"{GO2} --joints {model}")) for model in ("free", "locked")]
+    for page in (README, METHOD):
+        assert "Go2's calf has {} with free and {} with locked joints".format(*ends) in " ".join(TEXTS[page].split())
     drives = joint_model(known_robot("go2"), Joints())
     for label, options, shock in rows:
         found = analyzed(capfd, f"{GO2} {options}")
@@ -278,7 +300,13 @@ def texts(drawing):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("out", "drawn", "shown"),
-    [("go2", "shock", "go2"), ("beyond", "robots", "bending"), *((name, name, name) for name in ("compare", "sensitivity"))],
+    [
+        ("go2", "shock", "go2"),
+        ("place_go2", "place", "place_go2"),
+        ("cassie", "measured", "cassie"),
+        ("beyond", "robots", "bending"),
+        *((name, name, name) for name in ("compare", "sensitivity")),
+    ],
 )
 def test_pictures_are_those_of_the_commands(capfd, tmp_path, out, drawn, shown):
     """What `make gallery` would write says the same as what is committed."""
@@ -291,4 +319,71 @@ def test_pictures_are_those_of_the_commands(capfd, tmp_path, out, drawn, shown):
 
 def test_the_readme_is_short():
     """What a page says at length stands in the guide."""
-    assert len(TEXTS[README].splitlines()) <= 190
+    assert len(TEXTS[README].splitlines()) <= 150
+    assert len(re.findall(r"!\[", TEXTS[README])) == 3
+
+
+def test_the_readme_links_every_command(capfd):
+    listed = re.findall(r"^  ([a-z]+)  +[A-Z]", good(capfd, "--help"), re.MULTILINE)
+    assert sorted(re.findall(r"^\| \[`([a-z]+)`\]", TEXTS[README], re.MULTILINE)) == sorted(listed)
+
+
+def shown_after(command):
+    """The output that the README shows of a command."""
+    return next(typed.shown for typed in commands() if typed.line == command)
+
+
+def test_what_the_readme_says_of_its_first_answers():
+    """The sentences under the table of robots and under the places have the numbers of these."""
+    text = " ".join(TEXTS[README].split())
+    rows = re.findall(r"^ +\S+  (\w+) .*? (\d\.\d+) +(\S+) +(\S+) ", shown_after("shockpc batch --robots quadrupeds"), re.MULTILINE)
+    shocks = {robot: numbers for robot, *numbers in rows}
+    assert f"the velocity of Go2's IMU changes by {shocks['go2'][0]} m/s" in text
+    assert f"the answer is a range, such as {shocks['a1'][1]} to {shocks['a1'][2]} for A1" in text
+    places = re.findall(r"^(?:imu|best) +(\S+) +\S+ +(\S+) +(\S+) ", shown_after("shockpc place go2"), re.MULTILINE)
+    imu, best = np.array(places, float)
+    forward, up, _ = 100.0 * (best - imu)
+    less = 100.0 * (1.0 - best[-1] / imu[-1])
+    assert (
+        f"Move it {forward:.0f} cm forward and {-up:.0f} cm down: the shock of the worst landing is then {less:.0f} % less" in text
+    )
+
+
+MEASURED = (README.parent / "robots" / "measured" / "README.md").read_text(encoding="utf-8")
+
+
+def measured(row):
+    """The cells of a row of the tables of measured landings, without intervals. Args: row, how it begins."""
+    (cells,) = re.findall(rf"^ *\| {re.escape(row)} \| (.*) \|$", MEASURED, re.MULTILINE)
+    return [cell.split()[0] for cell in cells.split(" | ")]
+
+
+def test_what_was_measured():
+    """The table of the README has the numbers of the page of measured landings, which other tests compute."""
+    text = " ".join(TEXTS[README].split())
+    r, _, error, *_ = measured("geared, springs free | 6 ms")
+    assert f"joint rates 6 ms after contact: error {error}, r {r};" in text
+    assert f"error {measured('geared, springs free | 30 ms')[2]} after 30 ms" in text
+    torques = measured("1e5 N/m, measured torques of the motors")[1:]
+    assert "joint rates after 12 and 30 ms: error {} and {}".format(*torques) in text
+    assert "without these torques: error {} and {}".format(*measured("1e5 N/m")[1:]) in text
+    hinge = sorted(measured(law)[-1] for law in ("sticks", "friction 0.2", "friction 0.2, restitution 0.2"))
+    assert f"hinge rate in a single toss: error {hinge[0]} to {hinge[-1]}" in text
+    (r, _, late, _), (_, _, early, _) = measured("30 ms"), measured("15 ms")
+    assert f"rates of both legs after 30 ms: error {late}, r {r}" in text
+    r, _, error = measured("the other | 30 ms")
+    assert f"the leg that does not strike: error {error}, r {r}; after 15 ms: error {early}" in text
+    assert f"12 to 15 % for Cassie's tarsi and {100 * float(late):.0f} % for the legs of a compass-gait biped" in text
+    (trunk,) = re.findall(r"that lags, has a correlation of (\S+), worse than no jump", " ".join(MEASURED.split()))
+    assert f"trunk velocity: r {trunk};" in text
+    assert f"which foot: r {measured('geared, drives as published')[0]}" in text
+    assert "its correlation is 0.51" in MEASURED
+    assert "a single touchdown: r 0.51" in text
+
+
+def test_every_installation_is_of_a_clone():
+    """The package is on no index; its extras are those of pyproject.toml."""
+    extras = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    found = re.findall(r"pip install (\S+)", TEXT)
+    assert set(found) - {"crocoddyl`)", "./shockpc"} == {one for one in found if one.startswith('".[')}
+    assert {name for one in found for name in re.findall(r"[a-z]+", one.partition("[")[2])} <= extras.keys()

@@ -23,12 +23,12 @@ from trees import known_robot, robot_from
 
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
-from shockpc.bench.measured import LAWS, measured_landings, measured_steps, measured_tosses
+from shockpc.bench.measured import IGNORED, LAWS, measured_landings, measured_steps, measured_tosses
 from shockpc.evaluation.columns import Column, selected
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scene_file import robot_of, scene_text
 from shockpc.quantities.selection import quantity
 from shockpc.recordings import table_files as files
 from shockpc.recordings.landings import CLOSED_BY, recorded_landings
@@ -812,6 +812,21 @@ def test_measured_landings_of_cassie(monkeypatch):
     for model, time, *shown in lines:
         found = sheet[model, float(time)][:5]
         assert [cell if k == 2 else cell.split()[0] for k, cell in enumerate(found)] == shown
+
+
+@pytest.mark.slow
+def test_measured_joints_near_the_ground():
+    """The errors of Cassie's tarsi just after contact, and the correlation of its trunk, on the pages."""
+    folder = Path(__file__).parents[1] / "robots" / "measured"
+    scene, columns = read_scene(folder / "cassie.toml"), read_table(folder / "cassie_landings.csv")
+    found = compare_measured(columns, {"geared": scene}, robot_of(scene), IGNORED).agreements
+    soon = {one.name: (one.measured, one.predicted) for one in found if one.time == 6.0}
+    errors = [np.median(np.abs(x - y) / np.abs(y)) for y, x in (soon[f"ankle_joint_{side}"] for side in ("left", "right"))]
+    assert [f"{100.0 * error:.0f}" for error in errors] == ["12", "15"]
+    assert f"{np.corrcoef(*map(np.ravel, soon['base velocity']))[0, 1]:.2f}" == "-0.24"
+    text = " ".join((folder / "README.md").read_text(encoding="utf-8").split())
+    assert "the tarsus (`ankle_joint`) to 12–15 %" in text
+    assert "has a correlation of -0.24" in text
 
 
 @pytest.mark.slow

@@ -131,7 +131,7 @@ def symbols_module() -> Any:
         StudyError: CasADi is not installed.
     """
     if not has_symbols():
-        raise StudyError('symbols need the package "casadi"; install it with: pip install "shockpc[symbols]"')
+        raise StudyError('symbols need the package "casadi"; install it with: pip install casadi')
     from shockpc.impact.exact import symbols
 
     return symbols

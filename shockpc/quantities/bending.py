@@ -86,7 +86,7 @@ class Bending(NamedTuple):
 
     @property
     def lines(self) -> tuple[str, str]:
-        """What the links have to be, and what metal would reach."""
+        """What the links have to be, and what metal and carbon fibre would reach."""
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
@@ -102,7 +102,8 @@ class Bending(NamedTuple):
             limits = [f"{1e3 * product / self.modes.metal:.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
             reach = f"pulses of {limits[0]} and {limits[1]} ms or longer"
         metal = f"bars or tubes of metal with these inertias reach {_hertz(self.modes.metal)}, right on {reach}"
-        return first, f"{metal}; real links are softer: shockpc guide bending"
+        carbon = f"tubes of carbon fibre at most {_hertz(self.modes.carbon)}"
+        return first, f"{metal}; {carbon}; real links are softer: shockpc guide bending"
 
 
 def _hertz(frequency: float) -> str:
@@ -174,7 +175,8 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
         need, metal = found.lowest(FOR_JUMPS), found.modes.metal
         text = (
             f"links bend: in {1e3 * found.contact_time:.2g} ms of contact rigid links are right where the first bending mode of "
-            f"the leg is above {_hertz(need)}, and bars or tubes of metal with the inertias of its links reach {_hertz(metal)}: "
+            f"the leg is above {_hertz(need)}, and bars or tubes of metal with the inertias of its links reach {_hertz(metal)}, "
+            f"of carbon fibre at most {_hertz(found.modes.carbon)}: "
             "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
         )
         yield Diagnostic(*BENDS, need / metal, text)
