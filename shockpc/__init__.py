@@ -12,7 +12,7 @@ from typing import Any
 
 import lazy_loader
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # The stub beside this file lists what the package offers; each module is imported when one of its names is first used.
 _attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
