@@ -18,7 +18,9 @@ from shockpc.evaluation.columns import column, columns, proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.joint_options import Joints
+from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed
@@ -726,6 +728,18 @@ def test_a_point_means_the_shock_with_friction_where_a_scene_has_it():
     with pytest.raises(StudyError, match="depends on it, such as shock_friction"):
         sensitivity(scene, "shock@imu", vary={"friction": "0.1:0.2"})  # a quantity means what its name says
     assert effect.derivatives[0] == pytest.approx((beside[1] - beside[0]) / 2e-4, rel=1e-4)
+
+
+def test_a_rotor_that_its_link_carries_has_a_derivative():
+    """Go2's drives have gears, which a change of their inertia keeps: the derivative is that of landings beside the given one."""
+    landing, robot = (
+        Scene(robot="go2", contact=(Contact(frame="FL_foot"),), point=(Point(frame="imu"),)),
+        robot_of(Scene(robot="go2")),
+    )
+    (effect,) = (one for one in sensitivity(landing, "shock@imu").effects if one.parameter == "armature:FL_calf_joint")
+    varied = variation(robot, "armature:FL_calf_joint", "0.9x:1.1x")
+    beside = [profile_of(resolve(applied(landing, robot, varied, x)[0], robot)).points[0].shock for x in (0.999, 1.001)]
+    assert effect.derivatives[0] == pytest.approx((beside[1] - beside[0]) / 0.002, rel=1e-4)
 
 
 def test_effects_are_given_at_both_ends_of_the_drives(capfd):

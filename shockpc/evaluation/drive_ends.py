@@ -12,12 +12,11 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.varied_scene import LEAST_INERTIA
+from shockpc.evaluation.varied_scene import LEAST_INERTIA, reflected_rotor
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import check_scene
-from shockpc.robot.gear import Gear
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, attempt
 
@@ -93,11 +92,9 @@ def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joi
         if model.stiffness[v] > 0.0:
             stiffness[joint.name] = float(model.stiffness[v])
         if model.rotor[v] > 0.0 and not moved[v]:
-            behind = float(model.drive_stiffness[v])
-            rotor[joint.name] = Rotor(inertia=float(model.rotor[v]), gear_ratio=1.0, stiffness=behind)
+            rotor[joint.name] = reflected_rotor(float(model.rotor[v]), float(model.drive_stiffness[v]), turns)
         elif inertia > 0.0 and turns:
-            gear: Gear = "planetary" if turns > 0.0 else "harmonic"  # the senses in which rotors turn
-            rotor[joint.name] = Rotor(inertia=inertia * turns**2, gear_ratio=1.0 / abs(turns), gear=gear)
+            rotor[joint.name] = reflected_rotor(inertia, np.inf, turns)
         elif inertia > 0.0 or robot.model.armature[v] > 0.0:
             armature[joint.name] = max(inertia, LEAST_INERTIA)
     return Joints(

@@ -263,13 +263,13 @@ def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) 
     for name, v in _first_velocities(robot, chosen):
         inertia, k = max(value * float(model.armature[v] + model.rotor[v]), LEAST_INERTIA), float(model.drive_stiffness[v])
         if np.isfinite(k) or name in with_rotor or model.per_turn[v]:
-            rotor[name] = _reflected_rotor(inertia, k, float(model.per_turn[v]))
+            rotor[name] = reflected_rotor(inertia, k, float(model.per_turn[v]))
         else:
             armature[name] = inertia
     return replace(joints, armature=_set_last(joints.armature, armature), rotor=_set_last(joints.rotor, rotor))
 
 
-def _reflected_rotor(inertia: float, k: float, per_turn: float) -> Rotor:
+def reflected_rotor(inertia: float, k: float, per_turn: float) -> Rotor:
     """A rotor by its inertia at the joint [kg m²], the spring before it [N m/rad], and as `JointModel.per_turn`."""
     stiffness = k if np.isfinite(k) else None
     if not per_turn:
@@ -309,7 +309,7 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
             stiffness[name] = value * float(model.stiffness[v] if varied.factor else 1.0)
         if behind[v]:
             k = value * float(model.drive_stiffness[v] if varied.factor else 1.0)
-            rotor[name] = _reflected_rotor(float(model.rotor[v]), k, float(model.per_turn[v]))
+            rotor[name] = reflected_rotor(float(model.rotor[v]), k, float(model.per_turn[v]))
     return replace(joints, stiffness=_set_last(joints.stiffness, stiffness), rotor=_set_last(joints.rotor, rotor))
 
 

@@ -111,7 +111,9 @@ def _every(landing: PosedLanding) -> Iterator[Variation]:
     joints = [joint for name in robot.joint_names if name not in robot.followers for joint in [robot.joint(name)]]
     for joint in joints:
         if not locked[joint.v].all():
-            unit, factor = DRIVEN["armature"][1 if joint.unit == "rad" else 2], joint.name in with_rotor
+            unit = DRIVEN["armature"][1 if joint.unit == "rad" else 2]
+            # A factor keeps the rotor, with its gear and its spring; another inertia would leave them out.
+            factor = joint.name in with_rotor or bool(landing.joint_model.per_turn[joint.v].any())
             yield Variation(f"armature:{joint.name}", "armature", joint.name, "-" if factor else unit, factor=factor)
     for joint in joints:
         if joint.axis is not None:
