@@ -208,13 +208,15 @@ def test_page_of_several_landings(moving):
 
 
 def test_page_holds_scene_and_command(capfd, here):
-    """The scene can be copied from the page, and is read as the same scene."""
+    """The scene can be copied from the page, and is read as the same scene, in which what was chosen is given."""
     good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30", "--out", "out")
     page = Page((here / "out" / "report.html").read_text(encoding="utf-8"))
     scene, command = page.texts["pre"]
     assert command == "shockpc analyze stick.urdf --contact foot --set knee=-30"
     (here / "again.toml").write_text(scene, encoding="utf-8")
-    assert good(capfd, "analyze", "again.toml") == good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30")
+    again = good(capfd, "analyze", "again.toml")
+    typed = good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30").splitlines()
+    assert again.splitlines() == [line for line in typed if not line.startswith("assumed ")]
 
 
 def test_every_number_of_a_table_sorts(moving):
