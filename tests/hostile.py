@@ -173,9 +173,8 @@ UNFINISHED: dict[str, bytes] = {}
 
 SWEEP = "sweep robot.urdf --contact foot --vary knee=-20:20:3 --prove 1"
 CONTINUED = {
-    "parts/csv": f"{SWEEP} --rows csv",
     "parts/parquet": f"{SWEEP} --rows parquet",
-    "parts/landings": "recorded landings.csv robot.urdf --rows csv",
+    "parts/landings": "recorded landings.csv robot.urdf --rows parquet",
 }
 """Studies that can be continued, by the folder of their parts."""
 

@@ -195,6 +195,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
         *(f"{name}.csv" for name in ("cases", "methods", "corners", "knee")),
         *(f"{name.replace(' ', '_')}.csv" for name in COSTS),
         "bench.json",
+        ".bench.sha256",
         "error-against-run-time.svg",
         "error-against-run-time.png",
     }
@@ -227,6 +228,7 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
         "landing.csv",
         "landing.md",
         "landing.json",
+        ".landing.sha256",
         "report.html",
         "error-against-run-time.svg",
         "error-against-run-time.png",

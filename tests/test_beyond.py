@@ -141,7 +141,7 @@ def test_the_command(capfd, tmp_path):
     assert "impulse within 10 % from Tc/T1 = 0.8" in out.replace("\n", " ")
     assert "not modelled" in out
     pictures = {f"{name}.{kind}" for name in ("beam", "leg", "robots") for kind in ("csv", "png", "svg")}
-    files = pictures | {"beyond.json", "beyond.md", "report.html"}
+    files = pictures | {"beyond.json", "beyond.md", "report.html", ".beyond.sha256"}
     assert {path.name for path in tmp_path.iterdir()} == files
     assert [row["ratio"] for row in json.loads((tmp_path / "beyond.json").read_text())["tables"]["beam"]] == list(RATIOS)
 

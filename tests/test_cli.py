@@ -46,6 +46,10 @@ def on_a_foot(capfd, *words):
     return document(capfd, *DOG, "--contact", "lf_foot", *words)
 
 
+SUMMARY = {"summary.csv", "landings.csv", "summary.md", ".summary.sha256"}
+"""Files of several landings."""
+
+
 def listed(folder):
     """What lies in a folder of results."""
     return {path.name for path in folder.iterdir()}
@@ -250,7 +254,7 @@ def test_names_of_files_stay_inside_the_folder(capfd, here):
     before = {*here.iterdir()}
     good(capfd, "analyze", "odd.urdf", "--contact", "*", "--out", "out/deep")
     assert {*here.iterdir()} - before == {here / "out"}
-    assert listed(here / "out/deep") == {"x" * 200, "_.", "_._foot", "summary.csv", "landings.csv", "summary.md"}
+    assert listed(here / "out/deep") == {"x" * 200, "_.", "_._foot", *SUMMARY}
 
 
 def test_a_folder_and_a_scene_for_each_landing(capfd, here):
@@ -261,7 +265,7 @@ def test_a_folder_and_a_scene_for_each_landing(capfd, here):
     found = document(capfd, *words, "--out", "out", "--save-scene", "landing.toml")
     names, frames = ["A_FOOT", "a_foot-2", "a_foot-3"], ["A_FOOT", "a/foot", "a:foot"]
     assert contacts(found) == frames
-    assert listed(here / "out") == {*names, "summary.csv", "landings.csv", "summary.md"}
+    assert listed(here / "out") == {*names, *SUMMARY}
     assert {path.name for path in here.glob("*.toml")} == {f"landing.{name}.toml" for name in names}
     for name, one in zip(names, found, strict=True):
         assert json.loads((here / "out" / name / "profile.json").read_text(encoding="utf-8")) == one

@@ -2,10 +2,12 @@
 
 import csv
 import errno
+import hashlib
 import io
 import json
 import os
 import stat
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -72,10 +74,10 @@ REFUSED = [
     (lambda: write_file(Path("to_pipe"), "b"), ("to_pipe", ODD)),
     (lambda: write_file(Path("loop"), "b"), ("loop", ODD)),
     (lambda: write_file(Path("file/d.txt"), "d"), ("file/d.txt", "File exists")),
-    (lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}), ("b.csv", "a folder")),
-    (lambda: write_folder(Path(), {"a.csv": "1", "pipe": "2"}), ("pipe", ODD)),
-    (lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}), ("to_file", "out of its folder")),
-    (lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}), ("to_folder/c", "out of its folder")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}, "check"), ("b.csv", "a folder")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "pipe": "2"}, "check"), ("pipe", ODD)),
+    (lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}, "check"), ("to_file", "out of its folder")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}, "check"), ("to_folder/c", "out of its folder")),
 ]
 
 
@@ -147,19 +149,24 @@ def listing(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_names_of_a_command_are_replaced_or_removed_and_no_others(tmp_path):
-    """What an earlier run left under a name that this kind of run may have does not stay beside the new files; all else does."""
+def test_files_of_the_last_run_are_replaced_or_removed_and_no_others(tmp_path):
+    """What the last run of the same kind left does not stay beside the new files, unless somebody changed it; all else does."""
     out = tmp_path / "out"
-    write_folder(out, {"shock.svg": "1", "joints.csv": "2", "lf/joints.csv": "3", "batch.csv": "4"})
+    write_folder(out, {"check.csv": "1"}, "check")
+    write_folder(out, {"shock.svg": "1", "joints.csv": "2", "time.svg": "3", "lf/joints.csv": "4"}, "profile")
     (out / "mine.txt").write_text("mine")
-    write_folder(out, {"shock.svg": "5", "check.csv": "6"}, ("shock.svg", "joints.csv", "lf/joints.csv", "damage_boundary.svg"))
-    assert {name: (out / name).read_text() for name in listing(out)} == {
-        "shock.svg": "5", "check.csv": "6", "mine.txt": "mine", "batch.csv": "4",
-    }  # fmt: skip
+    (out / "time.svg").write_text("edited")
+    assert subprocess.run(["sha256sum", "--check", "--quiet", ".check.sha256"], cwd=out).returncode == 0
+    write_folder(out, {"shock.svg": "5"}, "profile")
+    left = {"shock.svg": "5", "check.csv": "1", "time.svg": "edited", "mine.txt": "mine", "lf/joints.csv": "4"}
+    manifests = {".check.sha256", ".profile.sha256"}
+    assert {name: (out / name).read_text() for name in listing(out) - manifests} == left
+    write_folder(out, {"shock.svg": "5", "lf/bodies.csv": "6"}, "profile")  # which knows the landing of the run before the last
+    assert listing(out) - manifests == (left.keys() - {"lf/joints.csv"}) | {"lf/bodies.csv"}
 
 
 def test_only_files_of_the_folder_that_were_not_read_are_removed(tmp_path):
-    """Neither what lies behind a link, nor a folder or a pipe, nor an input of the command."""
+    """Neither what lies behind a link, nor a folder or a pipe, nor an input of the command; whatever the list says."""
     kept = [tmp_path / "shock.svg", tmp_path / "out/read.csv", tmp_path / "out/folder/a"]
     (tmp_path / "out/folder").mkdir(parents=True)
     for path in kept:
@@ -169,7 +176,9 @@ def test_only_files_of_the_folder_that_were_not_read_are_removed(tmp_path):
     (tmp_path / "out/link.svg").symlink_to(kept[0])
     read_file(kept[1], "table", OutputError)
     names = ("../shock.svg", str(kept[0]), "behind/shock.svg", "link.svg", "read.csv", "pipe", "folder", "", ".", "lost.csv")
-    write_folder(tmp_path / "out", {"limits.csv": "1"}, names)
+    digest = hashlib.sha256(b"mine").hexdigest()
+    (tmp_path / "out/.limits.sha256").write_text("".join(f"{digest}  {name}\n" for name in names) + "no line of a list\n\xff")
+    write_folder(tmp_path / "out", {"limits.csv": "1"}, "limits")
     assert all(path.read_text() == "mine" for path in kept)
     assert (tmp_path / "out/link.svg").is_symlink()
     assert (tmp_path / "out/pipe").is_fifo()
@@ -210,7 +219,7 @@ def test_folder_of_a_landing(tmp_path, profile):
     """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
     folder = tmp_path / "new" / "out"
     write_report_folder(folder, analyze_report({"lf_foot": profile}))
-    assert listing(folder) == FILES
+    assert listing(folder) == FILES | {".profile.sha256"}
     assert (folder / "profile.json").read_text(encoding="utf-8") == json_text(document_of(profile))
     assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).files()["report.md"]
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
@@ -232,17 +241,16 @@ def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
     write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
     of_each, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "landings.csv", "summary.md"}
-    several = {f"{name}/{file}" for name in "ab" for file in of_each} | shared
+    several = {f"{name}/{file}" for name in "ab" for file in of_each} | shared | {".summary.sha256"}
     assert listing(tmp_path) == several
     page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))
-    for name in ("parts.csv", "damage_boundary.svg", "a/time.png"):  # of parts and a contact stiffness, which this landing has not
-        (tmp_path / name).write_text("of an earlier run")
     write_report_folder(tmp_path, analyze_report({"lf_foot": profile}))
-    assert listing(tmp_path) == several | FILES | {"a/time.png"}
+    one = several | FILES | {".profile.sha256"}
+    assert listing(tmp_path) == one
     assert (tmp_path / "report.html").read_bytes() != page
     assert (tmp_path / "summary.csv").read_bytes() == summary
-    write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
-    assert listing(tmp_path) == several | FILES
+    write_report_folder(tmp_path, analyze_report({"a": profile, "c": profile}))
+    assert listing(tmp_path) == one | {f"c/{file}" for file in of_each}
 
 
 def test_a_user_without_a_home_gets_one_message_and_no_folder(capfd, monkeypatch, tmp_path):

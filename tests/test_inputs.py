@@ -161,7 +161,7 @@ def test_a_second_run_without_measurements_leaves_none(capfd, here):
 
 def test_a_part_of_rows_is_no_link_to_an_input(capfd, here):
     """A folder that --resume continues, computed by other processes, which have not read the input."""
-    words = ("sweep", "plain.urdf", *LAND, "--vary", "knee=0:10:3", "--rows", "csv", *OUT)
+    words = ("sweep", "plain.urdf", *LAND, "--vary", "knee=0:10:3", "--rows", "parquet", *OUT)
     assert run(capfd, *words).code == 0
     before = (here / "plain.urdf").read_bytes()
     (part,) = (here / "out" / "rows").iterdir()

@@ -351,7 +351,16 @@ def test_the_command_writes_what_it_computes(capfd, tmp_path):
         claim.statement.partition(": ")[2] for claim in FIGURES[0].claims
     ]
     scenes = {f"fig1_{letter}.toml" for letter in "abcd"}
-    files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", "report.html", "paper.json"}
+    files = scenes | {
+        "bodies.csv",
+        "claims.csv",
+        "figure1.png",
+        "figure1.svg",
+        "paper.md",
+        "report.html",
+        "paper.json",
+        ".paper.sha256",
+    }
     assert {path.name for path in (tmp_path / "paper").iterdir()} == files
     page = (tmp_path / "paper" / "report.html").read_text(encoding="utf-8")
     assert all(name in page for name, *_ in LIVE[1])

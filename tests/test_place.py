@@ -396,7 +396,7 @@ def test_document_and_files(capfd, tmp_path):
     assert document["combined"] == max(min(row[name] for name in names if name.startswith("sensor ")) for row in felt)
     assert document["tables"]["margins"][0].keys() == {"place", "peak_x", "peak_y", "peak_z"}
     assert {path.name for path in tmp_path.iterdir()} == {
-        "landings.csv", "velocity_changes.csv", "margins.csv", "drives.csv",
+        "landings.csv", "velocity_changes.csv", "margins.csv", "drives.csv", ".place.sha256",
         "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
     }  # fmt: skip
     assert json.loads((tmp_path / "place.json").read_text()) == document

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.paper.beyond import HINGES, LIMIT, STRIKES, Struck, beam_study, holds_from
 from shockpc.paper.beyond_leg import LINKS, Peaks, leg_modes, leg_study
 from shockpc.paper.beyond_robots import LAWS, Errors, robot_study
-from shockpc.show.report import Picture, Report, picture_files
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Sheet
 
 Curves: TypeAlias = dict[str, tuple[list[float], list[float]]]
@@ -63,7 +63,6 @@ def beyond_report() -> Report:
         sheets=sheets,
         document=lambda: {"holds_from": dict(zip(Struck._fields, (ratio for _, ratio in kept), strict=True))},
         tables=True,
-        others=picture_files("beam", "leg", "robots"),
     )
 
 

@@ -6,10 +6,9 @@ from shockpc import Point
 from shockpc.landing.scene_file import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.panel_landings import land, scene
-from shockpc.paper.study import FIGURES
 from shockpc.show.document import record
 from shockpc.show.html import plotly
-from shockpc.show.report import Picture, Report, Section, picture_files
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Row, Sheet
 
 OUTCOMES = ("does not hold", "as interpreted", "holds")
@@ -55,7 +54,6 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Repor
         more=lambda folder: {
             f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for figure in figures for panel in figure.panels
         },
-        others=picture_files(*(f"figure{figure.number}" for figure in FIGURES)),
     )
 
 

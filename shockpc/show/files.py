@@ -1,13 +1,14 @@
 """Files of results: each is complete before it gets its name, and none replaces what the command has read."""
 
 import contextlib
+import hashlib
 import os
 import stat
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from shockpc.text.errors import OutputError
-from shockpc.text.paths import inputs
+from shockpc.text.paths import inputs, open_file, read_file
 
 
 def check_folder(folder: Path, option: str) -> None:
@@ -50,30 +51,64 @@ def destination(path: Path, replaceable: str = "") -> Path:
     return target
 
 
-def write_folder(folder: Path, files: Mapping[str, str | bytes], owned: Iterable[str] = ()) -> None:
-    """Write the files of a run into a folder, and remove those of its other names; files of all other names stay as they are.
+def write_folder(folder: Path, files: Mapping[str, str | bytes], name: str) -> None:
+    """Write the files of a run into a folder, and remove those of the run before it that it lacks.
+
+    The file `.NAME.sha256` lists what the last run of a name wrote, as `sha256sum` does. Removed is
+    what it lists, is still as it was written, and lies in a folder into which this run writes. All
+    other files stay as they are.
 
     Args:
         folder: is made if it does not exist.
         files: the contents by path relative to the folder, with slashes.
-        owned: paths of files that this kind of run may have. What an earlier one left there is removed, if this one has no such
-            file and has not read it.
+        name: of the kind of run.
 
     Raises:
         OutputError: the folder cannot be written; if a file cannot have its name, nothing is.
     """
-    real = Path(os.path.realpath(folder))
-    for name in files:
-        if os.path.realpath(destination(folder / name)) != str(real / name):
-            raise OutputError(f'"{folder / name}" leads out of its folder by a link; remove it, or name another with --out')
-    for name, content in files.items():
-        write_file(folder / name, content)
-    for path in (real / name for name in owned if name not in files):
-        # What is no regular file, or lies behind a link, is none that a run wrote.
-        if os.path.realpath(path) == str(path) and path.is_relative_to(real) and path.is_file():
-            status = path.stat()
-            if (status.st_dev, status.st_ino) not in inputs:
-                _remove(path)
+    real, manifest = Path(os.path.realpath(folder)), f".{name}.sha256"
+    for path in (*files, manifest):
+        if os.path.realpath(destination(folder / path)) != str(real / path):
+            raise OutputError(f'"{folder / path}" leads out of its folder by a link; remove it, or name another with --out')
+    recorded = _recorded(folder / manifest)
+    for path, content in files.items():
+        write_file(folder / path, content)
+    digests = {path: _digest(_encoded(content)) for path, content in files.items()}
+    folders = {os.path.dirname(path) for path in files}
+    for path, digest in recorded.items():
+        if os.path.dirname(path) not in folders:
+            digests[path] = digest
+        elif path not in files and _unchanged(real, path, digest):
+            _remove(real / path)
+    lines = (f"{digest}  {path}\n" for path, digest in digests.items() if "\n" not in path)
+    write_file(folder / manifest, "".join(lines))
+
+
+def _recorded(manifest: Path) -> dict[str, str]:
+    """SHA-256 of the files of the last run by path; empty where there was none."""
+    if not manifest.exists():
+        return {}
+    text = read_file(manifest, "file", OutputError, output=True).decode("utf-8", "replace")
+    lines = (line.partition("  ") for line in text.split("\n"))
+    return {path: digest for digest, _, path in lines if path}
+
+
+def _unchanged(real: Path, name: str, digest: str) -> bool:
+    """Whether a file of a folder is as a run wrote it, and not read by this one."""
+    path = real / name
+    # What is no regular file, or lies behind a link, is none that a run wrote.
+    inside = os.path.realpath(path) == str(path) and path.is_relative_to(real)
+    if not (inside and path.is_file()):
+        return False
+    status = path.stat()
+    if (status.st_dev, status.st_ino) in inputs:
+        return False
+    with open_file(path, "file", OutputError, output=True) as file:
+        return _digest(file.read()) == digest
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _remove(path: Path) -> None:

@@ -37,7 +37,7 @@ def report_files(
 
 
 def write_report_folder(folder: Path, report: Report, command: str = "", warn: Callable[[str], None] | None = None) -> None:
-    """Write the files of a report into a folder, and remove those of an earlier run of the command that this one does not have.
+    """Write the files of a report into a folder, and remove those of the command's last run that this one lacks.
 
     Args:
         folder: is made if it does not exist.
@@ -48,4 +48,4 @@ def write_report_folder(folder: Path, report: Report, command: str = "", warn: C
     Raises:
         OutputError: as `write_folder`.
     """
-    write_folder(folder, report_files(report, command, warn, folder), (*report.owned, PAGE))
+    write_folder(folder, report_files(report, command, warn, folder), report.name)

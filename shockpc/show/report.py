@@ -67,11 +67,6 @@ def evaluation_report(evaluation: "Evaluation[Any]") -> "Report":
     return table_report(evaluation.chunk(0), evaluation.landings.rows)
 
 
-def picture_files(*names: str) -> tuple[str, ...]:
-    """The files of figures of these names."""
-    return tuple(f"{name}.{kind}" for name in names for kind in ("svg", "png"))
-
-
 Section = Sheet | Lines | Picture
 
 
@@ -94,7 +89,6 @@ class Report(NamedTuple):
         warnings: lines under those: what warns, and what could not be computed.
         formats: texts in formats of other programs, by the name of the format.
         more: contents of further files by name, which may hold paths relative to the folder that they are written in.
-        others: names of the files that only some reports of the command have, this one perhaps not.
         landings: those that report.html shows in three dimensions, by name.
         live: of the joints that have sliders in report.html, besides those that carry what strikes, names or globs; None for a page
             whose landings keep their postures.
@@ -116,7 +110,6 @@ class Report(NamedTuple):
     warnings: Sequence[str] = ()
     formats: Mapping[str, Callable[[], str]] = {}
     more: Callable[[Path], Mapping[str, str]] = lambda _: {}
-    others: Sequence[str] = ()
     landings: Mapping[str, ShockProfile] = {}
     live: Sequence[str] | None = None
     tables: bool = False
@@ -157,11 +150,6 @@ class Report(NamedTuple):
             **document,
             **self.more(folder),
         }
-
-    @property
-    def owned(self) -> tuple[str, ...]:
-        """Names of files that this report may lack and others of its command have, as in `others`, with those of the parts."""
-        return *self.others, *(f"{name}/{file}" for name, part in self.parts.items() for file in part.others)
 
     def _markdown(self, body: Iterable[Section], figures: bool = False) -> str:
         """The Markdown document; of several results the part about all. Args: figures, whether their files are beside it."""

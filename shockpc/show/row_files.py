@@ -314,7 +314,8 @@ def _notes_of(path: Path) -> _Notes:
     """What a part in Parquet says of its chunk."""
     with _opened(path) as part:
         notes = json.loads(part.schema_arrow.metadata[b"chunk"])
-        return _Notes(tuple(notes["refused"]), tuple(notes["defects"]))
+        pulled, gained, below = map(int, notes["refused"])
+        return _Notes((pulled, gained, below), tuple(map(str, notes["defects"])))
 
 
 @contextlib.contextmanager

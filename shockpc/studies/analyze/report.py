@@ -26,13 +26,13 @@ from shockpc.show.header import (
     unknown_lines,
     warning_lines,
 )
-from shockpc.show.report import Picture, Report, Section, picture_files
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import WIDTH, Column, Lines, Row, Sheet, rounded
 from shockpc.show.wording import contact_name, count, proof_text, robot_name, shown_as
 from shockpc.studies.analyze.first_lines import friction_text, margin_line, mass_text, shock_line, sliding_friction
 from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view, worst_text
-from shockpc.studies.analyze.sheets import OPTIONAL, landing_tables
+from shockpc.studies.analyze.sheets import landing_tables
 from shockpc.studies.analyze.views import readings_text, shown_tables, stiffness_text, worst_bodies
 from shockpc.text.diagnostic import alike
 from shockpc.text.errors import ShockError
@@ -101,7 +101,6 @@ def landing_report(
         sheets=landing_tables(profile, bodies),
         document=lambda: content(profile, spectrum),
         tables=True,
-        others=(*(f"{name}.csv" for name in OPTIONAL), *picture_files("damage_boundary", "time", "spectrum")),
         landings={contact_name(profile): profile},
         live=live,
     )
@@ -160,7 +159,6 @@ def analyze_report(
         sheets=sheets,
         warnings=[f"not computed: {line}" for line in cause_lines(causes(reasons), "landings", len(reasons))],
         document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
-        others=picture_files("damage_boundary"),
         landings=landings,
         live=live or None,
         parts=parts,

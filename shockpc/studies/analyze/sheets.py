@@ -75,9 +75,6 @@ MODELS = ("shock_free", "shock", "shock_locked", "shock_springs_free", "shock_fr
 EXTREMES = ("most_severe", "most_severe_direction", "least_severe", "least_severe_direction")
 """Quantities of bodies and points that have a table of their own."""
 
-OPTIONAL = ("joints", "parts", "directions", "modes")
-"""Tables that not every landing has."""
-
 PARALLEL = math.radians(1.0)
 """Largest angle to the ground of an impact direction that is called parallel to it."""
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from shockpc.quantities.bending import BENDS
 from shockpc.quantities.selection import select
 from shockpc.robot.feet_and_sensors import BENT
-from shockpc.show.report import Picture, Report, picture_files
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import STICKING, count, landing_names, proof_text, without_value
 from shockpc.studies.batch.study import STANDARD, Batch, BatchRow
@@ -44,7 +44,6 @@ def batch_report(batch: Batch, every: bool = False) -> Report:
             ],
         },
         tables=True,
-        others=picture_files("sheet"),
     )
 
 

@@ -60,7 +60,6 @@ def compare_report(comparison: Comparison) -> Report:
         | ({"drives": lambda: _drives(comparison)} if comparison.ends else {}),
         document=lambda: _document(comparison),
         tables=True,
-        others=("drives.csv",),
         landings={f"{k}: {design.label}": profile for k, design, profile in zip(letters, designs, profiles, strict=True)},
     )
 

@@ -26,7 +26,6 @@ def export_report(study: Export) -> Report:
         document=lambda: _document(study),
         more=lambda folder: _files(study, folder),
         tables=True,
-        others=("landing.h", "landing.c", "landing_test.c", "Makefile", "landing.mjs", "landing_test.mjs", "landing.casadi"),
     )
 
 

@@ -54,7 +54,6 @@ def fall_report(falls: Falls) -> Report:
         },
         tables=True,
         document=lambda: _document(falls),
-        others=("margins.csv",),
         landings=dict(list(profiles.items())[:PAGE]),
     )
 

@@ -57,7 +57,6 @@ def identify_report(file: Path, study: Identification) -> Report:
         document=lambda: _document(study, table),
         tables=True,
         more=lambda folder: _files(study, table, folder),
-        others=(DRIVES,),
     )
 
 

@@ -13,7 +13,7 @@ from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
-from shockpc.show.report import Picture, Report, Section, picture_files
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, size_at_place
 from shockpc.studies.compare.report import compare_report
@@ -59,7 +59,6 @@ def improve_report(study: Improvement) -> Report:
         more=lambda folder: {
             f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in enumerate(study.after.values(), start=1)
         },
-        others=("front.csv", "drives.csv", *picture_files("front"), *(f"optimum-{k}.toml" for k in range(1, 100))),
         landings={f"{label}: {study.worst}": one for label, one in worst.items()},
     )
 

@@ -53,7 +53,6 @@ def limits_report(study: JointLimits) -> Report:
         | ({"drives": lambda: _drives(study)} if study.ends else {}),
         document=lambda: _document(study),
         tables=True,
-        others=("drives.csv",),
     )
 
 

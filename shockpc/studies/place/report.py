@@ -55,7 +55,6 @@ def place_report(study: PlaceStudy) -> Report:
         },
         document=lambda: _document(study),
         tables=True,
-        others=("margins.csv", "drives.csv"),
         landings=_named(study),
     )
 

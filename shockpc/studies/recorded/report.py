@@ -9,7 +9,7 @@ from shockpc.evaluation.table import Table
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.recordings.landings import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.show.header import JOINT_MODELS
-from shockpc.show.report import Picture, Report, Section, picture_files
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
 from shockpc.studies.recorded.study import FEWEST, STATISTICS, Validation
@@ -86,7 +86,6 @@ def recorded_report(
             "of_scene": landings.table.missing,
         },
         tables=True,
-        others=("measured.csv", *picture_files("measured")),
         landings=worst or {},
     )
 

@@ -43,7 +43,6 @@ def sensitivity_report(study: Sensitivity) -> Report:
         | ({"drives": lambda: _drives(study)} if study.ends else {}),
         document=lambda: _document(study),
         tables=True,
-        others=("drives.csv",),
     )
 
 

@@ -56,7 +56,6 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
             "messages": [{"text": one.text, "rows": one.rows, "first": one.first} for one in summary.messages],
         },
         tables=True,
-        others=("correlations.csv",),
     )
 
 
