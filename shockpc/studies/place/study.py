@@ -156,7 +156,9 @@ class PlaceStudy:
 
     def better(self, one: SensorPlace) -> float:
         """By how much the best place is better than another one, as a share of its shock [1]."""
-        return max(0.0, one.combined / self.combined - 1.0) if self.combined > 0.0 else math.inf
+        if self.combined > 0.0:
+            return max(0.0, one.combined / self.combined - 1.0)
+        return math.inf if one.combined > 0.0 else 0.0
 
     @property
     def kept(self) -> SensorPlace | None:
