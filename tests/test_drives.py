@@ -29,6 +29,7 @@ from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
+from shockpc.robot import drives as drives_module
 from shockpc.robot.drives import catalogue_drives, drives_of, read_drives, robots_with_drives, similar_robots
 from shockpc.robot.elements import Drive
 from shockpc.show.header import header_lines
@@ -62,7 +63,9 @@ def test_every_drive_is_of_joints_of_its_robots_and_says_where_it_is_from():
 def test_a_drive_of_the_catalogue_may_be_written_in_all_ways_of_toml(monkeypatch, tmp_path, joint):
     """Most values are read as JSON writes them; what TOML alone has gives the same drive."""
     (tmp_path / "drives.toml").write_text(f'[[drive]]\nrobot = ["a1"]\njoint = {joint}\narmature = 0.01 \nsource = "a = b"\n')
-    monkeypatch.setattr("shockpc.robot.drives.project_robots_folder", lambda: tmp_path)
+    monkeypatch.setattr(drives_module, "project_robots_folder", lambda: tmp_path)
+    for read in ("_tables", "_catalogue"):
+        monkeypatch.setattr(drives_module, read, getattr(drives_module, read).__wrapped__)
     (drive,) = catalogue_drives.__wrapped__("a1")
     assert vars(drive) == vars(Drive(joint=("*",), robot=("a1",), armature=0.01, source="a = b"))
 

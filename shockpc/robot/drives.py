@@ -108,21 +108,46 @@ def _contradictions(drive: Drive) -> Iterator[str]:
 
 @functools.lru_cache(maxsize=16)
 def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
-    """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
-    file = project_robots_folder() / "drives.toml"
-    tables = read_file(file, "drives file", SceneError).decode().split("[[drive]]")[1:]
+    """The drives of robots/drives.toml that are known of a robot of the catalogue.
+
+    Those of simulation models are among them.
+    """
     # Those of other robots are not parsed: together they would take as long as a robot's file.
-    mentioning = [
-        [line.split(" = ", 1) for line in table.splitlines() if line[:1] not in ("", "#")]
-        for table in tables
-        if f'"{name}"' in table
-    ]
+    mentioning = [table for table in _tables()[1:] if f'"{name}"' in table]
     try:
-        # Values are written as JSON writes them, which is read in a tenth of the time that TOML takes.
-        drives = [converted({key: json.loads(value) for key, value in lines}, Drive, "", []) for lines in mentioning]
+        drives = [converted(_values(table), Drive, "", []) for table in mentioning]
     except ValueError:
-        drives = list(read_drives(file))  # a value that only TOML has, or several lines
+        drives = list(_catalogue().drive)  # a value that only TOML has, or several lines
     return tuple(drive for drive in drives if name in drive.robot)
+
+
+@functools.cache
+def _catalogue_masses() -> Mapping[str, float]:
+    """The masses of the robots whose drives are known, by name [kg]."""
+    heading = "[mass]"
+    try:
+        return converted(_values(_tables()[0].partition(heading)[2]), Mapping[str, float], heading, [])
+    except ValueError:
+        return _catalogue().mass
+
+
+@functools.cache
+def _tables() -> tuple[str, ...]:
+    """The text of robots/drives.toml: up to the first drive, and that of each drive."""
+    file = project_robots_folder() / "drives.toml"
+    return tuple(read_file(file, "drives file", SceneError).decode().split("[[drive]]"))
+
+
+def _values(table: str) -> dict[str, object]:
+    """The values of a table that are written as JSON writes them.
+
+    They are read in a tenth of the time that TOML takes.
+
+    Raises:
+        ValueError: one is written in another way.
+    """
+    lines = [line.split(" = ", 1) for line in table.splitlines() if line[:1] not in ("", "#")]
+    return {key: json.loads(value) for key, value in lines}
 
 
 def drives_like(robot: Robot, name: str) -> Drives:
@@ -161,15 +186,15 @@ def similar_robots(robot: Robot) -> tuple[str, ...]:
     Their masses are about the same. If it has the name of one of them, that one; drives of all
     joints of a robot, whatever their names, say nothing here.
     """
-    masses = _catalogue().mass
     driven = {joint.name for joint in robot.single_joints if joint.kind != "free"}
-    covered: dict[str, set[str]] = {}
-    for name, drives in robots_with_drives().items():
-        patterns = [pattern for drive in drives for pattern in drive.joint if pattern != "*"]
-        covered[name] = {joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)}
-    named = [name for name, joints in covered.items() if driven and joints == driven]
-    alike = tuple(name for name in named if 1.0 / ALIKE <= robot.mass / masses[name] <= ALIKE)
-    return tuple(name for name in alike if name in robot.name.casefold()) or alike
+    alike = []
+    for name, mass in _catalogue_masses().items():
+        if driven and 1.0 / ALIKE <= robot.mass / mass <= ALIKE:
+            public = [drive for drive in catalogue_drives(name) if drive.status in PUBLIC]
+            patterns = [pattern for drive in public for pattern in drive.joint if pattern != "*"]
+            if driven == {joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)}:
+                alike.append(name)
+    return tuple(name for name in alike if name in robot.name.casefold()) or tuple(alike)
 
 
 @functools.cache
