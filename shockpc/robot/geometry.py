@@ -248,12 +248,14 @@ def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | 
         found = tuple(_mjcf_shapes(source, kind, load, only))
     else:
         root = shared_xml(source.xml, source.path.name)
-        found = tuple(_urdf_shapes(root, kind, load, np.eye(3), only))
+        links = _links(source) if only is None else [only]
+        found = tuple(shape for link in links for shape in _shapes_as_read(source, kind, reduced, link))
         # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
         if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
             if only is not None:
                 return tuple(shape for shape in _shapes(source, kind, reduced) if shape.link == only)
-            turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
+            every = (element for elements in _links(source).values() for element in elements)
+            turned = tuple(_urdf_shapes(every, kind, load, _Y_TO_Z))
             if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
                 found = turned
     if only is None:
@@ -261,11 +263,26 @@ def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | 
     return found
 
 
-def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array, only: str | None = None) -> Iterator[Shape | Unread]:
-    """Place the shapes of every link of a URDF, or only of one. Args: turn: (3, 3), of meshes with y up."""
-    for link in root.findall("link"):
+@memoized()
+def _links(source: RobotSource) -> dict[str, list[Element]]:
+    """The links of a URDF by name, in the order of the file."""
+    links: dict[str, list[Element]] = {}
+    for link in shared_xml(source.xml, source.path.name).findall("link"):
+        links.setdefault(link.get("name", ""), []).append(link)
+    return links
+
+
+@memoized()
+def _shapes_as_read(source: RobotSource, kind: GeometryKind, reduced: bool, link: str) -> tuple[Shape | Unread, ...]:
+    """The shapes of one link of a URDF, of whatever meshes as they are; read once, for the link and for the whole robot."""
+    return tuple(_urdf_shapes(_links(source).get(link, ()), kind, _loader(source, reduced), np.eye(3)))
+
+
+def _urdf_shapes(links: Iterable[Element], kind: GeometryKind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
+    """Place the shapes of some links of a URDF. Args: turn: (3, 3), of meshes with y up."""
+    for link in links:
         name = link.get("name", "")
-        for element in link.findall(kind) if only in (None, name) else ():
+        for element in link.findall(kind):
             shape = next((part for part in element.iterfind("geometry/*") if part.tag.rpartition(":")[2] not in _NO_SHAPES), None)
             uri = "" if shape is None else shape.get("filename", "")
             try:
