@@ -27,9 +27,9 @@ from shockpc import (
 )
 from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
+from shockpc.robot import drives as drives_module
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot import drives as drives_module
 from shockpc.robot.drives import catalogue_drives, drives_of, read_drives, robots_with_drives, similar_robots
 from shockpc.robot.elements import Drive
 from shockpc.show.header import header_lines

@@ -191,7 +191,7 @@ def _drives_text(study: Identification, table: str) -> str:
             names = robot.match_joints(one.variation.target)
             sources |= dict.fromkeys(names, text)
             if one.state == "identified":
-                status |= dict.fromkeys(names, {"status": "identified"})
+                status |= {name: {"status": "identified"} for name in names}
             shares |= dict.fromkeys(names if one.variation.kind in INERTIAS else (), _share(one))
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:
