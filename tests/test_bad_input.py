@@ -258,6 +258,9 @@ SCENES = {
     "[[contact]]\nframe = 'foot'\ndirections = ['z', [0, 0, 0]]": "has a direction without a length",
     'stance = ["body", "body"]': 'stance "body" and stance "body" coincide',
     'stance = ["ankle"]': 'contact "foot" and stance "ankle" coincide',
+    f"stance = {['foot'] * 100}": "the scene has 101 contacts, and up to 100 are computed; leave some of them out",
+    "[[point]]\nframe = 'foot'\n" * 1001: "the scene has 1001 points, and up to 1000 are computed",
+    "[[part]]\nname = 'board'\nat = 'foot'\nrating = '50g@2ms'\n" * 1001: "the scene has 1001 parts, and up to 1000 are computed",
     'srdf = "~nobody-of-that-name/r.srdf"': "begins with the home of a user whom this computer does not have",
     'srdf = "r\\u0000.srdf"': "it holds a NUL character",
     **dict.fromkeys(

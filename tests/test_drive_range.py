@@ -160,12 +160,12 @@ def test_numbers_of_a_landing_follow_without_solving_again(a1, metric, kind, nam
     """At the ends of a range, and anywhere, a number is that of the landing resolved with these inertias."""
     landing, selection, place = a1.landing, select(metric), _place(a1, kind, name)
     rng = np.random.default_rng(1)
-    kind, ends = drive_range._searched(landing, selection, place)
-    number = drive_range._Number(landing, selection, place, kind)
+    ((_, ends),) = drive_range._searched(landing, selection, [place])
     some = np.where(landing.joint_model.unknown, rng.uniform(0.0, 0.05, landing.robot.model.nv), 0.0)
     for change in (*(change for change, _ in ends), some):
-        anew = drive_range._value_of(with_inertias(landing, change), selection, place)
-        assert number.read([change])[0] == pytest.approx(anew, rel=1e-8, abs=1e-11)
+        (anew,) = drive_range._values_of(with_inertias(landing, change), selection, [place])
+        ((read,),) = drive_range._followed(landing, selection, [place], [change])
+        assert read == pytest.approx(anew, rel=1e-8, abs=1e-11)
     found, value = range_of(a1, selection, place), a1.numbers(selection, [place])[0]
     assert found.kind == "corners"
     assert found.smallest <= value <= found.largest
@@ -214,10 +214,25 @@ def test_effective_masses_only_grow_with_inertia(a1):
     assert found.kind == all_contacts.kind == "exact"
     assert found[:2] == pytest.approx(all_contacts[:2], rel=1e-9)
     assert found.smallest == pytest.approx(a1.effective_mass, rel=1e-9)
-    number = drive_range._Number(a1.landing, selection, place, "exact")
     for _ in range(40):
         change = np.where(a1.landing.joint_model.unknown, np.exp(rng.uniform(-9.0, 0.0, nv)), 0.0)
-        assert found.smallest < number.read([change])[0] < found.largest
+        (mass,) = drive_range._values_of(with_inertias(a1.landing, change), selection, [place])
+        assert found.smallest < mass < found.largest
+
+
+def test_ranges_of_several_sensors_are_those_of_each_and_follow_from_the_jumps(a1):
+    """Peaks of sensors at samples of the drives are those of landings resolved with these; so are motions, all at once."""
+    share, scene = select("range_share"), replace(a1.scene, range_g=16.0, point=(Point(frame="FL_calf"), Point(frame="trunk")))
+    for given in ({"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e6}, {"pulse": "half-sine:5ms", "friction": 0.3}):
+        profile = profile_of_scene(replace(scene, **given), a1.robot)
+        landing, places = profile.landing, profile.places("point")
+        searched, found = drive_range._searched(landing, share, places), drive_range.ranges_of(profile, share, places)
+        for place, (kind, ends), ranges in zip(places, searched, found, strict=True):
+            anew = [drive_range._values_of(with_inertias(landing, change), share, [place])[0] for change, _ in ends]
+            assert [value for _, value in ends] == pytest.approx(anew, rel=1e-8)
+            assert (kind, len(ends) >= 2) == ("samples", True)
+            alone = range_of(profile_of_scene(replace(scene, **given), a1.robot), share, place)
+            assert alone[:2] == pytest.approx(ranges[:2], rel=1e-9)
 
 
 def test_what_every_drive_decides_has_a_range_of_samples(a1):

@@ -74,6 +74,11 @@ class DriveBox(NamedTuple):
         return w
 
     @property
+    def least(self) -> Array:
+        """The change (n,) to the smallest inertias with which something still resists all motion."""
+        return _Inertias(self, np.zeros(0), np.zeros((0, len(self.x)))).change
+
+    @property
     def most(self) -> Array:
         """The change (n,) to the largest inertias that the contacts leave possible.
 

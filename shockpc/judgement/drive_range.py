@@ -67,6 +67,10 @@ LINEAR = {
 """Quantities that are linear in the jumps and impulses of one posture, besides those of all."""
 
 
+OF_JUMPS = {("point", "range_share")}
+"""Other quantities that follow from the jumps alone, where contacts stick and are rigid."""
+
+
 class Range(NamedTuple):
     """The smallest and the largest value of a number over the drives.
 
@@ -122,16 +126,22 @@ def range_of(profile: ShockProfile, selection: Selection, place: Place) -> Range
         drive reaches it: at a point that is fixed to the world, of another joint model, or of how
         far the numbers are proven.
     """
+    return ranges_of(profile, selection, [place])[0]
+
+
+def ranges_of(profile: ShockProfile, selection: Selection, places: Sequence[Place]) -> list[Range | None]:
+    """The ranges of a number of a profile at several places over the drives, each as `range_of`."""
     landing, wanted = profile.landing, selection.quantity
-    fixed = wanted.of == "point" and place.body < 0
-    if wanted.on != "scene" or fixed or not has_range(landing):
-        return None
-    value = float(profile.numbers(selection, [place])[0])
-    if np.isnan(value):
-        return None
-    kind, ends = _searched(landing, selection, place)
-    values = [found for _, found in ends]
-    return Range(min(value, *values), max(value, *values), kind) if values else None
+    found: list[Range | None] = [None] * len(places)
+    if wanted.on != "scene" or not has_range(landing):
+        return found
+    values = profile.numbers(selection, places)
+    reached = [k for k, place in enumerate(places) if not (wanted.of == "point" and place.body < 0) and not np.isnan(values[k])]
+    searched = _searched(landing, selection, [places[k] for k in reached])
+    for k, (kind, ends) in zip(reached, searched, strict=True):
+        every = [float(values[k]), *(value for _, value in ends)]
+        found[k] = Range(min(every), max(every), kind) if ends else None
+    return found
 
 
 def effective_mass_range(profile: ShockProfile) -> Range | None:
@@ -163,7 +173,7 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
     landing = profile.landing
     if not has_range(landing):
         return ()
-    kind, found = _searched(landing, selection, place)
+    kind, found = _searched(landing, selection, [place])[0]
     if _linear(landing, selection, place) is None or selection.quantity.of_ground(landing.scene):
         selection, place = _jump_beside(landing, selection, place)
     response, (Y, B) = drive_response(landing), _vectors(landing, selection, place)
@@ -204,18 +214,32 @@ class _Ends(NamedTuple):
     ends: list[tuple[Array, float]]
 
 
-def _searched(landing: PosedLanding, selection: Selection, place: Place) -> _Ends:
-    """Among what the ends of the range of a number are; a landing keeps it, for several readers."""
+def _searched(landing: PosedLanding, selection: Selection, places: Sequence[Place]) -> list[_Ends]:
+    """Among what the ends of the ranges of a number are; a landing keeps it, for several readers."""
     kept = _kept(landing)
-    key = (selection.name, place.name, place.body, place.number, place.joint, place.r.tobytes())
-    if key not in kept:
-        kept[key] = _search(landing, selection, place)
-    return kept[key]
+    new = [place for place in places if _key(selection, place) not in kept]
+    together = [new] if _is_motion(landing, selection) else [[place] for place in new]
+    for group in filter(None, together):
+        for place, ends in zip(group, _search(landing, selection, group), strict=True):
+            kept[_key(selection, place)] = ends
+    return [kept[_key(selection, place)] for place in places]
+
+
+def _key(selection: Selection, place: Place) -> tuple[object, ...]:
+    """What tells a number at a place from others of a landing."""
+    return selection.name, place.name, place.body, place.number, place.joint, place.r.tobytes()
 
 
 @memoized()
 def _kept(landing: PosedLanding) -> dict[tuple[object, ...], _Ends]:
     """The ranges that a landing keeps, by number and place."""
+    del landing
+    return {}
+
+
+@memoized()
+def _kept_ends(landing: PosedLanding) -> dict[tuple[object, ...], list[Array]]:
+    """The changes of the inertias at such ends that a landing keeps, by number and place."""
     del landing
     return {}
 
@@ -236,19 +260,58 @@ class _Linear(NamedTuple):
     signed: bool = False
 
 
-def _search(landing: PosedLanding, selection: Selection, place: Place) -> _Ends:
-    """Among what the ends of the range of a number are."""
-    wanted, scene, kind = selection.quantity, landing.scene, _kind(landing, selection, place)
-    changes = [] if kind == "corners" else extreme_changes(landing)
+def _search(landing: PosedLanding, selection: Selection, places: Sequence[Place]) -> list[_Ends]:
+    """Among what the ends of the ranges of a number are at places: several for motions, else one."""
+    kind = _kind(landing, selection, places[0])
+    follows = kind == "corners" or _follows(landing, selection)
+    changes: list[Array] = []
+    if kind != "corners":
+        changes = _possible_extremes(landing) if follows else extreme_changes(landing)
     # A motion on contacts of finite stiffness takes long, so it is computed of few.
-    is_motion = wanted.of_ground(scene) and scene.contact_stiffness is not None
-    if kind != "exact" and not is_motion:
-        changes += _end_changes(landing, selection, place)
-    if kind != "samples" and _other_faces(landing, changes):
+    if kind != "exact" and not _is_motion(landing, selection):
+        changes += _end_changes(landing, selection, places[0])
+    faces = (follows or kind == "exact") and _other_faces(landing, changes)
+    if faces:
         kind, changes = "samples", changes + extreme_changes(landing)
-    values = _Number(landing, selection, place, kind).read(changes)
-    found = zip(changes, values, strict=True)
-    return _Ends(kind, [(change, value) for change, value in found if not np.isnan(value)])
+    if follows and not faces:
+        values = _followed(landing, selection, places, changes)
+    else:
+        ends = (with_inertias(landing, change) for change in changes)
+        values = [_values_of(end, selection, places) for end in ends]
+    found = []
+    for k in range(len(places)):
+        at = [(change, float(value[k])) for change, value in zip(changes, values, strict=True)]
+        found.append(_Ends(kind, [(change, value) for change, value in at if not np.isnan(value)]))
+    return found
+
+
+def _possible_extremes(landing: PosedLanding) -> list[Array]:
+    """Changes (nv,) of the inertias to the smallest and to the largest that the contacts allow."""
+    response = drive_response(landing)
+    changes = np.zeros((2, len(landing.joint_model.armature)))
+    changes[:, response.columns] = response.box.least, response.box.most
+    return list(changes)
+
+
+def _is_motion(landing: PosedLanding, selection: Selection) -> bool:
+    """Whether a number is of the motion on contacts of finite stiffness."""
+    scene = landing.scene
+    return selection.quantity.of_ground(scene) and scene.contact_stiffness is not None
+
+
+def _follows(landing: PosedLanding, selection: Selection) -> bool:
+    """Whether a number of samples follows from the jumps of Eq. 4, which are linear in the drives."""
+    scene, wanted = landing.scene, selection.quantity
+    bonded = scene.friction is None and scene.contact_stiffness is None and not scene.stops
+    return bonded and (wanted.of, wanted.key) in OF_JUMPS
+
+
+def _followed(landing: PosedLanding, selection: Selection, places: Sequence[Place], changes: list[Array]) -> list[Array]:
+    """A number at places (n,), for each change (nv,), from the response of the landing."""
+    if not changes:
+        return []
+    impacts = drive_response(landing).at(landing, changes)
+    return list(selection.scalar(evaluate(selection.quantity, impacts, places))[0])
 
 
 def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
@@ -259,40 +322,6 @@ def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
     if (wanted.of, wanted.key) in GROWING:
         return "exact"
     return "samples" if _linear(landing, selection, place) is None else "corners"
-
-
-class _Number(NamedTuple):
-    """A number of a landing with other inertias.
-
-    Attributes:
-        landing: as modelled.
-        selection: the number.
-        place: where.
-        kind: of its range; "corners" are read off the response of the landing, others computed anew.
-    """
-
-    landing: PosedLanding
-    selection: Selection
-    place: Place
-    kind: Kind
-
-    def read(self, changes: list[Array]) -> list[float]:
-        """The number at changes (nv,) of the inertias as modelled; NaN where there is none."""
-        landing, selection, place = self.landing, self.selection, self.place
-        if self.kind != "corners":
-            landings = (with_inertias(landing, change) for change in changes)
-            return [_value_of(one, selection, self._place_in(one)) for one in landings]
-        if not changes:
-            return []
-        impacts = drive_response(landing).at(landing, changes)
-        values = selection.scalar(evaluate(selection.quantity, impacts, [place]))[0, :, 0]
-        return [float(value) for value in values]
-
-    def _place_in(self, other: PosedLanding | None) -> Place | None:
-        """The place in a landing with other inertias, where some of the contacts may be lifted."""
-        if other is None or self.selection.quantity.of != "contact":
-            return self.place
-        return next((one for one in other.contact_places if one.name == self.place.name), None)
 
 
 def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linear | None:
@@ -319,6 +348,16 @@ def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> l
     Of a number that is no length or component of what is linear, they are those of the jump at its
     place, or of the heaviest body.
     """
+    if _linear(landing, selection, place) is None:
+        selection, place = _jump_beside(landing, selection, place)
+    kept, key = _kept_ends(landing), _key(selection, place)
+    if key not in kept:
+        kept[key] = _sought(landing, selection, place)
+    return list(kept[key])
+
+
+def _sought(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
+    """The same, of a number that is a length or a component of what is linear."""
     Y, B = _vectors(landing, selection, place)
     if not (np.isfinite(Y).all() and np.isfinite(B).all()):
         return []
@@ -362,20 +401,33 @@ def _faces(landing: PosedLanding) -> tuple[object, ...]:
     return *landing.scene.contact, *landing.lifted
 
 
-def _value_of(landing: PosedLanding | None, selection: Selection, place: Place | None) -> float:
-    """A number of a landing in doubles, or with a proof where doubles do not have it; or NaN."""
-    if landing is None or place is None:
-        return np.nan
-    wanted = selection.quantity
+def _values_of(landing: PosedLanding | None, selection: Selection, places: Sequence[Place]) -> Array:
+    """A number at places (n,), in doubles, or with a proof where doubles do not have it; or NaN."""
+    values, wanted = np.full(len(places), np.nan), selection.quantity
+    if landing is None:
+        return values
+    here = [_place_in(landing, selection, place) for place in places]
+    known = [k for k, place in enumerate(here) if place is not None]
+    there = [place for place in here if place is not None]
+    if not there:
+        return values
     try:
         equation = landing.equation(landing.state)
         solution = solve_in_doubles(landing, equation)
         jumps = jumps_of(landing, equation.full(solution.delta_qd), equation.state)
         impact = DoubleImpact(landing, equation, solution, jumps)
-        value = selection.scalar(evaluate(wanted, impact, [place]))[0, 0, 0]
-        if np.isnan(value) and wanted.needs_posture:
+        found = selection.scalar(evaluate(wanted, impact, there))[0, 0]
+        if np.isnan(found).any() and wanted.needs_posture:
             proof = solve_exactly(landing, equation, solution)
-            value = selection.scalar(proof.read(wanted.compute, [place], size=wanted.size))[0, 0, 0]
-        return float(value)
+            found = selection.scalar(proof.read(wanted.compute, there, size=wanted.size))[0, 0]
+        values[known] = found
     except (SceneError, SolveError, SingularError):
-        return np.nan
+        pass
+    return values
+
+
+def _place_in(landing: PosedLanding, selection: Selection, place: Place) -> Place | None:
+    """A place in a landing with other inertias, where some of the contacts may be lifted."""
+    if selection.quantity.of != "contact":
+        return place
+    return next((one for one in landing.contact_places if one.name == place.name), None)

@@ -14,7 +14,7 @@ from shockpc.judgement.accuracy import (
     sensitive,
     strained,
 )
-from shockpc.judgement.drive_range import deciding_joints, drives_advice, range_of
+from shockpc.judgement.drive_range import deciding_joints, drives_advice, ranges_of
 from shockpc.judgement.plausibility import angles, gained, heights, inertias, masses, pulled, slipping
 from shockpc.judgement.standing import hanging, lying, straight
 from shockpc.judgement.unknowns import not_known
@@ -94,8 +94,8 @@ def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
     if limit is None:
         return
     moving, share = [place for place in places if place.body >= 0], select("range_share")
-    for place, peak in zip(moving, sensor_peaks(profile.landing, profile.proof, moving), strict=False):
-        found = range_of(profile, share, place)
+    peaks, ranges = sensor_peaks(profile.landing, profile.proof, moving), ranges_of(profile, share, moving)
+    for place, peak, found in zip(moving, peaks, ranges, strict=False):
         if found is not None and found.meets(None, 1.0) is None:
             text = (
                 f'"{place.name}" may saturate or not: it would see {limit * found.smallest:.3g} to {limit * found.largest:.3g} g '
@@ -110,10 +110,10 @@ def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
 def _overloaded(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of parts that are not judged, may have a margin below 1, or whose torque is rated for a shorter time."""
     length, margin = profile.impact_length, select("part_margin")
-    for one, place in zip(profile.parts, profile.landing.parts, strict=True):
+    ranges = ranges_of(profile, margin, profile.landing.parts)
+    for one, place, found in zip(profile.parts, profile.landing.parts, ranges, strict=True):
         if one.missing:
             yield Diagnostic("part", one.part, None, f"{one.part} is not judged: it {one.missing}{REMEDIES.get(one.missing, '')}")
-        found = range_of(profile, margin, place)
         if found is not None and found.meets(1.0, None) is None:
             text = (
                 f"{one.part} may be damaged or not: its margin is {found.smallest:.3g} to {found.largest:.3g} over the drives; "

@@ -32,10 +32,29 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
 
+MOST_CONTACTS = 100
+"""Contacts of a scene, with the feet that stand; a landing on so many feet takes some 15 s and 0.7 GB."""
+
+MOST_POINTS = 1000
+"""Points of a scene, and its parts; with the ranges of their sensors over the drives so many take some 10 s."""
+
+
+def _check_sizes(scene: Scene) -> None:
+    """Refuse more contacts, points or parts than are computed."""
+    contacts = len(scene.contact) + len(scene.stance)
+    for what, count, most in (
+        ("contacts", contacts, MOST_CONTACTS),
+        ("points", len(scene.point), MOST_POINTS),
+        ("parts", len(scene.part), MOST_POINTS),
+    ):
+        if count > most:
+            raise SceneError(f"the scene has {count} {what}, and up to {most} are computed; leave some of them out")
+
 
 def _complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in and every path absolute, so that it says all that is computed."""
     scene = check_scene(scene)
+    _check_sizes(scene)
     if not scene.contact:
         first, *others = (f'"{contact.frame}"' for contact in default_landings(robot, scene)[0])
         example = f'links of robot "{robot.name}", such as [{", ".join([first, *others])}]'

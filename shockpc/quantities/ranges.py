@@ -48,20 +48,23 @@ def _without_axes(landing: PosedLanding) -> frozenset[str]:
 
 
 def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
-    """What gives peaks, and these along the axes of each point (n, 3), or equal ones where the axes are not known [g]."""
+    """What gives peaks, and these along the axes of each point, or equal ones where the axes are not known [g].
+
+    Peaks are (k, n, 3) of the k columns of an impact, of a motion (1, n, 3).
+    """
     landing = impact.landing
     scene, pulse, filters = landing.scene, landing.pulse, low_passes(landing, places)
     behind = np.array([one is not None for one in filters])[:, None]
 
     def along(components: Array, lengths: Array) -> Array:
         known = np.array([place.name not in _without_axes(landing) for place in places])
-        return np.where(known[:, None], np.abs(components), lengths[:, None])
+        return np.where(known[:, None], np.abs(components), lengths[..., None])
 
     if scene.contact_stiffness is not None:
         compliant = solved_on(landing, "contact_stiffness")
-        components = compliant.peaks(axis_jumps, places)[0].reshape(-1, 3)
-        raw = along(components, compliant.peaks(DELTA_V.compute, places)[0]) / GRAVITY
-        read = along(readings(impact, places, along=True)[0, 0], readings(impact, places)[0, 0]) if behind.any() else raw
+        components = compliant.peaks(axis_jumps, places)[0].reshape(1, -1, 3)
+        raw = along(components, compliant.peaks(DELTA_V.compute, places)[0][None]) / GRAVITY
+        read = along(readings(impact, places, along=True)[0], readings(impact, places)[0]) if behind.any() else raw
         yield f"on contacts of {scene.contact_stiffness:g} N/m", np.where(behind, read, raw)
     elif pulse is not None or behind.any():
         scale = np.array([peak_of(pulse, one) for one in filters])[:, None] / GRAVITY
@@ -70,17 +73,17 @@ def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
             jumps.append((f" with friction {scene.friction:g}", sliding))
         what = "at most, for a pulse of any length" if pulse is None else f"for a pulse {scene.pulse}"
         for how, of in jumps:
-            components = evaluate(DELTA_V, of, places)[0, 0]
-            yield f"{what}{how}", along(components, np.linalg.norm(components, axis=1)) * scale
+            components = evaluate(DELTA_V, of, places)[0]
+            yield f"{what}{how}", along(components, np.linalg.norm(components, axis=2)) * scale
 
 
 def _shares(impact: Impact, places: Places) -> Array:
-    """The largest of these peaks (1, 1, n), of the range; NaN where there is none."""
-    found = [] if impact.landing.scene.range_g is None else [peaks.max(axis=1) for _, peaks in _peaks(impact, places)]
+    """The largest of these peaks (1, k, n), of the range; NaN where there is none."""
+    found = [] if impact.landing.scene.range_g is None else [peaks.max(axis=2) for _, peaks in _peaks(impact, places)]
     if not found:
         return np.full((1, 1, len(places)), np.nan)
     largest = np.fmax.reduce(found)
-    return np.asarray(largest[None, None] / impact.landing.scene.range_g)
+    return np.asarray(largest[None] / impact.landing.scene.range_g)
 
 
 def sensor_peaks(landing: PosedLanding, proof: Proof, places: Sequence[Place]) -> list[SensorPeak]:
@@ -88,7 +91,7 @@ def sensor_peaks(landing: PosedLanding, proof: Proof, places: Sequence[Place]) -
     named = proof.read(lambda impact: list(_peaks(impact, places))) if places else []
     largest = []
     for k, low_pass in enumerate(low_passes(landing, places) if named else ()):
-        cause, peaks = max(((cause, peaks[k]) for cause, peaks in named), key=lambda one: float(np.nan_to_num(one[1]).max()))
+        cause, peaks = max(((cause, peaks[0, k]) for cause, peaks in named), key=lambda one: float(np.nan_to_num(one[1]).max()))
         axis = "" if places[k].name in _without_axes(landing) else AXES[int(peaks.argmax())]
         cause += f", behind a filter of {low_pass}" if low_pass is not None else ""
         largest.append(SensorPeak(float(peaks.max()), axis, cause))
