@@ -126,9 +126,11 @@ def _catalogue_masses() -> Mapping[str, float]:
     """The masses of the robots whose drives are known, by name [kg]."""
     heading = "[mass]"
     try:
-        return converted(_values(_tables()[0].partition(heading)[2]), Mapping[str, float], heading, [])
+        values = _values(_tables()[0].partition(heading)[2])
     except ValueError:
         return _catalogue().mass
+    masses: Mapping[str, float] = converted(values, Mapping[str, float], heading, [])
+    return masses
 
 
 @functools.cache
