@@ -66,26 +66,35 @@ def _robots(batch: Batch) -> Sheet:
         rows.append((rank, *where, landing, value, *ends, *rest, row.status, "; ".join(row.marks) or None, len(row.warnings)))
     header: tuple[str | Column, ...] = (
         "rank", "robot", "at", "landing", Column(batch.rank, batch.rank, unit), Column("smallest_found", "smallest", unit),
-        Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"), Column("mitigation", "mitigation", "-"),
+        Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"), Column("mitigation", "IMF", "-"),
         *(Column(name, name, _unit(name)) for name in asked), "drives", "posture", "warnings",
     )  # fmt: skip
     return Sheet(f"{count(len(rows), 'robot')}, each in its worst landing", header, rows)
 
 
 def _of_robots(batch: Batch) -> Sheet:
-    """The same for people, with what the columns mean."""
-    sheet = _robots(batch).known()
-    rows = batch.robots
+    """The same for people, in short words, with what the columns mean."""
+    rows, sheet = batch.robots, _robots(batch).without("posture", "warnings")
+    shown = []
+    for row, cells in zip(rows, sheet.rows, strict=True):
+        by_key = dict(zip([column.key for column in sheet.columns], cells, strict=True))
+        if by_key["at"] is not None:
+            by_key["at"] = "IMU" if row.at in row.sensors else "trunk"
+        if not row.drives_known and "," in row.status:
+            by_key["drives"] = "partly unknown"
+        shown.append(tuple(by_key.values()))
+    sheet = sheet._replace(header=["#", *sheet.header[1:]], rows=shown).known()
     what = "|Δv| / v_in" if batch.rank == "shock" else select(batch.rank.partition("@")[0]).quantity.title
     notes = [
         f"{batch.rank}: {what}, the worst of {count(len(batch.rows), 'landing')}; --landings prints all of them",
         "smallest (found) and largest: over what is known of the drives",
-        "mass: effective mass of all contacts; mitigation: impact mitigation of the contact where it is least",
+        "mass: effective mass of all contacts; IMF: impact mitigation factor of the contact where it is least",
     ]
     if any(not row.drives_known for row in rows):
-        notes.append("no rank: nobody knows the drives, so the number may be any of the range; give --drives or --armature")
-    if any(row.marks for row in rows):
-        notes.append("posture: this robot does not stand on bent legs, so its landing is of another kind than the others")
+        notes.append("–: nobody knows the drives, so the number may be any of the range; give --drives or --armature")
+    marked = [f"{batch.short_names.get(row.robot, row.robot)} ({', '.join(row.marks)})" for row in rows if row.marks]
+    if marked:
+        notes.append(f"not on bent legs, so landings of another kind than the others: {', '.join(marked)}")
     notes += _notes(batch)
     return sheet._replace(notes=notes)
 
