@@ -193,7 +193,8 @@ REFUSED = {
     sdf().replace("<inertial>", '<inertial auto="yes">', 1): 'auto is "yes"',
     sdf().replace("<pose>.1 0 0", '<pose relative_to="shank">.1 0 0', 1): '<inertial> is relative to "shank"',
     sdf(version="1.0"): 'version "1.0"',
-    sdf().replace("<lower>-1<", "<lower>+-inf<"): '<lower> is "+-inf"; it has to be 1 finite number',
+    sdf().replace("<lower>-1<", "<lower>+-inf<"): 'joint "knee": <lower> is "+-inf"; it has to be one finite number',
+    sdf(axis="<xyz>0 1</xyz>"): 'joint "knee": <xyz> is "0 1"; it has to be 3 finite numbers',
     sdf().replace(' version="1.9"', ""): "has no version",
     sdf(kind="continuous")
     .replace("<axis>", "<axiss>")

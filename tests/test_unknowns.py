@@ -16,6 +16,13 @@ from shockpc.text.diagnostic import ShockWarning
 
 FIRST = Scene(robot="a1", contact="FL_foot")
 
+LEG_BELOW = urdf(
+    link("body", "2", '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>'),
+    link("shin", "0.5", '<inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.0002"/><origin xyz="0 0 -0.2"/>'),
+    joint("knee", "body", "shin", more=LIMIT),
+)
+"""A body whose centre of mass is on the axis of its joint, with a leg below."""
+
 
 def kinds(profile, known=False):
     return [(one.kind, one.status) for one in profile.unknowns if one.known == known]
@@ -32,6 +39,13 @@ def test_unknown_drives_are_a_record_with_the_joints_that_decide():
     assert str(drives) in [str(one) for one in profile.health.warnings]
     for joints in (Joints(model="free"), Joints(armature={"*": 0.01}), Joints(model="locked")):
         assert kinds(shock_profile(Scene(robot="a1", contact="FL_foot", joints=joints))) == []
+
+
+def test_drives_without_an_effect_are_not_called_given(capfd, tmp_path):
+    """A strike on the base above a straight leg moves no joint, so its range has one number, whatever the drives are."""
+    (tmp_path / "leg.urdf").write_text(LEG_BELOW)
+    first = good(capfd, "analyze", str(tmp_path / "leg.urdf"), "--contact", "body", "--posture", "neutral").splitlines()[0]
+    assert first == "shock        body only: CoM of body 1.000 (1.000 … 1.000, whatever the drives)"
 
 
 def test_one_number_for_joints_of_different_effort_is_no_knowledge():

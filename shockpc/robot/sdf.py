@@ -184,12 +184,13 @@ class _Poses:
 
     def axis(self, joint: str, axis: Element) -> Array:
         """The axis (3,) of a joint in its frame."""
-        xyz, of_model = axis.find("xyz"), self._version <= _AXES_OF_MODEL
+        written, of_model = axis.find("xyz"), self._version <= _AXES_OF_MODEL
         if self._version <= _POSE_FRAME:
             of_model = of_model or _yes(_text(axis, "use_parent_model_frame"), "use_parent_model_frame")
-        frame, here = "__model__" if of_model else (xyz is not None and xyz.get("expressed_in")) or "", self.joint(joint)
+        frame, here = "__model__" if of_model else (written is not None and written.get("expressed_in")) or "", self.joint(joint)
         there = self.of(frame) if frame else here
-        return np.asarray((here.inverse() * there).rotation @ _numbers(axis, "xyz", 3, "0 0 1"))
+        xyz = _numbers(axis, "xyz", 3, "0 0 1", f'joint "{joint}": ')
+        return np.asarray((here.inverse() * there).rotation @ xyz)
 
 
 def _urdf(model: Element, name: str, poses: _Poses) -> Element:
@@ -235,11 +236,12 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
             continue
         if axis is None:
             raise RobotError(f'joint "{joint_name}" is {kind} and has no <axis>, which SDFormat requires; add one')
-        if _numbers(axis, "dynamics/spring_stiffness", 1, "0").any():
+        subject = f'joint "{joint_name}": '
+        if _numbers(axis, "dynamics/spring_stiffness", 1, "0", subject).any():
             raise RobotError(f'joint "{joint_name}" has a spring, which is not read; leave it out, or give it with --rotor')
         SubElement(out, "axis", xyz=_joined(poses.axis(joint_name, axis)))
         SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
-        low, high, effort = (_limit(axis, key) for key in ("lower", "upper", "effort"))
+        low, high, effort = (_limit(axis, key, subject) for key in ("lower", "upper", "effort"))
         limited = low > -_UNLIMITED or high < _UNLIMITED
         limit = {"lower": repr(low), "upper": repr(high)} if limited else {}
         SubElement(out, "limit", limit | {"effort": repr(effort if 0.0 < effort < _UNLIMITED else 0.0)})
@@ -258,7 +260,7 @@ def _coupled(out: Element, joint: Element, axis: Element) -> None:
         if (leading := rule.get("axis", "axis")) != "axis":
             raise RobotError(f'joint "{joint.get("name")}" follows "{leading}" of another, which is not read')
         multiplier, offset, reference = (
-            float(_numbers(rule, key, 1, default)[0])
+            float(_numbers(rule, key, 1, default, f'joint "{joint.get("name")}": ')[0])
             for key, default in {"multiplier": "1", "offset": "0", "reference": "0"}.items()
         )
         numbers = {"multiplier": repr(multiplier), "offset": repr(offset - multiplier * reference)}
@@ -310,18 +312,19 @@ def _yes(text: str, what: str) -> bool:
     return value
 
 
-def _numbers(element: Element, path: str, size: int, default: str = "") -> Array:
-    """The numbers (size,) in an element below one, or in itself."""
+def _numbers(element: Element, path: str, size: int, default: str = "", subject: str = "") -> Array:
+    """The numbers (size,) in an element below one, or in itself; `subject` begins the message about others."""
     text = _text(element, path, default) if path else element.text
     if (values := vector(text, size)) is None:
-        raise RobotError(f'<{path.rpartition("/")[2] or element.tag}> is "{text}"; it has to be {size} finite numbers')
+        tag, wanted = path.rpartition("/")[2] or element.tag, "one finite number" if size == 1 else f"{size} finite numbers"
+        raise RobotError(f'{subject}<{tag}> is "{text}"; it has to be {wanted}')
     return values
 
 
-def _limit(axis: Element, key: str) -> float:
+def _limit(axis: Element, key: str, subject: str) -> float:
     """A limit of a joint, or `_UNLIMITED` with its sign; files write inf or 1e16 for that, or nothing."""
     text = _text(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
-    value = float(text) if text in ("inf", "+inf", "-inf") else float(_numbers(axis, f"limit/{key}", 1)[0])
+    value = float(text) if text in ("inf", "+inf", "-inf") else float(_numbers(axis, f"limit/{key}", 1, subject=subject)[0])
     return min(max(value, -_UNLIMITED), _UNLIMITED)
 
 

@@ -29,9 +29,10 @@ SEPARATORS = "_-. /:"
 def drives_text(profile: ShockProfile) -> str:
     """How well the drives are known that decide, and whether some of them are not known."""
     deciding = first_deciding(profile)
-    drives = [one for one in profile.unknowns if one.kind == "drives" and one.deciding]
+    of_drives = [one for one in profile.unknowns if one.kind == "drives"]
+    drives = [one for one in of_drives if one.deciding]
     if not drives:
-        return "drives as given"
+        return "whatever the drives" if of_drives else "drives as given"
     first = min(drives, key=lambda one: deciding.index(one.deciding[0]))
     some = ", some unknown" if first.known and not all(one.known for one in drives) else ""
     return STATUS.get(first.status, f"drives {first.status}") + some
