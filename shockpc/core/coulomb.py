@@ -95,8 +95,24 @@ def solve_each(A: Array, velocity: Array, friction: Array, restitution: Array) -
     Returns: (N, 3) impulses of the ground on the robot [N s]; of several solutions those that gain no energy go first, then those
         that stick. NaN where there is none, or each gains energy.
     """
-    b, mu = velocity.copy(), friction[:, None]
+    b = velocity.copy()
     b[:, 2] -= restitution * np.maximum(-velocity[:, 2], 0.0)
+    impulses, valid = _candidates(A, b, friction)
+    change = impulses @ A
+    energy = np.sum(impulses * (velocity[:, None] + change / 2.0), axis=-1)
+    valid &= energy <= 1e-12 * np.sum(np.abs(impulses) * (np.abs(velocity[:, None]) + np.abs(change)), axis=-1)
+    first, exists = np.asarray(valid.argmax(axis=1)), np.asarray(valid.any(axis=1))
+    return np.where(exists[:, None], impulses[np.arange(len(A)), first], np.nan)
+
+
+def _candidates(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray]:
+    """Impulses (N, 6, 3) of one contact with the velocity A λ + b, and which of them obey the laws.
+
+    The first sticks, four slide and the last is none. b_n includes the velocity that restitution
+    demands.
+    """
+    mu = friction[:, None]
+    # A least-squares solution serves a contact that cannot move along a tangent.
     s, Q = np.linalg.eigh(A)
     kept = s > 1e-12 * s[:, -1:]
     stick = -(Q @ (np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)[..., None] * (Q.swapaxes(1, 2) @ b[..., None])))[..., 0]
@@ -111,15 +127,16 @@ def solve_each(A: Array, velocity: Array, friction: Array, restitution: Array) -
     slides = np.concatenate([-(mu * normal)[..., None] * d, normal[..., None]], axis=-1)
     impulses = np.concatenate([stick[:, None], slides, np.zeros((len(A), 1, 3))], axis=1)
     valid = np.concatenate([sticks[:, None], valid, b[:, 2, None] >= 0.0], axis=1)
-    change = impulses @ A
-    energy = np.sum(impulses * (velocity[:, None] + change / 2.0), axis=-1)
-    valid &= energy <= 1e-12 * np.sum(np.abs(impulses) * (np.abs(velocity[:, None]) + np.abs(change)), axis=-1)
-    first, exists = np.asarray(valid.argmax(axis=1)), np.asarray(valid.any(axis=1))
-    return np.where(exists[:, None], impulses[np.arange(len(A)), first], np.nan)
+    return impulses, valid
 
 
 def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray]:
-    """Angles (N, 4) as `_slip_directions` finds them, and which of them are such."""
+    """Angles φ (N, 4) of the final slip, and which of them are such.
+
+    Friction along −d, d = (cos φ, sin φ), leaves no slip across d. From λ_n (N − µ a·d) = q and
+    d⊥·(b_t + λ_n (a − µ T d)) = 0 follows, without λ_n, k₀ + Re(k₁ w + k₂ w²) = 0 with w = exp(iφ).
+    That is a quartic in w, of which the roots of unit modulus count.
+    """
     (txx, txy, ax), (_, tyy, ay), (_, _, N) = np.moveaxis(A, 0, -1)
     (x, y), q, mu = b.T[:2], -b[:, 2], friction
     k0 = mu / 2.0 * (ay * x - ax * y)
@@ -143,23 +160,11 @@ def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray
     return angle, np.asarray((np.abs(value) <= CLOSE * size) & (size > 0.0))
 
 
-def _one_contact(A: Array, b: Array, mu: float) -> Iterator[Array]:
-    """All impulses (3,) of one contact with the velocity A λ + b; b_n includes the velocity that restitution demands."""
-    if b[2] >= 0.0:
-        yield np.zeros(3)
-    # A least-squares solution serves a contact that cannot move along a tangent.
-    stick = -_solve(A, b)
-    if stick[2] > 0.0 and np.hypot(stick[0], stick[1]) <= mu * stick[2] * (1.0 + CLOSE):
-        yield stick
-    T, a, N, q = A[:2, :2], A[:2, 2], A[2, 2], -b[2]
-    for angle in _slip_directions(A, b, mu):
-        d = np.array([np.cos(angle), np.sin(angle)])
-        pressing = N - mu * (a @ d)
-        if pressing * q > 0.0:
-            normal = q / pressing
-            slip = b[:2] + normal * (a - mu * (T @ d))
-            if slip @ d > 0.0:
-                yield np.append(-mu * normal * d, normal)
+def _one_contact(A: Array, b: Array, mu: float) -> list[Array]:
+    """All impulses (3,) of one contact, as `_candidates`, but none first."""
+    impulses, valid = _candidates(A[None], b[None], np.array([mu]))
+    order = [5, 0, 1, 2, 3, 4]
+    return [impulses[0, k] for k in order if valid[0, k]]
 
 
 def _solve(A: Array, b: Array) -> Array:
@@ -167,35 +172,6 @@ def _solve(A: Array, b: Array) -> Array:
     s, Q = np.linalg.eigh(A)
     kept = s > 1e-12 * s[-1]
     return np.asarray(Q[:, kept] @ ((Q[:, kept].T @ b) / s[kept]))
-
-
-def _slip_directions(A: Array, b: Array, mu: float) -> Array:
-    """Angles (k,) of the final slip d = (cos φ, sin φ), with which friction along −d leaves no slip across d.
-
-    From λ_n (N − µ a·d) = q and d⊥·(b_t + λ_n (a − µ T d)) = 0 follows, without λ_n, k₀ + Re(k₁ w + k₂ w²) = 0 with w = exp(iφ).
-    That is a quartic in w, of which the roots of unit modulus count.
-    """
-    (txx, txy, ax), (_, tyy, ay), (_, _, N) = A.tolist()
-    x, y, q = b[0], b[1], -b[2]
-    k0 = mu / 2.0 * (ay * x - ax * y)
-    k1 = complex(N * y + q * ay, N * x + q * ax)
-    k2 = mu * complex(-(ax * y + ay * x) / 2.0 - q * txy, (ay * y - ax * x) / 2.0 + q * (tyy - txx) / 2.0)
-    size = abs(k0) + abs(k1) + abs(k2)
-    if size == 0.0:
-        return np.zeros(0)
-    if abs(k2) <= 1e-15 * size:
-        k2 = 0.0j
-    angle = np.angle(np.roots([k2, k1, 2.0 * k0, k1.conjugate(), k2.conjugate()]))
-    for _ in range(4):
-        w = np.exp(1j * angle)
-        value, slope = k0 + ((k1 + k2 * w) * w).real, -((k1 + 2.0 * k2 * w) * w).imag
-        near = np.abs(slope) > 1e-12 * size
-        angle = angle - np.where(near, np.clip(value / np.where(near, slope, 1.0), -0.1, 0.1), 0.0)
-    # Roots beside the unit circle may lead to an angle that is found already.
-    distinct: dict[float, float] = {}
-    for root in angle[np.abs(value) <= CLOSE * size].tolist():
-        distinct.setdefault(round(root, 9), root)
-    return np.array(list(distinct.values()))
 
 
 class _Problem:
