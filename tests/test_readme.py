@@ -336,7 +336,7 @@ def shown_after(command):
 def test_what_the_readme_says_of_its_first_answers():
     """The sentences under the table of robots and under the places have the numbers of these."""
     text = " ".join(TEXTS[README].split())
-    rows = re.findall(r"^ +\S+  (\w+) .*? (\d\.\d+) +(\S+) +(\S+) ", shown_after("shockpc batch --robots quadrupeds"), re.MULTILINE)
+    rows = re.findall(r"^\S+  (\w+) .*? (\d\.\d+) +(\S+) +(\S+) ", shown_after("shockpc batch --robots quadrupeds"), re.MULTILINE)
     shocks = {robot: numbers for robot, *numbers in rows}
     assert f"the velocity of Go2's IMU changes by {shocks['go2'][0]} m/s" in text
     assert f"the answer is a range, such as {shocks['a1'][1]} to {shocks['a1'][2]} for A1" in text
