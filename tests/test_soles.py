@@ -68,12 +68,14 @@ def unilateral(robot, q, corners, velocity, locked=(), restitution=0.0, stops=No
     # In the metric of the kinetic energy the jump is x = F̃ᵀ f + C̃ᵀ y.
     F, C = np.linalg.solve(L, F.T), np.linalg.solve(L, C.T)
     start = L.T @ before[free]
-    stopped = np.linalg.lstsq(F.T, -(F.T @ start), rcond=None)[0]
-    Q = np.linalg.qr(F)[0]
+    stopped = np.linalg.lstsq(F.T, -(F.T @ start), rcond=1e-12)[0]
+    # Rows of a foot and of its toe depend on one another.
+    directions, sizes, _ = np.linalg.svd(F, full_matrices=False)
+    Q = directions[:, sizes > 1e-12 * sizes[0]]
     across = C - Q @ (Q.T @ C)
     missing = (1.0 + restitution) * (C.T @ start) - C.T @ start + C.T @ (start + stopped)
     # y minimizes ½ yᵀ (across' across) y + missing · y; a vector with those products with the columns stands for it.
-    target = np.linalg.lstsq(across.T, -missing, rcond=None)[0]
+    target = np.linalg.lstsq(across.T, -missing, rcond=1e-12)[0]
     y, _ = nnls(across, target)
     u = across.T @ across @ y + missing
     size = np.abs(missing).max()
@@ -262,6 +264,7 @@ FEET = {
     "balls on welded bodies": (balls(WELDED), True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
     "capsules": (CAPSULES, True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
     "sites on a box": (BOX + SITES, True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
+    "sites without geometry": (balls('<site name="{side}_foot{k}" {place}/>'), True, "left_ankle_roll", 0.3456, 0.2021, "flat"),
     "box without roll": (BOX, False, "left_ankle", 0.3105, 0.1811, "edge"),
     "balls without roll": (balls(GEOMS), False, "left_ankle", 0.3105, 0.1816, "edge"),
     "one ball little higher": (balls(GEOMS, higher=0.004), False, "left_ankle", 0.3105, 0.1816, "edge"),
@@ -295,6 +298,35 @@ def test_a_foot_strikes_with_all_of_its_parts_and_is_called_by_its_body(of_text,
     profiles = [shock_profile(Scene(robot=robot.label, contact=contacts), robot) for contacts in (first, last)]
     np.testing.assert_allclose([trunk_shock(profile) for profile in profiles], [both, single], rtol=1e-3)
     assert [contact.kind for profile in profiles for contact in profile.scene.contact] == ["flat", "flat", kind]
+
+
+def test_a_foot_and_its_toe_on_a_joint_strike_together_where_both_are_as_low(of_text):
+    """The toe's point lies above its sole: the friction of both acts at one height all the same."""
+    toe = (
+        '<body name="{side}_toe" pos=".13 0 -.03"><joint name="{side}_toe_pitch" axis="0 1 0" range="-1 1"/>'
+        '<inertial pos=".03 0 0" mass=".1" diaginertia="1e-4 1e-4 1e-4"/>'
+        '<geom type="box" size=".04 .04 .01" pos=".04 0 -.01"/></body>'
+    )
+    robot = of_text(biped_text(BOX + toe, False).replace('_ankle" pos', '_foot" pos'), "toe.xml")
+    heel = "left_foot"
+    first, *_, last = default_landings(robot, Scene(robot=robot.label))
+    assert sorted(contact.frame for contact in first[:2]) == [heel, "left_toe"]
+    assert len(first) == 4
+    soles = {
+        heel: np.array([(x, y, -0.05) for x in (-0.07, 0.13) for y in (-0.05, 0.05)]),
+        "left_toe": np.array([(x, y, -0.02) for x in (0.0, 0.08) for y in (-0.04, 0.04)]),
+    }
+    soles |= {name.replace("left", "right"): corners for name, corners in soles.items()}
+    profile = shock_profile(Scene(robot=robot.label, contact=first), robot)
+    expected = unilateral(robot, profile.q, soles, np.array([0.0, 0.0, -1.0]))
+    np.testing.assert_allclose(profile.delta_qd, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+    # On one foot the toe is lifted, as the foot is on its edge.
+    single = shock_profile(Scene(robot=robot.label, contact=last), robot)
+    foot = {"right_foot": soles["right_foot"]}
+    expected = unilateral(robot, single.q, foot, np.array([0.0, 0.0, -1.0]))
+    np.testing.assert_allclose(single.delta_qd, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+    assert single.scene.contact[0].kind == "edge"
+    assert profile.value("shock_com", "body")[0] > 0.1
 
 
 def test_a_part_that_is_named_strikes_alone_and_the_whole_foot_is_a_remark(of_text, capfd):

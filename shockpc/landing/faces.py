@@ -82,13 +82,17 @@ def _generators(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Generator
             continue
         n = len(block.forces)
         forces, tilts, twist = of_block[:, :n], of_block[:, n : n + 2], of_block[:, n + 2 :]
+        corners = world_point(state, block.body, block.sole[:, None])[:, 0]
+        from_point = corners - block_point(state, block)
         # Forces along the ground: combinations of the forces' axes that are across the normal.
         along_ground = np.linalg.svd((block.forces @ block.normal)[None])[2][1:]
-        free += [forces @ along_ground.T, twist]
+        # They act on the sole, and the contact's point may lie above that.
+        height = from_point.mean(axis=0) @ block.normal * block.normal
+        at_sole = cross(height, along_ground @ block.forces) @ block.moments[:2].T
+        free += [forces @ along_ground.T + tilts @ at_sole.T, twist]
         # A push at a corner is a normal force at the contact's point, and its moment about that.
         normal_force = np.linalg.lstsq(block.forces.T, block.normal, rcond=None)[0]
-        corners = world_point(state, block.body, block.sole[:, None])[:, 0]
-        moments = cross(corners - block_point(state, block), block.normal) @ block.moments[:2].T
+        moments = cross(from_point, block.normal) @ block.moments[:2].T
         pushes.append((forces @ normal_force)[:, None] + tilts @ moments.T)
         contact += [number] * len(corners)
     columns = np.concatenate(free, axis=1), np.concatenate(pushes, axis=1)

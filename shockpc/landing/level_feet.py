@@ -13,13 +13,13 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.closure import all_loops, assemble
-from shockpc.landing.dynamics import dynamics
+from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
 from shockpc.landing.soles import LEVEL, height_of_lowest, most_inside, sole_corners
-from shockpc.robot.feet_and_sensors import each_foot, recognised
+from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.striking import striking
@@ -168,6 +168,10 @@ def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, flo
     landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
     if len(feet) > 1 and not standing and (scene.base or usual_base(robot).base) != "fixed" and recognised(robot):
         landings = [*_together(robot, scene, normal), *landings]
+    if any(_carriers_of_foot(robot, foot) for foot in feet):
+        state, up = _posed(robot, scene, normal)
+        parts = {foot: _level_parts(robot, foot, state, up, scene.ground_tolerance) for foot in feet}
+        landings = [tuple(part for foot in landing for part in parts[foot]) for landing in landings]
     return [tuple(Contact(frame=name) for name in landing) for landing in landings]
 
 
@@ -180,8 +184,29 @@ def with_contacts(scene: Scene, robot: Robot) -> list[Scene]:
     return [scene] if scene.contact else [replace(scene, contact=contacts) for contacts in default_landings(robot, scene)]
 
 
-def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None) -> list[tuple[str, ...]]:
-    """All level feet, and those of each edge of their support polygon; nothing if a single foot is the lowest."""
+def _carriers_of_foot(robot: Robot, foot: str) -> tuple[str, ...]:
+    """The bodies named like a foot that carry a foot, such as that of a toe with a joint."""
+    carriers, body = list[str](), robot.parents[robot.frame(foot).body]
+    while body > 0 and is_foot(robot.bodies[body].links[0]):
+        carriers.append(robot.bodies[body].links[0])
+        body = robot.parents[body]
+    return tuple(carriers)
+
+
+def _level_parts(robot: Robot, foot: str, state: Dynamics, up: Array, tolerance: float) -> tuple[str, ...]:
+    """A foot, and those of its carriers that are as low: flat ground meets all of them."""
+    lowest = dict[str, float]()
+    for name in (foot, *_carriers_of_foot(robot, foot)):
+        body, shapes = robot.frame(name).body, _struck_shapes(robot, name)
+        if shapes:
+            height = height_of_lowest(shapes, up @ state.rotation[0, body])
+            lowest[name] = height + float(state.position[0, body] @ up)
+    limit = min(lowest.values(), default=0.0) + tolerance + LEVEL
+    return (foot, *(name for name, height in lowest.items() if name != foot and height <= limit))
+
+
+def _posed(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None) -> tuple[Dynamics, Array]:
+    """A robot in the posture of a scene, and the normal of the ground."""
     plane, q = plane_of(scene), configuration(robot, scene.posture)
     if loops := all_loops(robot, scene.closure):
         q = assemble(robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble)).q
@@ -190,7 +215,12 @@ def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | N
         if normal is None
         else np.array(normal) / (np.linalg.norm(normal) or 1.0)
     )
-    state = dynamics(robot, q[None])
+    return dynamics(robot, q[None]), up
+
+
+def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None) -> list[tuple[str, ...]]:
+    """All level feet, and those of each edge of their support polygon; nothing if a single foot is the lowest."""
+    state, up = _posed(robot, scene, normal)
     feet = foot_points(robot, state.rotation, state.position, up)
     height = feet.points[0] @ up
     level = np.flatnonzero(height <= height.min() + scene.ground_tolerance + LEVEL)

@@ -6,7 +6,7 @@ import pinocchio as pin
 
 from shockpc.core.memo import memoized
 from shockpc.robot.elements import Frame
-from shockpc.robot.feet_and_sensors import each_foot, recognised
+from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
 from shockpc.robot.geometry import Unread, shapes_of
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
@@ -39,12 +39,14 @@ def striking(robot: Robot, name: str) -> Striking:
     links = robot.bodies[frame.body].links if robot.parents[frame.body] >= 0 else ()
     own, unread = own_shapes(robot, name)
     is_end = name in each_foot(robot)
-    is_foot = is_end and recognised(robot)
+    is_whole_foot = is_end and recognised(robot)
     if own and (not is_end or not links or _is_ball_at_end(own, frame, links)):
-        return Striking(own, unread, False, is_foot)
+        return Striking(own, unread, False, is_whole_foot)
     shapes, lost = _shapes_of_links(robot, links)
+    if is_whole_foot and not shapes and not lost:
+        shapes = _marked_points(robot, frame.body)
     is_place = not own and name not in links[:1]
-    return Striking(shapes, lost, is_place, is_foot)
+    return Striking(shapes, lost, is_place, is_whole_foot)
 
 
 @memoized()
@@ -55,6 +57,15 @@ def own_shapes(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread
         return shapes, unread
     shapes, lost = _shapes_of_links(robot, fixed_to(robot, name))
     return shapes, (*unread, *lost)
+
+
+def _marked_points(robot: Robot, body: int) -> tuple[Shape, ...]:
+    """Several sites or links without geometry that are named like a foot, as points of its sole."""
+    root = robot.bodies[body].links[0]
+    marks = [f for f in robot.frames.values() if f.body == body and f.kind in ("link", "site")]
+    marks = [mark for mark in marks if is_foot(mark.name) and mark.name != root]
+    points = tuple(Shape(root, mark.offset[None]) for mark in marks)
+    return points if len(points) > 1 else ()
 
 
 def _is_ball_at_end(shapes: tuple[Shape, ...], frame: Frame, links: tuple[str, ...]) -> bool:
