@@ -105,7 +105,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     app = typer.Typer(
         cls=Commands,
         help="Mechanical shock of a legged robot's landing, body by body, from its rigid-body model.\n\n\b\n"
-        "A first landing, and what its results mean in report.html:\n"
+        "First example; out/report.html explains the results:\n"
         "  shockpc analyze anymal_b --contact LF_FOOT --out out/",
         epilog=EXIT_CODES,
         add_completion=not named or ASKED in os.environ,

@@ -113,9 +113,9 @@ class SceneOptions(NamedTuple):
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     rotor: tuple[Motor, ...] = _in_joints(
-        "Inertia of a rotor [kg m²], gear ratio, and stiffness of a spring between gear and joint [N m/rad]. The ratio is the "
-        "file's by default. Behind them its gear, planetary, belt, harmonic or spur, says in which sense the rotor turns. "
-        "An inertia or a ratio that is between two numbers is [LOW,HIGH].",
+        "Inertia of a rotor [kg m²], gear ratio (by default that of the file), and stiffness of a spring between gear "
+        "and joint [N m/rad]. The gear (planetary, belt, harmonic or spur) gives the sense in which the rotor turns. "
+        "[LOW,HIGH] is an interval of the inertia or the ratio.",
         "JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR]",
         rotor,
     )
@@ -126,7 +126,7 @@ class SceneOptions(NamedTuple):
         setting,
     )
     armature: tuple[Inertia, ...] = _in_joints(
-        "Reflected inertia [kg m²; kg if prismatic]. Of LOW:HIGH, between which it is, the arithmetic middle is computed with.",
+        "Reflected inertia [kg m²; kg if prismatic]. LOW:HIGH is an interval, whose arithmetic mean is used.",
         "JOINT=INERTIA",
         armature,
     )
@@ -143,9 +143,9 @@ class SceneOptions(NamedTuple):
     )
     at: tuple[str, ...] = _in_results("Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
-        "A part and what it survives, such as imu_link='half-sine 1500 g 0.5 ms'. Behind the pulse may stand the bandwidth of an "
-        "accelerometer, as 200Hz. Of joints it is the torque that their gears withstand, such as FL_calf_joint='50 N m' or "
-        "'50 N m 20 ms' with its duration. A scene takes more.",
+        "A part and the pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms'; the bandwidth of an "
+        "accelerometer may follow, as 200Hz. For joints, the torque that their gears withstand, such as "
+        "FL_calf_joint='50 N m', or with its duration '50 N m 20 ms'. A scene takes more keys.",
         f"{FRAME}=RATING|JOINT=TORQUE",
         definition,
     )

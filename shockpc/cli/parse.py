@@ -30,7 +30,7 @@ def finite(text: str) -> float:
     try:
         return number_from(str(text))  # a default is a number
     except ValueError:
-        unit = "; leave out the unit, which is that of the help" if re.match(rf"{NUMBER} *[a-zA-Z°µ]", text) else ""
+        unit = "; leave out the unit, which the help states" if re.match(rf"{NUMBER} *[a-zA-Z°µ]", text) else ""
         raise typer.BadParameter(f'"{text}" is not a finite number{unit}') from None
 
 

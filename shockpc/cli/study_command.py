@@ -270,7 +270,7 @@ def _log(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str]
     return robot, {"log": log, "scene": scene, "robot": robot, **watched}
 
 
-_SCENES = "Scenes (TOML), or a robot: its level feet together, those of each edge of their support, and each foot."
+_SCENES = "Scenes (TOML), or a robot: all level feet together, each edge of their support, and each foot."
 _POSTURES = "A robot, or scenes (TOML) of one robot in several postures."
 _DESIGNS = "Robot files, robots by name or scenes (TOML)."
 _LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."

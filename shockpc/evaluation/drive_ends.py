@@ -34,7 +34,7 @@ BETWEEN = "the smallest to the largest inertias that the drives may have"
 AT_BOTH = "with the smallest and the largest inertias that the drives may have"
 """Over tables of both ends."""
 
-BEYOND = "of drives between these, a number may be beyond both"
+BEYOND = "drives in between may give values outside these two"
 """What these two ends do not say."""
 
 T = TypeVar("T")

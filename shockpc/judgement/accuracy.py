@@ -65,9 +65,9 @@ def nearly_singular(profile: ShockProfile) -> Iterator[Diagnostic]:
     if times > FASTEST_PLAUSIBLE:
         name = landing.robot.bodies[body].name
         text = (
-            f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
-            "almost no inertia resists that motion, which is not physically plausible; set another posture, or lock the joint with "
-            "--lock"
+            f'body "{name}" would move or turn {times:.0e} times as fast as the strike: the posture is nearly singular, '
+            "or almost no inertia resists this motion. This is not physically plausible: set another posture, or lock "
+            "the joint with --lock"
         )
         yield Diagnostic("posture", name, times, text)
     most = max(float(body_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3))
@@ -118,9 +118,9 @@ def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
     times, what, kind, subject = max(shares, default=(0.0, "", "", ""))
     if times > OVERSIZED:
         text = (
-            f"{what} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, {most:.3g} N s), so no real "
-            "robot has it: the mechanism is singular, redundant or rounded here; set another posture, or leave out the direction "
-            "of the contact, or the loop, that takes it"
+            f"{what} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, {most:.3g} N s): the "
+            "mechanism is singular, redundant or rounded here. Set another posture, or leave out the loop or the "
+            "direction of the contact that takes it"
         )
         yield Diagnostic(kind, subject, times, text)
 
@@ -133,8 +133,9 @@ def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
     stopped = any(block.kind == "stop" for block in profile.landing.contacts)
     if most > STRAIN * contact and not stopped and not any(one.kind == "size" for one in oversized(profile)):
         text = (
-            f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of the contact: the mechanism is '
-            "nearly singular or redundant here, which is not physically plausible; set another posture, or open a loop"
+            f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of the contact, which is '
+            "not physically plausible. The mechanism is nearly singular or redundant here: set another posture, or open "
+            "a loop"
         )
         yield Diagnostic("size", name, most, text)
 

@@ -69,10 +69,11 @@ def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
         impulse, finite = (profile.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
         differs, texts = np.abs(finite - impulse), set[str]()
         for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
-            name, rigid = places[k].name, "has rigid links and which " * bool(profile.scene.flex)
+            name, rigid = places[k].name, " with rigid links" * bool(profile.scene.flex)
             text = (
-                f"shock at {name} is {finite[k]:.3g} at the end of contact on {profile.scene.contact_stiffness:g} N/m, and "
-                f"{impulse[k]:.3g} in the impulse model, which {rigid}the other tables show: that model does not hold there"
+                f"shock at {name} is {finite[k]:.3g} at the end of contact on {profile.scene.contact_stiffness:g} "
+                f"N/m, but {impulse[k]:.3g} in the other tables, which are of the impulse model{rigid}. The impulse "
+                "model does not hold there"
             )
             if text not in texts:  # a part may be at a sensor
                 yield Diagnostic("contact", name, float(differs[k]), text)
@@ -89,7 +90,7 @@ def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning for every sensor whose peak may exceed its range, and for a pulse without a sensor or point."""
     places, limit = profile.places("point"), profile.scene.range_g
     if profile.landing.pulse is not None and not places:
-        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
+        text = "a pulse is given, but there is no sensor or point whose peak it gives; name a point with --at"
         yield Diagnostic("sensor", "", None, text)
     if limit is None:
         return
@@ -128,8 +129,8 @@ def _overloaded(profile: ShockProfile) -> Iterator[Diagnostic]:
             yield Diagnostic("part", one.part, one.part_margin, text)
         if isinstance(one.strength, TorqueStrength) and length is not None and length > one.strength.duration:
             text = (
-                f"the impact lasts {1e3 * length:.3g} ms, and the momentary torque of {one.joint} is for "
-                f"{1e3 * one.strength.duration:.3g} ms; give the torque that it withstands for longer"
+                f"the impact lasts {1e3 * length:.3g} ms, but the momentary torque of {one.joint} is rated for "
+                f"{1e3 * one.strength.duration:.3g} ms; give its torque for a longer duration"
             )
             yield Diagnostic("part", one.part, length, text)
 
@@ -143,17 +144,17 @@ def _beyond_stops(profile: ShockProfile) -> Iterator[Diagnostic]:
         counted = has_stops(robot, joint)
         if profile.scene.stops and counted and clearly[joint.v].any():
             text = (
-                f"{joint.name} is driven beyond its end stop, because double precision, which decides which stops act, is off: "
-                "the posture is nearly singular; set another one"
+                f"{joint.name} is driven beyond its end stop: double precision decides which stops act, and the "
+                "posture is nearly singular; set another posture"
             )
             yield Diagnostic("limits", joint.name, float(rates[joint.v.start]), text)
         elif beyond[joint.v].any() and not (profile.scene.stops and counted):
             remedy = ": include it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
             rate = abs(float(rates[joint.v.start]))
-            both = " (both are 0 in the file, as exports without limits write them)" if joint.limits == (0.0, 0.0) else ""
+            both = " (the file has 0 for both limits, as some exports without limits do)" if joint.limits == (0.0, 0.0) else ""
             text = (
-                f"{joint.name} is at its limit{both}, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop "
-                f"is left out{remedy}"
+                f"{joint.name} is at its limit{both}, and the impact drives it further at {rate:.3g} {joint.unit}/s. "
+                f"Its end stop is left out{remedy}"
             )
             yield Diagnostic("limits", joint.name, rate, text)
 

@@ -95,8 +95,9 @@ def inertias(profile: ShockProfile) -> Iterator[Diagnostic]:
     if links:
         radii = few([f'"{name}" ({radius:.3g} m)' for name, radius in links], 4)
         text = (
-            f"the radius of gyration of {radii} is too large, as {size_text(profile.robot)}: a placeholder, or moments in "
-            "another unit than kg m²; what moves with such a link turns far too little, so every shock is wrong; correct the file"
+            f"the radius of gyration of {radii} is too large, as {size_text(profile.robot)}: the inertia is a placeholder, "
+            "or in another unit than kg m². Bodies with such a link turn far too little and every shock is wrong: "
+            "correct the file"
         )
         yield Diagnostic("inertia", "+".join(name for name, _ in links), links[0][1], text)
 
@@ -155,8 +156,8 @@ def gained(profile: ShockProfile) -> Iterator[Diagnostic]:
     (made,) = profile.value("energy_made", "robot").tolist()
     if made > 0.0:
         text = (
-            f"this impact would make {made:.3g} J of kinetic energy: contacts with unequal restitution push against one "
-            "another, or restitution along the normal meets an approach along the ground; take less restitution, one for all "
-            "contacts, or --restitution-along directions"
+            f"this impact would make {made:.3g} J of kinetic energy: contacts have unequal restitution, or the "
+            "restitution acts along the normal and the approach is along the ground. Take less restitution, the "
+            "same for all contacts, or --restitution-along directions"
         )
         yield Diagnostic("energy", profile.robot.name, profile.energy_lost, text)

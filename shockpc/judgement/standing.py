@@ -75,7 +75,7 @@ def hanging(profile: ShockProfile) -> Iterator[Diagnostic]:
     robot = profile.robot
     if hangs(robot, profile.landing.base):
         remedy = "load it with a free base" if robot.source.kind == "pinocchio" else "release it with --base free"
-        text = f"the file holds the base, so the robot hangs on it, and what strikes its feet is no landing; {remedy}"
+        text = f"the file holds the base, so the robot hangs on it, and a strike at its feet is no landing; {remedy}"
         yield Diagnostic("base", robot.bodies[0].name, None, text)
 
 

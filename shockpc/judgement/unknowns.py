@@ -186,7 +186,7 @@ def _base(profile: ShockProfile) -> Iterator[Unknown]:
 def _duration(profile: ShockProfile) -> Iterator[Unknown]:
     """The duration of contact, where a peak is asked for with a pulse."""
     if profile.landing.pulse is not None and profile.stiffness is None:
-        text = f"the contact lasts as the pulse {profile.scene.pulse}; peaks are in inverse proportion to its length"
+        text = f"the contact lasts as long as the pulse {profile.scene.pulse}; peaks are in inverse proportion to its length"
         yield Unknown("duration", "assumed", (), (), text, "--contact-stiffness computes it", 1.0)
 
 

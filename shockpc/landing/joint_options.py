@@ -48,9 +48,10 @@ class Joints(Record):
 
     model: JointModelName | None = option(
         None,
-        "Joints turn freely, have the reflected inertia of their drives, have rigid springs, or are locked. By default each is as "
-        "its drive makes it. With free, no joint has a reflected inertia, whatever the robot's file, --drives or the catalogue "
-        "give. With rigid, a joint with a spring is locked, and a rotor behind a spring is joined to its joint.",
+        "free: no joint has a reflected inertia, whatever the robot's file, --drives or the catalogue give; "
+        "geared: with reflected inertia, springs yield; rigid: with reflected inertia, springs do not yield (a "
+        "joint with a spring is locked, a rotor behind a spring is joined to its joint); locked: no joint "
+        "moves. By default each joint is as its drive makes it.",
         JOINT_MODEL,
         name="joints",
     )
@@ -72,8 +73,8 @@ class Joints(Record):
     )
     carried: bool = option(
         True,
-        "Rotors turn with the links that carry them too, in the sense that the gears of their drives give; --no-carried, or "
-        "joints.carried = false, leaves this out.",
+        "Leave out the coupling of rotors to the links that carry them (joints.carried = false in a scene). Its "
+        "sign follows from the gears of the drives.",
         JOINT_MODEL,
         name="no-carried",
     )

@@ -76,7 +76,7 @@ def strength(part: Part) -> Strength:
         largest = 0.0 if given is None else 2.0 * math.pi * f * given / GRAVITY
         if part.rating is not None:
             largest = max(largest, peak * amplification(pulse.shape, f * pulse.length))
-        basis = f"lower bounds from the response of {largest:.3g} g at {f:g} Hz without damping, which it survives"
+        basis = f"lower bounds: the part survived a response of {largest:.3g} g at {f:g} Hz without damping"
         return Strength(largest * GRAVITY / (2.0 * math.pi * f), largest / 2.0, False, basis)
     if given is not None:
         basis = "as given, the boundary of damage by short pulses"
@@ -84,14 +84,15 @@ def strength(part: Part) -> Strength:
             return Strength(given, peak / 2.0, False, f"{basis}, and half of the {peak:g} g survived")
         if part.rating is not None:
             basis += (
-                f"; the pulse survived says nothing of accelerations, because its velocity change of {survived:.3g} m/s is below "
-                f"{CONCLUSIVE:g} of the critical one"
+                f"; the pulse survived says nothing of accelerations, because its velocity change of "
+                f"{survived:.3g} m/s is below {CONCLUSIVE:g} times the critical one"
             )
         return Strength(given, math.nan, False, basis)
     basis = (
-        f"{CHANGES[pulse.shape]} of the pulse survived, a lower bound of the critical velocity change for pulses of its shape of "
-        f"{1e3 * pulse.length:.3g} ms or more, or natural frequencies below {IMPULSIVE / pulse.length:.4g} Hz; the peak, if it "
-        "is known, also has to be below half of the one survived"
+        f"survived {survived:.4g} m/s ({CHANGES[pulse.shape]}), a lower bound of the critical velocity change "
+        f"for pulses of this shape of {1e3 * pulse.length:.3g} ms or more, or natural frequencies below "
+        f"{IMPULSIVE / pulse.length:.4g} Hz. Only half of its {peak:g} g counts, because a resonant part may "
+        "feel twice the peak of its base"
     )
     return Strength(survived, peak / 2.0, True, basis)
 

@@ -92,8 +92,8 @@ def pulse_of(scene: Scene) -> Pulse | None:
     if scene.pulse is None:
         if scene.range_g is not None and scene.contact_stiffness is None and not measured:
             raise SceneError(
-                "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a contact stiffness, or the "
-                "bandwidth of the sensor"
+                "a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, a contact stiffness, "
+                "or the bandwidth of the sensor"
             )
         return None
     try:

@@ -228,9 +228,9 @@ class Scene(Record):
     robot: str
     base: Base | None = option(
         None,
-        "How the base may move: free, in the plane only (planar), or not (fixed). By default free, or fixed where the file fixes "
-        "it, where its root link is called world and no legs hang on that, and of an arm, which has no feet and hangs on its "
-        "root by one chain; free and planar give the base of an MJCF file that fixes it a free joint.",
+        "How the base may move: free, in the plane only (planar), or not (fixed). By default fixed if "
+        "the file fixes it, if the root link is called world and has no legs, or if the robot is an arm (no feet, one "
+        "chain from the root); otherwise free. If an MJCF file fixes the base, free and planar give it a free joint.",
         POSTURE,
     )
     plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = option(
@@ -266,8 +266,8 @@ class Scene(Record):
     )
     range_g: float | None = option(
         None,
-        "Measuring range of the sensors, with which peaks are compared, on contacts of finite stiffness those of the motion, else "
-        "those of the pulse: along each axis of a frame, and for a point with an offset that of the whole acceleration.",
+        "Measuring range of the sensors. Peaks are compared with it along each axis of a frame; at a point with an "
+        "offset, the magnitude is compared. Peaks follow from the contact stiffness, else from the pulse.",
         RESULTS,
         "G",
         unit="g",
@@ -275,8 +275,8 @@ class Scene(Record):
     )
     imu_bandwidth: str | None = option(
         None,
-        "Also give the peaks that accelerometers read, such as 200Hz. That is their bandwidth: of a low-pass filter of first "
-        "order, or with :2 of second order (Butterworth). A range is then compared with these peaks.",
+        "Bandwidth of the accelerometers, such as 200Hz: a low-pass filter of first order, or with :2 of second order "
+        "(Butterworth). Peaks behind the filter are given too, and compared with the range.",
         RESULTS,
         "F[:1|:2]",
     )

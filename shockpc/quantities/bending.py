@@ -90,12 +90,13 @@ class Bending(NamedTuple):
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
-            f"rigid links {self._held}: right to some 10 % if the first bending mode of {few(self.modes.links, 3)}, in the whole "
-            f"robot, is above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and "
-            f"the largest torque: EI of {EI[0]} and {EI[1]} N m²"
+            f"rigid links {self._held}: right to some 10 % if the first bending mode of "
+            f"{few(self.modes.links, 3)}, in the assembled robot, is above {_hertz(lowest[0])} for jumps "
+            f"and accelerometers below 200 Hz, and above {_hertz(lowest[1])} for forces and the largest "
+            f"torque (EI of {EI[0]} and {EI[1]} N m²)"
         )
         if self.step:
-            first += f"; this is for forces without steps: {self.step}"
+            first += f". This holds for forces without steps, but {self.step}"
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
@@ -159,14 +160,14 @@ def step_of_force(landing: PosedLanding) -> str:
     """Where the force of contacts of finite stiffness has a step, and how to be without; empty if it has none."""
     from shockpc.impact.contact_rows import row_layout
 
-    remedy = f"one: {RINGS}; take --contact-law damper"
+    remedy = f"a step: {RINGS}; take --contact-law damper"
     if landing.scene.contact_damping is not None:
-        return f"that of --contact-damping starts with {remedy}"
+        return f"the force of --contact-damping starts with {remedy}"
     rows = row_layout(landing.without_stops.blocks, stands=True)
     if landing.scene.contact_law == "damper" or rows.restitution.min(initial=1.0) >= STEEP:
         return ""
     along = "" if rows.restitution[rows.normal].min(initial=1.0) < STEEP else " along the ground"
-    return f"that of hysteresis with a restitution below {STEEP:g}{along} ends with {remedy}"
+    return f"hysteresis with a restitution below {STEEP:g}{along} ends with {remedy}"
 
 
 def bends(found: Bending | None) -> Iterator[Diagnostic]:
@@ -174,10 +175,10 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
     if found is not None and found.never:
         need, metal = found.lowest(FOR_JUMPS), found.modes.metal
         text = (
-            f"links bend: in {1e3 * found.contact_time:.2g} ms of contact rigid links are right where the first bending mode of "
-            f"the leg is above {_hertz(need)}, and bars or tubes of metal with the inertias of its links reach {_hertz(metal)}, "
-            f"of carbon fibre at most {_hertz(found.modes.carbon)}: "
-            "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
+            f"links bend in a contact of {1e3 * found.contact_time:.2g} ms, so peaks and torques may be wrong "
+            f"by factors: the leg's first bending mode would have to be above {_hertz(need)}, but links of "
+            f"metal reach {_hertz(metal)}, and of carbon fibre {_hertz(found.modes.carbon)}. Describe the "
+            "links with flex (--flex), or take a softer contact"
         )
         yield Diagnostic(*BENDS, need / metal, text)
 
@@ -185,7 +186,8 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
 def rings(landing: PosedLanding) -> Iterator[Diagnostic]:
     """A warning where links bend, and the force of contacts has a step. Args: landing."""
     if landing.scene.flex and landing.scene.contact_stiffness is not None and (step := step_of_force(landing)):
-        yield Diagnostic("contact", "", None, f"links bend, and a force with a step makes them ring; {step}")
+        text = f"links that bend ring after a step of force, and {step}"
+        yield Diagnostic("contact", "", None, text)
 
 
 def _values(impact: Impact, _: Places) -> Array:

@@ -129,7 +129,7 @@ def _answer(folder: str, body: Sequence[Section], report: Report, files: Mapping
     """The answer of the command, with the lines that it ends with. Args: folder, of the report's files."""
     parts = [_part(block, folder, report, files) for block in _above(body, report)]
     if report.landings and parts and not report.lead:
-        parts.append('<p class="note">These lines are of the strike of the scene; what follows the controls has a blue edge.</p>')
+        parts.append('<p class="note">These lines are for the strike of the scene. Parts with a blue edge follow the controls.</p>')
     return [*parts, *_closing(report)] if report.lead else parts
 
 

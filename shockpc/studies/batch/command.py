@@ -31,7 +31,7 @@ def batch(
     options: SceneOptions,
     strict: bool = _in_robots(STRICT),
     output: OutputOptions,
-    landings: bool = in_output("Print every landing, and not the worst of each robot."),
+    landings: bool = in_output("Print every landing instead of the worst of each robot."),
     figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
 ) -> int:
     every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))

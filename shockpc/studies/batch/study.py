@@ -159,8 +159,8 @@ def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
         " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
         " keeps its landing. A line is the worst landing of a robot; --landings prints them all. Robots whose drives nobody"
         " knows have no rank, and come last with the range of their number. Ends with exit code 3 if none of the landings"
-        " can be computed. A quantity of points is that at the robot's IMU, one of bodies that of the trunk, the heaviest"
-        " body, which is also taken without an IMU; of several places it is the worst."
+        " can be computed. Quantities of points are taken at the robot's IMU, without an IMU at the trunk (the heaviest"
+        " body). Quantities of bodies are taken at the trunk. If a name matches several places, the worst counts."
     ),
 )
 def batch(

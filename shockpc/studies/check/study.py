@@ -246,8 +246,8 @@ def check_budgets(
     limited = any(budget.max is not None or budget.min is not None for budget in given.budgets)
     if baseline is None and not renewing and not limited:
         raise StudyError(
-            "every budget has a baseline_tolerance alone, and there is no baseline to compare with; name it with --baseline, or "
-            'by baseline = "base.json" at the top of the budgets\' file'
+            "all budgets have only a baseline_tolerance, and there is no baseline to compare with; name it with "
+            '--baseline, or by baseline = "base.json" at the top of the budgets\' file'
         )
     cases: dict[str, Any] = {}
     planned = list(_plan(given, baseline, renewing, cases))

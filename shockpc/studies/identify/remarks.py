@@ -26,9 +26,9 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
     names = [one.variation.subject for one in results]
     if known.scatter < ALIKE:
         yield (
-            f"not identifiable: the {n} landings are all alike (their predicted jumps differ by {100.0 * known.scatter:.2g} % once "
-            "the speed of the strike is taken out), so that they are one landing, measured several times; what is wrong "
-            "otherwise in the model there goes into the values, and no interval shows it. Measure landings in other postures"
+            f"not identifiable: the {n} landings are all alike (for the same speed of the strike their predicted "
+            f"jumps differ by {100.0 * known.scatter:.2g} %), so other errors of the model go into the values, "
+            "and no interval shows it. Measure landings in other postures"
         )
     for name, one in zip(names, results, strict=True):
         if one.state == "no influence":
@@ -38,7 +38,7 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
     for v in known.unseen:
         part = [j for j in range(p) if abs(v[j]) > 0.3 and results[j].state != "no influence"]
         if len(part) == 1:
-            yield f"the data do not see {names[part[0]]}: over its range it changes the jumps less than what is unexplained"
+            yield f"{names[part[0]]} cannot be determined: over its range it changes the jumps by less than the misfit"
         elif part:
             signs = "with" if v[part[0]] * v[part[1]] > 0.0 else "against"
             yield (
@@ -48,8 +48,8 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
     for i, j in combinations(range(p), 2):
         if abs(r := known.correlation[i, j]) > HARD:
             yield (
-                f"{names[i]} and {names[j]} are hard to tell apart (correlation {r:.2f}): an error of one is made up for by the "
-                "other"
+                f"{names[i]} and {names[j]} are hard to tell apart (correlation {r:.2f}): an error in one can be "
+                "compensated by the other"
             )
 
 
@@ -57,8 +57,9 @@ def of_errors(known: Uncertainty, errors: Mapping[str, float]) -> Iterator[str]:
     """That nothing is identified, where the error does not fall. Args: errors, as in `Identification`."""
     if names := [one.variation.subject for one in known.unknowns if one.state == "error does not fall"]:
         yield (
-            f"nothing is identified: the error is {errors['before']:.3g} with the scene as it is given, and {errors['after']:.3g} "
-            f"with the values found, so they predict no better; what is wrong is not {' or '.join(names)}"
+            f"nothing is identified: the error is {errors['before']:.3g} with the scene as given, and "
+            f"{errors['after']:.3g} with the values found, which predict no better. "
+            f"What is wrong in the model is not {' or '.join(names)}"
         )
 
 
@@ -82,8 +83,9 @@ def of_control(fit: Fit) -> Iterator[str]:
     inertia = "k_d t in a window t" if window is None else f"{1e-3 * window:.3g} s × k_d in {window:g} ms"
     example = "" if window is None else f", {2e-3 * window:.2g} kg m² at k_d = 2 N m s/rad"
     yield (
-        "the joints hardly move before touchdown, as where motors hold them: damping k_d of such control acts as an inertia of "
-        f"{inertia}{example}, which the value found then includes. Switch the control off before touchdown, or subtract it"
+        "the joints hardly move before touchdown, so motors may hold them: the damping k_d of their control acts "
+        f"like an inertia of {inertia}{example}, and the value found includes it. Switch the control off before "
+        "touchdown, or subtract this inertia"
     )
 
 

@@ -242,7 +242,7 @@ def place(
     count: Annotated[
         int,
         Option(
-            "Number of sensors that belong together: in each landing the one with the smallest shock is used.",
+            "Number of sensors: in each landing the sensor with the smallest shock counts.",
             "Sensors",
             "N",
             least=1.0,
@@ -446,7 +446,7 @@ def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None
     scales = np.array([peak_of(pulse_of(profile.scene), scene_low_pass(profile.scene)) for profile in profiles])
     if np.isnan(scales).any():
         if any(profile.scene.range_g is not None for profile in profiles):
-            raise StudyError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a bandwidth")
+            raise StudyError("a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, or a bandwidth")
         return None
     peaks = delta_v * (scales / GRAVITY)[:, None]
     ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]

@@ -113,7 +113,7 @@ def recorded(
     prove: Annotated[
         int,
         Option(
-            "Landings that are compared with a proof, besides those that need one.",
+            "Number of landings that are also solved exactly, as a check, besides those that need it.",
             "How it is computed",
             "N",
             least=0.0,
