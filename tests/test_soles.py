@@ -157,6 +157,22 @@ def test_a_foot_that_the_others_lift_is_left_out_with_a_warning(biped):
     np.testing.assert_allclose(profile.delta_qd, alone, rtol=0, atol=1e-8 * np.abs(alone).max())
 
 
+def test_a_warning_says_that_a_foot_which_is_left_out_enters_the_ground(biped):
+    """Friction without a push lifts it; without that friction it falls on."""
+    velocity = np.array([0.0, 2.0, -1.0])
+    profile = landed(biped, ("left_foot", "right_foot"), joints=Joints(locked=LEGS), strike=Strike(velocity=tuple(velocity)))
+    model, data = biped.model, biped.model.createData()
+    pin.computeJointJacobians(model, data, profile.q)
+    pin.updateFramePlacements(model, data)
+    frame = model.getFrameId("right_foot", pin.FrameType.BODY)
+    rotation, J = data.oMf[frame].rotation, pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+    jumps = [(J[:3] - pin.skew(rotation @ corner) @ J[3:]) @ profile.delta_qd for corner in SOLE]
+    lowest = min(velocity[2] + float(jump.reshape(-1)[2]) for jump in jumps)
+    assert lowest < -0.1
+    share = f"enters the ground at {-lowest / np.abs(velocity).max():.0%} of the speed"
+    assert any(share in str(warning) for warning in profile.landing.warnings)
+
+
 def test_each_joint_model_has_its_own_faces(biped):
     """With free joints the column free, with locked ones the column locked of any landing, whatever carries in it."""
     profile, free, locked = (

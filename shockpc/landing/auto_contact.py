@@ -17,7 +17,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.directions import across
-from shockpc.landing.faces import carrying_faces
+from shockpc.landing.faces import carrying_faces, entering_speeds
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Contact
 from shockpc.landing.soles import (
@@ -40,6 +40,9 @@ from shockpc.text.printed import listed
 
 MIDDLE = 1e-6
 """Difference in height of points in whose middle a contact is, as a share of what they span."""
+
+ENTERS = 1e-3
+"""Share of the speed of a strike from which on a foot that is left out enters the ground [1]."""
 
 LIFTED = "lifted"
 """Kind of the warning of a foot that is left out."""
@@ -248,10 +251,17 @@ def _with_faces(
         lifted += risen
         landing = _with_contacts(flat, contacts, soles)
     warnings = [warning for warning in flat.warnings if warning.kind != LIFTED]
-    for number in lifted:
+    shares = entering_speeds(flat, lifted) if lifted else []
+    for number, share in zip(lifted, shares, strict=True):
         frame = flat.contacts[number].frame
         why = "is lifted by the impact on the other feet, so it takes no impulse and is left out"
         text = f"{frame} {why}"
+        if share > ENTERS:
+            text += (
+                f"; yet without it, it enters the ground at {share:.0%} of the speed of the "
+                "strike, so that this is no landing on flat ground; "
+                "compare it with --contact-kind point"
+            )
         warnings.append(Diagnostic(LIFTED, frame, None, text))
     for number, face in faces.items():
         if len(face):

@@ -71,6 +71,29 @@ def carrying_faces(landing: PosedLanding) -> dict[int, np.ndarray]:
     return {number: np.flatnonzero(still[generators.contact == number]) for number in soles}
 
 
+def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]:
+    """The largest speeds at which soles enter the ground that the others lift, without them.
+
+    They are shares of the largest speed to be undone [1], below zero where a sole leaves the
+    ground.
+
+    Args:
+        landing: its contacts with a `sole` are flat.
+        lifted: numbers of these contacts, which take no impulse.
+    """
+    equation = landing.equation(landing.state)
+    b, rows = equation.b[0, :, 3], slices_of(equation.blocks)
+    generators = _generators(landing.state, equation.blocks)
+    X = np.linalg.solve(np.linalg.cholesky(equation.H[0]), equation.J_c[0].T)
+    of_lifted = np.concatenate([np.arange(len(b))[rows[number]] for number in lifted])
+    free = generators.free[:, ~generators.free[of_lifted].any(axis=0)]
+    pushes = generators.pushes[:, ~np.isin(generators.contact, lifted)]
+    impulse = corner_impulse(X, b, free, pushes).impulse
+    speed = generators.pushes.T @ (X.T @ (X @ impulse) + b)
+    speed = speed / np.abs(b).max(initial=0.0)
+    return [-float(speed[generators.contact == number].min()) for number in lifted]
+
+
 def _generators(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Generators:
     """The generators of a landing. Args: blocks, all rows, those with a `sole` flat."""
     rows, size = slices_of(blocks), sum(block.size for block in blocks)
