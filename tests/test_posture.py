@@ -500,6 +500,12 @@ def test_a_leg_whose_calf_is_the_foot_is_bent_as_one_with_a_foot_at_its_end():
         assert [robot.joint(f"FL_{name}").value(q) for name in ("hip", "knee")] == pytest.approx([hip, math.pi / 6])
 
 
+def test_legs_of_femur_and_tibia_are_bent():
+    """No joint or link is named otherwise like a part of a leg."""
+    text = dog(foot="pad").replace("thigh", "femur").replace("calf", "tibia").replace("knee", "2")
+    assert configuration(robot_from(text)) == pytest.approx(configuration(robot_from(dog(foot="foot"))))
+
+
 @pytest.mark.parametrize("knee", [f"{-k} {k}" for k in (0.06, 0.1, 0.14, 0.2, 0.3)])
 def test_a_leg_is_nearly_straight_where_its_foot_hardly_moves_in_one_direction(knee):
     """Below 5 % of the largest speed for joint rates of one length, by finite differences of the place of the foot."""

@@ -27,7 +27,7 @@ STRAIGHT = math.radians(15.0)
 PARALLEL = math.radians(5.0)
 """Angle between axes up to which they count as parallel, and room of a knee up to which it has none."""
 
-LEG_PART = r"(?i)ankle|leg(?!ro)|thigh|knee|calf|shank"
+LEG_PART = r"(?i)ankle|leg(?!ro)|thigh|femur|knee|calf|shank|shin|tibia"
 """Names of parts of a leg; no finger of an "allegro" hand."""
 
 SHORT_SHARE = 0.25
