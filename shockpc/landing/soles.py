@@ -145,7 +145,8 @@ def _corners_of_primitive(shape: Shape, up: Array, height: float) -> Array:
     along = up @ shape.rounding
     reach = float(np.linalg.norm(along))
     if not reach > ROUND * semi_axes.max():
-        return _below(shape, up, height)[0]
+        points = _points_of(shape, up)
+        return np.asarray(points[points @ up <= height])
     tips = shape.points - shape.rounding @ along / reach
     length = float(np.linalg.norm(np.ptp(tips, axis=0)))
     tips = tips[tips @ up <= height]
@@ -296,15 +297,20 @@ def _below(shape: Shape, up: Array, height: float) -> tuple[Array, Array]:
             shape.mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
         )
     else:
-        points = shape.points
-        if shape.rounding.any():
-            around = _ball(up @ shape.rounding) @ shape.rounding.T
-            points = (points[:, None] + around).reshape(-1, 3)
+        points = _points_of(shape, up)
         edges = np.stack(np.triu_indices(len(points), 1), axis=1)
     over = points @ up - height
     one, other = edges[over[edges[:, 0]] * over[edges[:, 1]] < 0.0].T
     share = (over[one] / (over[one] - over[other]))[:, None]
     return points[over <= 0.0], points[one] + share * (points[other] - points[one])
+
+
+def _points_of(shape: Shape, up: Array) -> Array:
+    """Points (n, 3) of a box, or on a round shape, which they represent."""
+    if not shape.rounding.any():
+        return shape.points
+    around = _ball(up @ shape.rounding) @ shape.rounding.T
+    return np.asarray((shape.points[:, None] + around).reshape(-1, 3))
 
 
 def _ball(axis: Array) -> Array:
