@@ -13,6 +13,8 @@ from shockpc.core.spatial import Array
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 """Pattern of a number: decimal digits with at most one point and an exponent. Blanks, other signs and other digits are in none."""
 
+_WITH_UNIT = re.compile(rf"({NUMBER})\s*(.*)")
+
 NO_UNIT: Mapping[str, float] = {"": 1.0}
 
 NUMERIC = "biuf"
@@ -29,7 +31,7 @@ def number_from(text: str, units: Mapping[str, float] = NO_UNIT) -> float:
     Raises:
         ValueError: it is not a number, or has another unit.
     """
-    match = re.fullmatch(rf"({NUMBER})\s*(.*)", text.strip())
+    match = _WITH_UNIT.fullmatch(text.strip())
     value = float(match[1]) * units[match[2]] if match and match[2] in units else math.nan
     if not math.isfinite(value):
         raise ValueError(f'"{text}" is not a number')

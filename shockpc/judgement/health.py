@@ -110,6 +110,8 @@ def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 def _overloaded(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of parts that are not judged, may have a margin below 1, or whose torque is rated for a shorter time."""
+    if not profile.parts:
+        return
     length, margin = profile.impact_length, select("part_margin")
     ranges = ranges_of(profile, margin, profile.landing.parts)
     for one, place, found in zip(profile.parts, profile.landing.parts, ranges, strict=True):

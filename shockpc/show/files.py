@@ -1,7 +1,6 @@
 """Files of results: each is complete before it gets its name, and none replaces what the command has read."""
 
 import contextlib
-import hashlib
 import os
 import stat
 from collections.abc import Callable, Iterator, Mapping
@@ -108,6 +107,8 @@ def _unchanged(real: Path, name: str, digest: str) -> bool:
 
 
 def _digest(content: bytes) -> str:
+    import hashlib  # of OpenSSL, and needed only where a file is written
+
     return hashlib.sha256(content).hexdigest()
 
 
