@@ -285,7 +285,7 @@ def test_a_legged_robot_that_its_file_bolts_to_a_link_called_world_is_freed():
     scene = Scene(robot="r.urdf", contact=("FL_foot", "RR_foot"))
     found, expected = (shock_profile(scene, robot) for robot in (held, plain))
     np.testing.assert_allclose(found.delta_v, expected.delta_v, rtol=0.0, atol=1e-12)
-    assert [one.text for one in found.unknowns if one.kind == "base"] == ["the base is freed, as legs hang on it"]
+    assert [one.text for one in found.unknowns if one.kind == "base"] == ["the base is freed, because legs hang on it"]
     assert not [one for one in expected.unknowns if one.kind == "base"]
     assert "because legs hang on that; --base fixed holds it" in base_text(held, "free")
     assert base_text(held, "fixed") == "fixed to the world; --base free releases it"

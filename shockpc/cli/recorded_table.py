@@ -102,8 +102,8 @@ def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: 
     if ignored:
         listed = ", ".join(f'{option} (column "{column}")' for option, column in ignored)
         raise SceneError(
-            f"columns override options: {listed}; leave out the options (of one with three numbers, give zero for that of the "
-            "column), or the columns with --map COLUMN="
+            f"columns override options: {listed}; leave out the options (in an option of three numbers, set the overridden "
+            "one to zero), or the columns with --map COLUMN="
         )
 
 

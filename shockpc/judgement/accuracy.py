@@ -221,7 +221,7 @@ def _sensitive(what: str, subject: str, share: float) -> Iterator[Diagnostic]:
     """A warning where the data's last digits count."""
     if not share <= SENSITIVE:
         text = (
-            f"a change of the data in their last digits moves {what} by {share:.0e} of its size; digits beyond that are those of "
-            "this file, not of a real robot"
+            f"a change of the data in their last digits moves {what} by {share:.0e} of its size; digits beyond "
+            "that depend on the rounding in this file"
         )
         yield Diagnostic("data", subject, share, text)

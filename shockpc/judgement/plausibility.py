@@ -126,12 +126,9 @@ def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
     friction = profile.friction
     for number, size in enumerate(profile.value("pull", "contact").tolist()):
         if size > 0.0:
-            name, end = profile.landing.blocks[number].name, "keep to the ground; a real foot lifts off there, so leave it out"
+            name, end = profile.landing.blocks[number].name, "keep to the ground. A real foot lifts off there: leave it out"
             if friction is not None and friction.state[number] != "sticks":
-                end = (
-                    f"stick; with the friction given it {friction.state[number]}, so the results with friction are those of this "
-                    "landing"
-                )
+                end = f"stick. With the given friction it {friction.state[number]}, so use the results with friction"
             text = f"{name} would have to be pulled by {size:.3g} N s to {end}"
             yield Diagnostic("contact", name, -size, text)
 
@@ -145,8 +142,8 @@ def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
             pairs = ((f"{friction:.{n}g}", f"{given:.{n}g}") for n in range(3, 18))
             needed_text, given_text = next(pair for pair in pairs if pair[0] != pair[1])
             text = (
-                f"{block.name} needs a friction of {needed_text} to stick and slides at {given_text}; the results "
-                "with friction are those of this landing, the others those of contacts that stick"
+                f"{block.name} needs a friction of {needed_text} to stick and slides at {given_text}. Use the results "
+                "with friction; the others are for contacts that stick"
             )
             yield Diagnostic("contact", block.name, friction, text)
 

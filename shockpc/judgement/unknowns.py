@@ -140,8 +140,8 @@ def _inertias(profile: ShockProfile) -> Iterator[Unknown]:
     """Inertias that look as if they were about the links' origins."""
     if links := inertias_about_origins(profile.robot):
         text = (
-            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, and files give them about the "
-            "centres of mass"
+            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, but files should give them "
+            "about the centres of mass"
         )
         yield Unknown("inertia", "implausible", links, (), text, "correct the file; shock is computed from them as they are", 1.0)
 
@@ -179,7 +179,7 @@ def _base(profile: ShockProfile) -> Iterator[Unknown]:
     """How the base moves, where the limbs of the robot decide that and not its file."""
     if "base" in profile.landing.chosen:
         held = profile.landing.base == "fixed"
-        text = "the base is fixed, as that of an arm" if held else "the base is freed, as legs hang on it"
+        text = "the base is fixed, because the robot is an arm" if held else "the base is freed, because legs hang on it"
         yield Unknown("base", "chosen", (profile.robot.bodies[0].name,), (), text, "--base changes it", 1.0)
 
 

@@ -224,8 +224,8 @@ class _Found:
                 continue
             if joint.kind not in ("revolute", "continuous"):
                 raise SceneError(
-                    f'joint "{joint.name}" has a gear, which is computed only of joints that turn about one '
-                    "axis; leave the gear out",
+                    f'joint "{joint.name}" has a gear, but only joints that turn about one axis '
+                    "have such a coupling; leave the gear out",
                     joints=[joint.name],
                 )
             if joint.parent >= 0:

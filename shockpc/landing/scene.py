@@ -58,8 +58,8 @@ class Contact(Record):
         "auto",
         "A point leaves the link free to turn about the contact; a flat contact, a sole, also stops it from tilting, and from "
         "twisting if it sticks. An edge of a sole leaves it free to turn about that edge, whose direction a file gives (edge); a "
-        "corner is a point that does not twist. By default what carries of the link's sole, its corners within the ground's "
-        "tolerance of its lowest point; a point without a sole, or where an offset is given.",
+        "corner is a point that does not twist. By default the part of the link's sole that carries the load (the whole sole, "
+        "an edge or a corner); a point if there is no sole or an offset is given.",
         CONTACT,
         name="contact-kind",
     )
@@ -282,8 +282,8 @@ class Scene(Record):
     )
     friction: float | None = option(
         None,
-        "Also solve with this coefficient of friction. Quantities *_friction are those with it; restitution is then along the "
-        "normal only. All other quantities are those of contacts that stick.",
+        "Also solve with this coefficient of friction. Quantities *_friction are for this friction, with restitution only along "
+        "the normal. All other quantities are for contacts that stick.",
         RESULTS,
         "MU",
         unit="1",
@@ -353,7 +353,7 @@ class Scene(Record):
     )
     ground_tolerance: float = option(
         0.005,
-        "Largest difference in height of lowest points that flat ground touches together, for warnings and for what is feasible.",
+        "Largest difference in height between lowest points that flat ground can touch together (warnings, feasible).",
         RESULTS,
         "H",
         unit="m",

@@ -128,8 +128,8 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """A warning where the inertias look as if they were given about the links' origins."""
     if links := inertias_about_origins(robot):
         text = (
-            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, files give "
-            "them about the centres of mass; shock is computed from them all the same"
+            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, but files "
+            "should give them about the centres of mass. They are used as they are: correct the file"
         )
         yield "warning", "", robot.source.path.name, text
 
@@ -139,8 +139,8 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
     if robot.settings:
         numbers = {float(robot.model.armature[robot.joint(name).v].max()) for name in robot.settings}
         text = (
-            f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} is one number for joints "
-            "of different effort, a setting of a simulator; give the drive: --drives, --rotor or --armature"
+            f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} is the same for joints "
+            "of different effort, as in settings of a simulator; give the drives with --drives, --rotor or --armature"
         )
         for name in sorted(robot.settings - set(robot.default_drives.by_joint if robot.default_drives else ())):
             yield "warning", "joint", name, text

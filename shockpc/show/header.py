@@ -193,7 +193,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{gear}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     if not joints.carried:
-        texts.append("rotors do not turn with the links that carry them")
+        texts.append("rotors are not coupled to the links that carry them")
     texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")

@@ -181,5 +181,5 @@ def mass_notes(profiles: Sequence[ShockProfile]) -> Iterator[str]:
     """What the masses and ranges of a table of landings are."""
     if any(first_range(profile) is not None for profile in profiles):
         place = place_name(first_place(profiles[0]))
-        yield f"smallest, largest: shock at {place} over what is known of the drives, as found"
-    yield "mass: effective mass of all contacts as they are; normal: that along the normal, without friction"
+        yield f"smallest, largest: shock at {place} over the possible drives, as far as found"
+    yield "mass: effective mass of all contacts; normal: effective mass along the normal, without friction"

@@ -116,8 +116,8 @@ def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
     named = {contact.frame for contact in whole.scene.contact}
     parts = [contact.frame for contact in given.scene.contact if contact.frame not in named]
     found = _first_text(given, whole)
-    are_parts = "are parts of feet that are" if len(parts) > 1 else "is one part of a foot that is"
-    return f"{few(parts, 8)} {are_parts} as low elsewhere; {landing_text(whole)}: {found}"
+    are_parts = "are only parts of feet" if len(parts) > 1 else "is only part of a foot"
+    return f"{few(parts, 8)} {are_parts}, and other parts are as low; {landing_text(whole)}: {found}"
 
 
 def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:

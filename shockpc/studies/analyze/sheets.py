@@ -205,7 +205,7 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
     torques = [one.strength if isinstance(one.strength, TorqueStrength) else None for one in parts]
     shocks = [one.strength if not isinstance(one.strength, TorqueStrength) else None for one in parts]
     return Sheet.of(
-        "parts (margin: factor on the speed of the strike below which the part survives)",
+        "parts (margin: the part survives a strike up to this many times as fast)",
         {
             "part": [one.part for one in parts],
             "body": [one.body for one in parts],

@@ -79,8 +79,8 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     notes = []
     if any(profile.off_plane[i] > OUT_OF_PLANE for i in shown):
         notes.append(
-            f"out of plane above {100.0 * OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that "
-            f"lies in the plane; mostly: above {100.0 * BRACKETED:.0f} %; the shock is that of the whole motion"
+            f"out of plane above {100.0 * OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the body's motion in the plane, "
+            f"the shock its whole motion; mostly: above {100.0 * BRACKETED:.0f} %"
         )
     if names := [profile.bodies[i] for i in shown if math.isnan(profile.shock_max[i])]:
         notes.append(f"no geometry over which to take the minimum and maximum shock: {few(names, 4)}")

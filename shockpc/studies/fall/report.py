@@ -70,7 +70,7 @@ def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
         sticks = "contacts stick unless they would be pulled, and slide then; --friction MU for contacts that slide"
         rest = f"friction {friction:g}" if friction is not None else sticks
         if falls.results[0].profile.scene.contact_stiffness is not None:
-            rest += "; with a contact stiffness what is on the ground before a strike takes no part in it"
+            rest += "; with a contact stiffness, contacts that exist before a strike are left out of it"
         yield "ground", f"level, rigid, no restitution; {rest}"
     if falls.drop is not None:
         yield (
@@ -207,7 +207,7 @@ def _margins(falls: Falls) -> Sheet:
     if scene.friction is not None:
         notes.append("of contacts that stick")
     header = ("part or joint", "kind", "margin [-]", "torque [N m, N]", "withstands [N m, N]", "strike")
-    title = "margins (factor on the speed of the strike below which it survives), each in the worst strike"
+    title = "margins (the part survives a strike up to this many times as fast), each in its worst strike"
     return Sheet(title, header, rows, notes)
 
 

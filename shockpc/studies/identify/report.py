@@ -112,8 +112,8 @@ def _closing(study: Identification) -> Iterator[str]:
         yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
     if links := [one.variation.subject for one in study.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
         yield (
-            f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change "
-            "NAME=VALUE shows what it does"
+            f"{listed(links)} belongs to the robot's file, not to a scene: change it there. shockpc compare ROBOT "
+            "--change NAME=VALUE shows its effect"
         )
     if SCALE in study.values:
         yield f"{SCALE} is of this table: multiply its velocities before the impact by it"

@@ -113,8 +113,9 @@ class Identification:
     "shockpc identify drops.csv leg.toml --unknown 'armature:*knee=1e-4:0.1:log' --out knee/",
     "shockpc identify tosses.csv blocks.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1",
     more=(
-        "The table is one as shockpc recorded takes, with velocities after the impact in columns after_…. Unknowns are found where "
-        "predicted and measured jumps differ least, with 95 % intervals; the report names what the data cannot distinguish. --out "
+        "The table is like that of shockpc recorded, with velocities after the impact in columns after_…. The values found "
+        "make predicted and measured jumps differ least, and have 95 % intervals. The report names unknowns that the data do "
+        "not determine. --out "
         "writes drives.toml for --drives, and scene.toml with all values, which every command takes."
     ),
     without=("at", "part", "pulse", "range_g", "imu_bandwidth", "v_in", "ground_tolerance"),  # as velocities alone are compared
@@ -126,7 +127,7 @@ def identify(
     unknown: Annotated[
         Vary,
         Option(
-            "What is unknown, and its range, of which :log searches the logarithm: friction, restitution, contact-stiffness [N/m], "
+            "An unknown and its range (with :log searched in logarithms): friction, restitution, contact-stiffness [N/m], "
             "contact-damping [N s/m], armature:JOINTS [kg m²], rotor:JOINTS (of the rotor itself) [kg m²], joint-stiffness:JOINTS "
             "[N m/rad], mass:LINKS [kg], com-x:LINKS [m], inertia:LINKS (a factor), flex:LINKS (EI [N m²]), or scale:before, a "
             "factor on the velocities before the impact.",

@@ -137,8 +137,8 @@ def _warnings(study: JointLimits) -> list[str]:
         )
     if study.profile.scene.friction is not None and not study.target.selection.quantity.of_ground(study.profile.scene):
         warnings.append(
-            "warning: the friction changes only the column feasible, as contacts slide and open with it; the number bounded "
-            "is that of contacts that stick"
+            "warning: the friction changes only the column feasible, as contacts slide and open with it; the bounded "
+            "number is for contacts that stick"
         )
     if study.target.selection.quantity.per_landing(study.profile.scene):
         warnings.append(

@@ -27,9 +27,9 @@ MEASURED_NOTES = (
     "units by their kinetic energy; those that were not measured have the smallest one that is possible",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
     "below 0 is worse than these",
-    "n: landings that were measured and predicted, of which the others of the row are; low, high: 95 % interval, by drawing "
-    f"landings with replacement; of fewer than {FEWEST} landings there is neither an interval nor r",
-    "gravity and the drives act between the two measurements, and are no part of the prediction",
+    "n: number of landings that were both measured and predicted; low, high: 95 % interval, by drawing landings with "
+    f"replacement; with fewer than {FEWEST} landings there is neither an interval nor r",
+    "gravity and the drives act between the two measurements, but are not in the prediction",
 )
 
 

@@ -94,7 +94,7 @@ class Validation(NamedTuple):
         "A row is a touchdown (CSV, Parquet, NPZ). Columns: joint positions JOINT or "
         "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
         "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), stance (feet that stand, A+B), "
-        "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity is not that of the robot's motion (empty where it is), friction, "
+        "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity does not follow from the robot's motion (else empty), friction, "
         "name, time. _deg at the end of a name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity "
         "ROS's. What the table lacks is taken from the scene. "
         "Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."

@@ -144,10 +144,10 @@ class Sensitivity:
     "shockpc sensitivity go2 --at imu --group '*_thigh' --group '*_calf'",
     "shockpc sensitivity anymal_b --quantity joint_impulse@LF_KFE --vary 'mass:*_SHANK=0.8x:1.2x' --vary LF_KFE=-80:-40",
     more=(
-        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
-        "foot. The number is that of the worst landing, or with --mean the mean of"
-        " all. Every mass, inertia and armature is changed by 1 %, every angle by 1 deg, every length by 1 mm; with --vary only"
-        " what is named, by 1 % of its range."
+        "Without --contact the robot lands on all level feet together, on each edge of their support, and on each "
+        "foot. The number is taken from the worst landing, or with --mean it is the mean over"
+        " all. Every mass, inertia and armature is changed by 1 %, every angle by 1 deg, every length by 1 mm. With --vary only"
+        " the named parameters are changed, by 1 % of their ranges."
     ),
     reads="landings",
     passed=("target", "trace"),
@@ -207,9 +207,7 @@ def sensitivity(
     scenes = with_default_landings(scenes, robot)
     chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
     if chosen and groups:
-        raise StudyError(
-            "groups are of all parameters, and vary names those that change, of which a glob is one; leave one of the two out"
-        )
+        raise StudyError("groups and vary cannot be combined, because a glob in vary is a group already; leave one of the two out")
     refuse_repeated(robot, chosen)
     if any(varied.kind in OFFSET for varied in chosen):
         scenes = {name: with_offsets(scene) for name, scene in scenes.items()}

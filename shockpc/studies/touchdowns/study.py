@@ -110,11 +110,11 @@ class Touchdowns:
     more=(
         "A log is a time series: CSV, Parquet or NPZ with a column time [s] (or time_ms, time_us, time_ns) and columns of joints "
         "and base as in shockpc recorded; or a bag of ROS 1, ROS 2 or MCAP (pip install rosbags) with JointState, and Odometry, "
-        "PoseStamped, TwistStamped or Imu. All feet are looked at, or those of --contact. A foot lands where its height has a "
-        "kink, or where its column of flags or forces begins. Velocities are slopes of straight lines through positions. Where the "
-        "log lacks that of the base, it follows from the feet that stand and a gyro (wx_body wy_body wz_body, or wx@FRAME …). "
-        "Jumps follow from accelerometers, ax@FRAME ay@FRAME az@FRAME, and gyros. The table, touchdowns.csv, is what shockpc "
-        "recorded takes."
+        "PoseStamped, TwistStamped or Imu. All feet are looked at, or those of --contact. A touchdown is where a "
+        "falling foot stops, or where its column of flags or forces begins. Velocities are slopes of straight lines through "
+        "positions. If the log lacks the velocity of the base, it follows from the standing feet and a gyro (wx_body wy_body "
+        "wz_body, or wx@FRAME …). Jumps follow from accelerometers, ax@FRAME ay@FRAME az@FRAME, and gyros. shockpc recorded "
+        "takes the table touchdowns.csv."
     ),
     # Of the robot, where it touches and what the log lacks of its posture is all that is used of a landing.
     without=(
