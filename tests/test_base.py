@@ -118,6 +118,13 @@ def test_the_header_says_whether_an_arm_is_bolted_down_and_what_changes_it(text,
         assert f"\nbase         {HEADERS[text]}\n" in good(capfd, *command, *more)
 
 
+def test_robots_calls_the_ends_of_an_arm_tips(capfd, tmp_path):
+    text = next(text for text, header in HEADERS.items() if "has no feet" in header)
+    printed = good(capfd, "robots", written(tmp_path, text, "arm.urdf"))
+    assert "\ntips  " in printed
+    assert "\nfeet  " not in printed
+
+
 LEGS = body("shin", BODY + body("foot", BODY, HINGE.replace('"j"', '"ankle"')), HINGE)
 KEY = '<keyframe><key name="home" qpos="{}0.3 -0.2"/></keyframe>'
 

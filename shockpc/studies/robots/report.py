@@ -12,9 +12,9 @@ from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import PUBLIC, catalogue_drives
 from shockpc.robot.elements import Drive
-from shockpc.robot.feet_and_sensors import each_foot, sensors
+from shockpc.robot.feet_and_sensors import each_foot, recognised, sensors
 from shockpc.robot.robot import Robot
-from shockpc.robot.usual_base import usual_base
+from shockpc.robot.usual_base import is_arm, usual_base
 from shockpc.show.document import record
 from shockpc.show.header import base_text, moving_text
 from shockpc.show.report import Report
@@ -195,11 +195,12 @@ def _lines(robot: Robot) -> list[tuple[str, str]]:
     base = usual_base(robot).base
     velocities = robot.model.nv - 6 * (robot.free_base and base == "fixed")
     size = f"{moving_text(robot, base)}, {count(velocities, 'velocity')}"
+    ends = "feet" if recognised(robot) and not is_arm(robot) else "tips"
     lines = {
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
         "base": base_text(robot, base),
-        "feet": few(each_foot(robot), 12),
+        ends: few(each_foot(robot), 12),
         "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
         "postures": f"{postures}; {reference_name(robot, None)} by default",
         "mimic": followers,
