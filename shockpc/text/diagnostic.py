@@ -42,7 +42,8 @@ class Diagnostic(NamedTuple):
     @property
     def cause(self) -> tuple[str, str]:
         """Its kind, and its text without names and numbers: warnings of several places have one cause where these are equal."""
-        names = sorted(filter(None, self.subject.split("+")), key=len, reverse=True)
+        said = {name for name in self.subject.split("+") if name and name in self.text}
+        names = sorted(said, key=lambda name: (-len(name), name))
         parts = [r" \(\d+ alike: .*\)$", *(rf"(?<!\w){re.escape(name)}(?!\w)" for name in names), '"[^"]*"', r"[-+]?\d[\d.e+-]*"]
         return self.kind, re.sub("|".join(parts), "", self.text)
 
