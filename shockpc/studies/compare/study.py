@@ -152,8 +152,8 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     'shockpc compare go2 --contact FL_foot --change "mass:*_calf=0.9x"',
     "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
     more=(
-        "The options of the landing hold for every design. One --contact is for all; with as many as there are designs,"
-        " each has one. With --friction the numbers are those with friction."
+        "The options of the landing hold for every design. One --contact is for all designs; otherwise give one for each"
+        " design. With --friction the numbers are with friction."
     ),
     reads="designs",
 )
@@ -163,8 +163,8 @@ def compare(
     pairs: Annotated[
         Sequence[tuple[str, str]],
         Option(
-            "Partners of different names: a body, joint or point of the first design and of the others; with a * in both, which "
-            "stands for the same. Others are partners by name.",
+            "Partners with different names: a body, joint or point of the first design and of the others. A * in both stands "
+            "for the same text. All others are matched by name.",
             "Designs",
             "A=B",
             "pair",
@@ -174,9 +174,9 @@ def compare(
     changes: Annotated[
         Sequence[str],
         Option(
-            "Another design, by changes of the one that is given, such as 'mass:*_shank=0.9x; armature:*=0.01': "
+            "Another design, as changes of the given design, such as 'mass:*_shank=0.9x; armature:*=0.01': "
             "mass, point-mass (added), inertia (a factor), inertia-xx … -yz (added), com-x, -y, -z (moved by) of links, "
-            "armature of joints, place of joints, fixed ones too, in the frame of the link that carries them, "
+            "armature of joints, place of joints (also fixed joints) in the frame of the link that carries them, "
             "such as 'place:*_KFE=0,0,-0.3' or =1.1x for "
             "longer thighs.",
             "Designs",

@@ -134,10 +134,10 @@ class Falls:
     "shockpc fall talos --heading front --friction 0.5 --out fall/",
     "shockpc fall go2 --drop 0.75 --part 'imu=half-sine 1500 g 0.5 ms'",
     more=(
-        "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
-        " slides or leaves the ground, strike after strike. Each strike is a landing with the drives of the joints. With a pulse or"
-        " a contact stiffness all joints are judged by their torque or effort limits, and with a bandwidth every strike has what"
-        " its accelerometers read."
+        "The robot tips as one rigid body with held joints over an edge of its support, strike after strike, until it rests. The"
+        " edge sticks, slides or leaves the ground. Each strike is a landing with the drives of the joints. With a pulse or"
+        " a contact stiffness all joints are judged by their torque or effort limits; with a bandwidth every strike has the"
+        " readings of its accelerometers."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
     uses=("part", "pulse", "imu-bandwidth", "range-g"),

@@ -155,11 +155,10 @@ class Improvement:
     "shockpc improve anymal_b --contact LF_FOOT --at imu_link --vary LF_HFE=0:70 --vary LF_KFE=-110:-20 --over strike-angle=0:20:3",
     "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
-        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
-        "foot. The worst landing is improved. The numbers as given and at "
-        "the optimum are proven, unless friction or a contact stiffness applies; that no better point exists is not. The "
-        "landings have to be possible on flat ground; collisions between links are not checked. --out writes the "
-        "scenes of the optimum."
+        "Without --contact the robot lands on all level feet together, on each edge of their support, and on each "
+        "foot. The worst landing is improved. The numbers as given and at the optimum are proven, unless friction or "
+        "a contact stiffness applies; a better optimum may exist. The landings must be possible on flat ground, but "
+        "collisions between links are not checked. --out writes the scenes of the optimum."
     ),
     reads="landings",
     passed=("trace",),
@@ -169,8 +168,8 @@ def improve(
     quantities: Annotated[
         str | Sequence[str],
         Option(
-            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst. Twice for the "
-            "front between two.",
+            "A number: a quantity (see shockpc quantities) at a place, or at the worst of several places. Give two for their "
+            "Pareto front.",
             "Question",
             "KEY@PLACES",
             "quantity",
@@ -183,9 +182,10 @@ def improve(
     vary: Annotated[
         Vary,
         Option(
-            "What may change, and its range: joints [deg; m if prismatic], base-pitch, strike-angle, mass:LINK or place:JOINT with "
-            "factors such as 0.8x:1.2x, and what else a sweep varies. A glob with a range gives all of its joints one value; one "
-            "without a range gives each its limits. By default the joints between the trunk and what strikes, near their values.",
+            "A variable and its range: joints [deg; m if prismatic], base-pitch, strike-angle, mass:LINK or place:JOINT with "
+            "factors such as 0.8x:1.2x, and other names that sweep varies. All joints that match a glob with a range have the "
+            "same value; without a range each varies within its limits. By default the joints between the trunk and the "
+            "striking link vary near their values.",
             "Search",
             "NAME=LOW:HIGH",
         ),
@@ -193,7 +193,7 @@ def improve(
     over: Annotated[
         Vary,
         Option(
-            "Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.",
+            "Repeat each landing with these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.",
             "Search",
             "NAME=VALUES",
             holds="varied",

@@ -240,7 +240,7 @@ def limits(
     joint: Annotated[
         str,
         Option(
-            "The joint, by name; joints that a glob matches all have the same value. Or what else sweep varies, with --range.",
+            "The joint; all joints that match a glob have the same value. With --range also another name that sweep varies.",
             "Question",
             "JOINT",
         ),

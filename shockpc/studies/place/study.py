@@ -177,8 +177,8 @@ class PlaceStudy:
     more=(
         "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
         "foot. Places are compared by the maximum shock over all "
-        "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
-        "--pulse (or --imu-bandwidth) and --range-g, also how much of a sensor's range is left along each axis."
+        "landings. The optimum over the body is exact up to the stated gap; the shock at the places is proven. "
+        "--pulse (or --imu-bandwidth) with --range-g also gives the unused range of a sensor along each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
     without=(
@@ -204,8 +204,8 @@ def place(
     vary: Annotated[
         Vary,
         Option(
-            "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
-            "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
+            "Repeat each landing with these values, a:b:n or a,b,c, of strike-angle [deg], speed [m/s], base-pitch [deg], "
+            "joints by name or glob [deg; m if prismatic], and other names of a landing that sweep varies.",
             "Landings",
             "NAME=VALUES",
             holds="varied",
@@ -214,8 +214,8 @@ def place(
     weights: Annotated[
         Mapping[str, float] | None,
         Option(
-            "Compare places by the weighted mean over the landings, not by the maximum shock: the weight of landings by name or "
-            "glob; others weigh 1.",
+            "Weight of the landings with this name or glob; others weigh 1. Places are then compared by the weighted mean "
+            "over the landings instead of the maximum shock.",
             "Landings",
             "LANDING=WEIGHT",
             "weight",

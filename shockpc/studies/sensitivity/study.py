@@ -161,7 +161,7 @@ def sensitivity(
     groups: Annotated[
         Sequence[str],
         Option(
-            "Bodies and joints, such as the left and right legs, whose values change together by one factor, each away from zero.",
+            "Bodies and joints whose values change together by the same factor, such as those of left and right legs.",
             "Changes",
             "NAME",
             "group",
@@ -170,8 +170,8 @@ def sensitivity(
     vary: Annotated[
         Vary,
         Option(
-            "Change only these, over these ranges (a:b, factors ax:bx, m±s), each by a share of its range: joints [deg; m if "
-            "prismatic], mass:LINK, armature:JOINT, strike-angle, friction, or what else sweep varies.",
+            "Change only these, each by a share of its range (a:b, factors ax:bx, m±s): joints [deg; m if prismatic], "
+            "mass:LINK, armature:JOINT, strike-angle, friction, and other names that sweep varies.",
             "Changes",
             "NAME=RANGE",
         ),

@@ -31,9 +31,9 @@ def sweep(
     vary: Annotated[
         Vary,
         Option(
-            "What varies, and its values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log or m±s (normal). It is a "
-            "joint or a glob [deg; m if prismatic], strike-angle, speed, friction, mass:LINKS or another one of the table that "
-            "shockpc guide vary prints.",
+            "A name and its values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log or m±s (normal). Names are "
+            "joints or globs [deg; m if prismatic], strike-angle, speed, friction, mass:LINKS and others; shockpc guide vary "
+            "lists them.",
             "What varies",
             "NAME=VALUES",
             holds="varied",
@@ -70,8 +70,9 @@ def sweep(
     feasible: Annotated[
         bool,
         Option(
-            "Keep only landings that flat ground allows: no contact is pulled, no other link is met first and no energy is made; "
-            "with --friction contacts slide and open instead. Those on some of several level feet are kept.",
+            "Keep only landings that are possible on flat ground: the ground never pulls, no other link touches first, and no "
+            "energy is gained (with --friction contacts slide and open instead). Landings on only some of the level feet are "
+            "kept.",
             "What is computed",
         ),
     ] = False,
