@@ -113,8 +113,8 @@ class SceneOptions(NamedTuple):
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     rotor: tuple[Motor, ...] = _in_joints(
-        "Inertia of a rotor [kg m²], gear ratio (by default that of the file), and stiffness of a spring between gear "
-        "and joint [N m/rad]. The gear (planetary, belt, harmonic or spur) gives the sense in which the rotor turns. "
+        "Inertia of a rotor [kg m²], gear ratio, and stiffness of a spring between gear and joint [N m/rad]. The ratio is "
+        "the file's by default. The gear (planetary, belt, harmonic or spur) gives the sense in which the rotor turns. "
         "[LOW,HIGH] is an interval of the inertia or the ratio.",
         "JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR]",
         rotor,

@@ -275,7 +275,7 @@ class Scene(Record):
     )
     imu_bandwidth: str | None = option(
         None,
-        "Bandwidth of the accelerometers, such as 200Hz: a low-pass filter of first order, or with :2 of second order "
+        "Bandwidth of the accelerometers, such as 200Hz. The low-pass filter is of first order, or with :2 of second order "
         "(Butterworth). Peaks behind the filter are given too, and compared with the range.",
         RESULTS,
         "F[:1|:2]",

@@ -168,8 +168,7 @@ def improve(
     quantities: Annotated[
         str | Sequence[str],
         Option(
-            "A number: a quantity (see shockpc quantities) at a place, or at the worst of several places. Give two for their "
-            "Pareto front.",
+            "A quantity (see shockpc quantities) at a place, or at the worst of several. Two give a Pareto front.",
             "Question",
             "KEY@PLACES",
             "quantity",
@@ -184,8 +183,7 @@ def improve(
         Option(
             "A variable and its range: joints [deg; m if prismatic], base-pitch, strike-angle, mass:LINK or place:JOINT with "
             "factors such as 0.8x:1.2x, and other names that sweep varies. All joints that match a glob with a range have the "
-            "same value; without a range each varies within its limits. By default the joints between the trunk and the "
-            "striking link vary near their values.",
+            "same value; without a range each has its limits. Default: the joints between the trunk and the contact.",
             "Search",
             "NAME=LOW:HIGH",
         ),

@@ -71,8 +71,7 @@ def sweep(
         bool,
         Option(
             "Keep only landings that are possible on flat ground: the ground never pulls, no other link touches first, and no "
-            "energy is gained (with --friction contacts slide and open instead). Landings on only some of the level feet are "
-            "kept.",
+            "energy is gained (with --friction contacts slide and open instead). Landings on some of the level feet are kept.",
             "What is computed",
         ),
     ] = False,
