@@ -7,7 +7,8 @@ import pinocchio as pin
 import pytest
 from robot_texts import loaded, refusal
 
-from shockpc import Contact, Scene, shock_profile
+from shockpc import Contact, Joints, Scene, shock_profile
+from shockpc.landing.joint_model import joint_model
 
 MOMENTS = "<inertia><ixx>.1</ixx><iyy>.2</iyy><izz>.25</izz><ixy>.01</ixy></inertia>"
 URDF = """<robot name="leg">
@@ -215,3 +216,15 @@ REFUSED = {
 def test_what_is_not_read_is_refused(text: str, tmp_path: Path):
     """By its name."""
     assert REFUSED[text] in refusal(tmp_path, text, "leg.sdf")
+
+
+@pytest.mark.parametrize("effort", ["", "<effort>-1</effort>", "<effort>inf</effort>"])
+def test_a_joint_of_unlimited_effort_is_no_passive_one(effort: str, tmp_path: Path):
+    """Nothing is known of its drive, also beside a joint whose effort is limited."""
+    toe = '<link name="toe"><inertial><mass>1</mass></inertial></link><joint name="ankle" type="revolute"><parent>shank</parent>'
+    toe += (
+        f"<child>toe</child><axis><xyz>0 1 0</xyz><limit><lower>-1</lower><upper>1</upper>{effort}</limit></axis></joint></model>"
+    )
+    robot = loaded(tmp_path, sdf().replace("</model>", toe), "leg.sdf")
+    unknown = joint_model(robot, Joints()).unknown
+    assert [name for name in ("knee", "ankle") if unknown[robot.joint(name).v].all()] == ["knee", "ankle"]

@@ -37,8 +37,11 @@ def efforts(robot: Robot) -> Array:
 def passive(robot: Robot) -> np.ndarray:
     """Which joint velocities (nv,) are of joints without a motor: the file gives motors or effort limits, and none of this joint.
 
-    A file that gives none at all, such as many that CAD programs write, says nothing of any joint.
+    A file that gives none at all, such as many that CAD programs write, says nothing of any joint. So does SDFormat of a joint
+    without an effort limit, which means there that its effort is unlimited.
     """
+    if robot.source.kind == "sdf":
+        return np.zeros(robot.model.nv, dtype=bool)
     driven = np.isfinite(efforts(robot)) | robot.velocities((*robot.motors, *robot.gear_ratios))
     if not (driven & robot.actuated_dofs).any():
         return np.zeros(robot.model.nv, dtype=bool)
