@@ -33,7 +33,7 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     heading = (
         f"Worst landing of each robot, by the {printable(select(batch.rank).quantity.title, 60)}",
         "arrow: velocity of the contact before the impact; each robot is scaled to fit",
-        *["–: nobody knows the drives, so that the number may be any of the range"] * any(not row.drives_known for row in rows),
+        *["–: nobody knows the drives, so the number may lie anywhere in the range"] * any(not row.drives_known for row in rows),
         *["dash-dotted: box of an inertia, of a body without a shape"] * any(one.box for row in rows for one in row.picture.drawn),
     )
     page = Page(MARGIN + max(across * step - GAP, LEAST_WIDTH), lines * drop + FOOT, heading)

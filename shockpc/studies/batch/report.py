@@ -87,14 +87,14 @@ def _of_robots(batch: Batch) -> Sheet:
     what = "|Δv| / v_in" if batch.rank == "shock" else select(batch.rank.partition("@")[0]).quantity.title
     notes = [
         f"{batch.rank}: {what}, the worst of {count(len(batch.rows), 'landing')}; --landings prints all of them",
-        "smallest (found) and largest: over what is known of the drives",
+        "smallest (as found) and largest: over the possible drives",
         "mass: effective mass of all contacts; IMF: impact mitigation factor of the contact where it is least",
     ]
     if any(not row.drives_known for row in rows):
-        notes.append("–: nobody knows the drives, so the number may be any of the range; give --drives or --armature")
+        notes.append("–: nobody knows the drives, so the number may lie anywhere in the range; give --drives or --armature")
     marked = [f"{batch.short_names.get(row.robot, row.robot)} ({', '.join(row.marks)})" for row in rows if row.marks]
     if marked:
-        notes.append(f"not on bent legs, so landings of another kind than the others: {', '.join(marked)}")
+        notes.append(f"not on bent legs, so not comparable with the others: {', '.join(marked)}")
     notes += _notes(batch)
     return sheet._replace(notes=notes)
 
