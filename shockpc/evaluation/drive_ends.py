@@ -1,10 +1,11 @@
 """A study with all drives at the smallest inertias that what is known allows, and with all at the largest.
 
-These are two corners of what is known. A number of other drives between them may be beyond both, as
-the range of a number over the drives (`judgement.drive_range`) shows. An optimum or a limit has no
-such law, so the study is made again.
+These are two corners of what is known. Drives in between may give values outside these two, as the
+range of a number over the drives (`judgement.drive_range`) shows. An optimum or a limit has no such
+law, so the study is made again.
 """
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Literal, TypeVar
@@ -18,6 +19,7 @@ from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import check_scene
 from shockpc.robot.robot import Robot
+from shockpc.text.diagnostic import ShockWarning
 from shockpc.text.errors import ShockError, attempt
 
 End = Literal["smallest", "largest"]
@@ -63,7 +65,9 @@ def at_drive_ends(
             name: replace(scene, joints=_joints_at(robot, scene.joints, models[name], end))
             for name, (scene, robot) in cases.items()
         }
-        found[end] = attempt(compute, scenes)
+        # The study with the drives as modelled has given the warnings of these landings already.
+        with warnings.catch_warnings(action="ignore", category=ShockWarning):
+            found[end] = attempt(compute, scenes)
     return found
 
 
