@@ -19,7 +19,8 @@ def point_rows(model, q, frame, offset=None):
     pin.updateFramePlacements(model, data)
     index = model.getFrameId(frame)
     J = pin.getFrameJacobian(model, data, index, pin.LOCAL_WORLD_ALIGNED)
-    return J[:3] - pin.skew(data.oMf[index].rotation @ np.asarray(offset or (0.0, 0.0, 0.0))) @ J[3:]
+    offset = np.zeros(3) if offset is None else np.asarray(offset)
+    return J[:3] - pin.skew(data.oMf[index].rotation @ offset) @ J[3:]
 
 
 def solve(H, J, b):

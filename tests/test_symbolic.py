@@ -235,7 +235,7 @@ def test_without_casadi(monkeypatch):
     monkeypatch.setattr("shockpc.impact.graph.has_symbols", lambda: False)
     kept = SymbolicLanding(landing, ["v_in"]).value(landing.q[None])
     assert kept["condition"] == pytest.approx(before["condition"], rel=1e-12)
-    with pytest.raises(StudyError, match=r"shockpc\[symbols\]"):
+    with pytest.raises(StudyError, match="pip install casadi"):
         SymbolicLanding(landing, ["total_moment"])
     code = (
         "import sys; from shockpc import Contact, Scene, shock_profile; "

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.impact.drive_response import drive_response, extreme_changes, with_inertias
 from shockpc.impact.exact.arithmetic import SingularError
 from shockpc.impact.impact import DoubleImpact, jumps_of
@@ -366,7 +366,7 @@ def _sought(landing: PosedLanding, selection: Selection, place: Place) -> list[A
     ends = response.box.values(Y, B) if signed else response.box.lengths(Y, B)
     changes = np.zeros((2, len(landing.joint_model.armature)))
     changes[:, response.columns] = ends
-    return list(changes)
+    return [read_only(change) for change in changes]
 
 
 def _vectors(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Array, Array]:
