@@ -19,7 +19,7 @@ from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
 from shockpc.studies.sweep.summary import PERCENTILES, Extent, Summary
-from shockpc.text.printed import cause_lines
+from shockpc.text.printed import cause_lines, printable
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
@@ -150,10 +150,21 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     yield from proof_lines(summary.proven, summary.compared, summary.largest_error, columns)
 
 
+SOLES = {"flat": "flat", "edge": "an edge", "corner": "a corner"}
+"""Kinds of contact that are parts of a sole, which the strike, the posture and the drives may change."""
+
+
 def _unknowns(summary: Summary[VariedLandings]) -> list[Lines]:
     """What the landings take for granted, as the most severe of them does; nothing where none was computed."""
     worst = _most_severe_landing(summary)
-    return [] if worst is None else [Lines(unknown_lines([worst]))]
+    if worst is None:
+        return []
+    lines = unknown_lines([worst])
+    soles = [contact for contact in summary.evaluation.landings.first.scene.contact if contact.kind in SOLES]
+    if soles:
+        parts = "; ".join(f"{contact.frame}, {SOLES[contact.kind]}" for contact in soles)
+        lines.append(("soles", printable(f"{parts}: in all rows the part that carries the landing of the scene")))
+    return [Lines(lines)]
 
 
 def _most_severe_landing(summary: Summary[VariedLandings]) -> ShockProfile | None:
