@@ -169,13 +169,22 @@ def test_nulls_stand_where_things_do_not_exist():
 
 @pytest.mark.slow
 def test_scene_in_the_document_is_the_whole_scene(profile):
-    """Its `scene` alone computes the same bytes again; strike, base and posture are there even if nobody named them."""
+    """Its `scene` alone computes the same again; strike, base and posture are there even if nobody named them.
+
+    What was chosen is stated in this scene, and so no longer among what it takes for granted. The twist that a sole needs is known
+    where its corners are, which a contact of a given kind does not look for.
+    """
     read = json.loads(json_text(document(profile)))
     assert {"robot", "base", "plane", "posture", "strike", "contact"} <= set(read["scene"])
     assert "reference" in read["scene"]["posture"]
     jsonschema.validate(read["scene"], scene_schema())
     again = TypeAdapter(Scene).validate_python(read["scene"])
-    assert json_text(document(shock_profile(again))) == json_text(document(profile))
+    computed = json.loads(json_text(document(shock_profile(again))))
+    for one in (read, computed):
+        one["unknowns"] = [unknown for unknown in one["unknowns"] if unknown["status"] != "chosen"]
+        for contact in (*one["tables"]["contacts"], one["units"]["contacts"]):
+            contact.pop("twist_needed", None)
+    assert json_text(computed) == json_text(read)
 
 
 def test_same_bytes_every_time():

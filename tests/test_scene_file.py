@@ -58,8 +58,7 @@ joint_velocities = { "?f_hip" = 0.2 }
 model = "geared"
 armature = { "*" = 0.01 }
 drives = "none"
-rotor.lf_hip = { inertia = 1e-4, gear_ratio = 9, stiffness = 500 }
-rotor.rh_hip = { inertia = 1e-4, gear = "harmonic", gear_ratio = 9 }
+rotor.lf_hip = { inertia = 1e-4, gear = "harmonic", gear_ratio = 9, stiffness = 500 }
 stiffness = { rf_hip = 300 }
 locked = ["lh_hip"]
 [[closure]]
