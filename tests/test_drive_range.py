@@ -133,6 +133,16 @@ def test_contacts_that_need_a_joint_leave_it_free():
     assert np.abs(x + C @ box.impulses(box.lengths(x[1:2], C[1:2])[1]))[1] == pytest.approx(1.0, rel=1e-9)
 
 
+def test_a_joint_whose_hold_makes_a_number_zero_is_held_in_spite_of_rounding():
+    """The number is zero where the only joint is held: there the inverse of its inertia is zero up to rounding."""
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        C, x, B = rng.uniform(0.5, 2.0, (1, 1)), rng.normal(size=1), rng.normal(size=(3, 1))
+        box = DriveBox(C, x, np.zeros(1), np.array([np.inf]), np.diagonal(C))
+        (change,) = box.lengths(B @ x / C[0], B)[0]
+        assert change > 1e12
+
+
 @pytest.fixture(scope="module")
 def a1():
     part = Part(name="board", at="imu_link", critical_velocity_change=0.2)

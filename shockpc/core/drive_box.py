@@ -235,7 +235,9 @@ class _Inertias:
             self.M = self.M + s * np.outer(self.M[:, i], self.M[i])
             self.d[i] = 1.0 / inverse if inverse > 0.0 else np.inf
         else:
-            self.set(i, 1.0 / (1.0 / s - self.M[i, i]))
+            inverse, largest = 1.0 / s - self.M[i, i], self.span[i]
+            # Just below the largest step, rounding may take it past the end of the interval.
+            self.set(i, 1.0 / inverse if inverse > self.inverse_span[i] else largest)
 
     def fill(self, joints: Iterable[int]) -> None:
         """Take joints to their largest inertias, but those that the contacts need to move."""
