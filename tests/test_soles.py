@@ -209,6 +209,17 @@ def test_the_centre_of_pressure_of_an_edge_is_on_it_and_its_twist_needs_friction
     assert contact.twist_needed == pytest.approx(abs(contact.moment[2]) / (contact.impulse[2] * arm), rel=1e-9)
 
 
+def test_a_point_of_a_sole_needs_no_friction_against_twist():
+    """A point has no moment, whether or not its foot has a sole."""
+    scene = Scene(robot="panda", base="fixed", contact=(Contact(frame="panda_leftfinger", at="frame"),))
+    profile = shock_profile(scene)
+    (contact,), (block,) = profile.contacts, profile.landing.contacts
+    assert len(block.sole)
+    assert not len(block.moments)
+    assert contact.twist_needed is None
+    np.testing.assert_allclose(contact.centre_of_pressure, contact.point, atol=1e-12)
+
+
 def test_permuted_and_doubled_corners_leave_the_ground_at_the_same_speeds():
     """The pushes are not unique with four corners; the speeds and the impulse along the rows are."""
     rng = np.random.default_rng(7)

@@ -131,7 +131,7 @@ def _twist_needed(impact: Impact, places: Places) -> Any:
     centres = _centre_of_pressure(impact, places) - impact.exact(impact.state.origin)[:, None, None]
     needed = []
     for k, (block, _) in enumerate(_rows(impact, places)):
-        if not len(block.sole):
+        if not len(block.sole) or not len(block.moments):
             needed.append(np.full(pressed.shape[:-1], np.nan))
             continue
         corners = [world_point(impact.state, block.body, corner) for corner in block.sole]
