@@ -37,7 +37,7 @@ LANDINGS = {
 NEED_VALUES = {
     "energy_made", "depth", "feasible", "needs_tilt", "off_plane", "shock_min", "shock_max", "delta_v_max", "energy_share",
     "joint_torque_share", "most_severe", "most_severe_direction", "least_severe", "least_severe_direction", "friction_needed",
-    "pull", "centre_of_pressure", "twist_needed",
+    "pull", "centre_of_pressure", "twist_needed", "translates",
 }  # fmt: skip
 """Quantities that compare or search; those of all landings here."""
 

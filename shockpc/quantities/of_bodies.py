@@ -8,6 +8,7 @@ from shockpc.core.extremes import Pieces, maximum_shock, shock_extremes
 from shockpc.core.memo import memoized
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
+from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
 from shockpc.quantities.of_points import AT_CENTRE, DELTA_V, MOST_SEVERE, point_velocity, shock, world_position
@@ -55,6 +56,17 @@ def _percussion(impact: Impact, places: Places) -> Percussion:
     result = percussion(*_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still)
     copc = np.where(translates[..., None], np.nan, result.copc)
     return Percussion(copc, np.where(translates, np.inf, result.ropc), np.where(still, np.nan, result.pitch))
+
+
+def _translates(impact: Impact, places: Places) -> Array:
+    """1 (N, S, n) of bodies that do not rotate in the plane, else 0.
+
+    Raises:
+        NoValueError: symbols have no values to be compared.
+    """
+    if not impact.has_values:
+        raise NoValueError
+    return np.asarray(translations(impact, places)[0].astype(float))
 
 
 def _copc_world(impact: Impact, places: Places) -> Any:
@@ -127,8 +139,7 @@ BODIES = (
         STILL, vector=True),
     Quantity("ropc", "body", "radius of percussion", "m", "less", lambda i, p: _percussion(i, p).ropc,
         reciprocal="1 / RoPc, the shock per metre", also=("friction",)),
-    Quantity("translates", "body", "no rotation in the plane", "1", "neither", lambda i, p: translations(i, p)[0].astype(float),
-        flag=True),
+    Quantity("translates", "body", "no rotation in the plane", "1", "neither", _translates, flag=True),
     Quantity("pitch", "body", "pitch of the screw", "m/rad", "neither", lambda i, p: _percussion(i, p).pitch, _pitch_size,
         "the body does not rotate", signed=True),
     Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
