@@ -166,8 +166,10 @@ def bent(robot: Robot, scale: float = 1.0) -> Posture:
 def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any) -> Built:
     """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name.
 
-    Rotors add to the diagonal of the inertia alone, as in the other methods that are measured.
+    The base is free unless the scene says otherwise; by default a chain would be fixed, as an arm is. Rotors add to the diagonal
+    of the inertia alone, as in the other methods that are measured.
     """
+    parts.setdefault("base", "free")
     parts["joints"] = replace(parts.get("joints", Joints()), carried=False)
     contact = tuple(Contact(frame=one, at="frame", kind="point") if isinstance(one, str) else one for one in contacts)
     return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
