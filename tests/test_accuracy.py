@@ -133,7 +133,7 @@ def test_the_impact_of_500_links_is_proven():
     block, before = contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z), Motion(velocity, np.zeros(3), rest)
     plane = plane_of(Scene(robot="chain"))
     joints = without_springs(rest, rest > 0.0, "free")
-    landing = PosedLanding(Scene(robot="chain"), robot, plane, Z, (block,), (), (), joints, before, None, q, state=None)
+    landing = PosedLanding(Scene(robot="chain"), robot, plane, Z, (block,), (), (), (), joints, before, None, q, state=None)
     vars(landing)["blocks"] = (block,)
     proof = Proof(landing, RowChoice.every(3))
     rotation = proof.read(lambda impact: impact.state.rotation[0].astype(float))

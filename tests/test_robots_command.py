@@ -109,8 +109,9 @@ def test_list_of_all(capfd):
     assert found["leg"][:3] == ("2", "10.50", "heel")
     assert found["leg"][3].startswith("standing, ")
     assert found["hyq"] == ("13", "86.77", "lf_foot, lh_foot, rf_foot, rh_foot", "standing, straight_standing")
-    assert found["laikago"][3] == "neutral"
-    assert len(found["romeo_laas_small"][2]) == 38
+    assert found["laikago"][3] == "neutral_bent"
+    assert found["romeo_laas_small"][2] == "l_sole, r_sole"
+    assert len(found["alex_psyonic_hands"][2]) == 38
     lost = [name for name, row in found.items() if row[1] == "–"]
     assert lost == ["hector_macro", "hector_xacro", "ur3_empty"]
     assert f"(cannot be loaded, which shockpc robots NAME says why: {', '.join(lost)})" in out
