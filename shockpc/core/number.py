@@ -4,11 +4,10 @@ import math
 import re
 from collections.abc import Mapping
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from shockpc.core.spatial import Array
+if TYPE_CHECKING:
+    from shockpc.core.spatial import Array
 
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 """Pattern of a number: decimal digits with at most one point and an exponent. Blanks, other signs and other digits are in none."""
@@ -45,13 +44,15 @@ def whole_from(text: str) -> int:
     return int(text)
 
 
-def numbers_from(values: Any) -> Array:
+def numbers_from(values: Any) -> "Array":
     """Real numbers as an array of doubles.
 
     Raises:
         TypeError: one is a text, a date, a complex number or anything else.
         ValueError: their shape is not that of an array.
     """
+    import numpy as np  # the help of a command needs no arrays
+
     array = np.asarray(values)
     real = array.dtype.kind in NUMERIC
     if array.dtype.kind == "O":
