@@ -60,30 +60,28 @@ def _robots(batch: Batch) -> Sheet:
         rank = known.index(row) + 1 if row.drives_known else None
         robot = short.get(row.robot, row.robot)
         robot += f" ({Path(row.source).name})" * row.source.endswith(".toml")
-        where = (robot, row.at if quantity.of == "point" else None)
+        where: Row = (robot, None, None)
+        if quantity.of == "point":
+            where = (robot, row.at, "IMU" if row.at in row.sensors else "trunk")
+        in_short = row.status if row.drives_known or "," not in row.status else "partly unknown"
         (landing,) = landing_names([row.contact.split("+")], row.feet)
         rest = (row.effective_mass, row.values["mitigation"], *(row.values[name] for name in asked))
-        rows.append((rank, *where, landing, value, *ends, *rest, row.status, "; ".join(row.marks) or None, len(row.warnings)))
+        marks = "; ".join(row.marks) or None
+        rows.append((rank, *where, landing, value, *ends, *rest, row.status, in_short, marks, len(row.warnings)))
     header: tuple[str | Column, ...] = (
-        "rank", "robot", "at", "landing", Column(batch.rank, batch.rank, unit), Column("smallest_found", "smallest", unit),
-        Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"), Column("mitigation", "IMF", "-"),
-        *(Column(name, name, _unit(name)) for name in asked), "drives", "posture", "warnings",
+        "rank", "robot", "at", "kind of place", "landing", Column(batch.rank, batch.rank, unit),
+        Column("smallest_found", "smallest", unit), Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"),
+        Column("mitigation", "IMF", "-"),
+        *(Column(name, name, _unit(name)) for name in asked), "drives", "drives in short", "posture", "warnings",
     )  # fmt: skip
     return Sheet(f"{count(len(rows), 'robot')}, each in its worst landing", header, rows)
 
 
 def _of_robots(batch: Batch) -> Sheet:
     """The same for people, in short words, with what the columns mean."""
-    rows, sheet = batch.robots, _robots(batch).without("posture", "warnings")
-    shown = []
-    for row, cells in zip(rows, sheet.rows, strict=True):
-        by_key = dict(zip([column.key for column in sheet.columns], cells, strict=True))
-        if by_key["at"] is not None:
-            by_key["at"] = "IMU" if row.at in row.sensors else "trunk"
-        if not row.drives_known and "," in row.status:
-            by_key["drives"] = "partly unknown"
-        shown.append(tuple(by_key.values()))
-    sheet = sheet._replace(header=["#", *sheet.header[1:]], rows=shown).known()
+    rows, sheet = batch.robots, _robots(batch).without("at", "drives", "posture", "warnings")
+    titles = {"rank": "#", "kind_of_place": "at", "drives_in_short": "drives"}
+    sheet = sheet._replace(header=[one._replace(title=titles.get(one.key, one.title)) for one in sheet.columns]).known()
     what = "|Δv| / v_in" if batch.rank == "shock" else select(batch.rank.partition("@")[0]).quantity.title
     notes = [
         f"{batch.rank}: {what}, the worst of {count(len(batch.rows), 'landing')}; --landings prints all of them",
