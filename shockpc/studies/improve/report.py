@@ -53,6 +53,7 @@ def improve_report(study: Improvement) -> Report:
         closing=compared.closing,
         warnings=shared_warnings(study.after),
         sheets={**sheets, "quantities": lambda: _quantities(study), "compare": compared.sheets["compare"]}
+        | ({"compare_drives": compared.sheets["drives"]} if "drives" in compared.sheets else {})
         | ({"drives": lambda: _drives(study)} if study.ends else {}),
         tables=True,
         document=lambda: _document(study),
