@@ -86,8 +86,8 @@ def _drives(study: Sensitivity) -> Sheet:
 
 
 def _shares(study: Sensitivity | ShockError) -> dict[str, float]:
-    """The change by each step as a share of the number, by parameter."""
-    if isinstance(study, ShockError):
+    """The change by each step as a share of the number, by parameter; none of a number that is zero."""
+    if isinstance(study, ShockError) or not study.value:
         return {}
     return {one.parameter: one.up / study.value for one in study.ranked}
 
@@ -119,12 +119,17 @@ def _document(study: Sensitivity) -> dict[str, Any]:
 
 
 def _effects(study: Sensitivity) -> Sheet:
-    """A row for each effect, the largest first, then those without a derivative, with the reason."""
+    """A row for each effect, the largest first, then those without a derivative, with the reason; also by the drives."""
     sheet = sheet_of(replace(study.table, messages={}))
     effects = (*study.ranked, *(effect for effect in study.effects if effect.reason))
-    rows = [(*row, step_words(effect), effect.reason or None) for row, effect in zip(sheet.rows, effects, strict=True)]
-    order = [0, 1, 2, 3, -2, *range(4, len(sheet.header)), -1]
-    header = (*sheet.header, "change", "reason")
+    drives = _drives(study)
+    ends, nothing = {one[0]: one[2:] for one in drives.rows}, [None] * len(study.ends)
+    rows = [
+        (*row, *ends.get(effect.parameter, nothing), step_words(effect), effect.reason or None)
+        for row, effect in zip(sheet.rows, effects, strict=True)
+    ]
+    order = [0, 1, 2, 3, -2, *range(4, len(sheet.header) + len(study.ends)), -1]
+    header = (*sheet.header, *drives.header[2:], "change", "reason")
     return sheet._replace(header=[header[k] for k in order], rows=[[row[k] for k in order] for row in rows])
 
 
@@ -145,12 +150,10 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
     hidden = [
         column.key for column in whole.columns if column.key.startswith("error_") or (single and column.key[:9] == "opposite_")
     ]
+    moves = _moves(study)
+    hidden += [] if moves else study.ends
     known = whole.where(lambda row: row["reason"] is None).without("step", "reason", *hidden)
-    if _moves(study):
-        drives = _drives(study)
-        by_drives = {row[0]: row[2:] for row in drives.rows}
-        rows = [(*row, *by_drives[row[0]]) for row in known.rows]
-        known = known._replace(header=[*known.header, *drives.header[2:]], rows=rows, notes=drives.notes)
+    known = known._replace(notes=_drives(study).notes if moves else ())
     sheet = known.largest(most, "parameter", range(len(known.rows), 0, -1))
     without: dict[str, list[str]] = {}
     for effect in study.effects:
