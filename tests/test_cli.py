@@ -560,7 +560,7 @@ def test_what_changes_nothing_in_a_landing_is_said(capfd, here, words, text):
 def test_a_pulse_without_a_sensor_gives_a_warning(capfd):
     """A robot without sensors, and no point given: no peak is computed, and the table says so."""
     words = ("analyze", "solo12", "--contact", "FL_FOOT", "--pulse", "half-sine:2ms")
-    assert "warning: a pulse is given, but the robot has no sensor" in good(capfd, *words)
+    assert "warning: a pulse is given, but there is no sensor" in good(capfd, *words)
     assert "a pulse is given" not in good(capfd, *words, "--at", "base_link")
 
 
