@@ -132,7 +132,7 @@ def sole_corners(
 def _is_round(shape: Shape) -> bool:
     """Whether a shape is a ball, the usual foot."""
     semi_axes = np.linalg.norm(shape.rounding, axis=0)
-    return len(shape.points) == 1 and semi_axes.min() > (1.0 - LEVEL) * semi_axes.max()
+    return len(shape.points) == 1 and bool(semi_axes.min() > (1.0 - LEVEL) * semi_axes.max())
 
 
 def _corners_of_primitive(shape: Shape, up: Array, height: float) -> Array:
