@@ -57,7 +57,7 @@ def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> lis
         feet: names of the feet of the robot.
     """
     names = list(dict.fromkeys([*feet, *(name for contacts in landings for name in contacts)]))
-    short = dict(zip(names, _without_common(names), strict=True))
+    short = dict(zip(names, without_common(names), strict=True))
     whole = "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
     on_all = [len(feet) > 1 and set(contacts) == set(feet) for contacts in landings]
     return [
@@ -65,7 +65,7 @@ def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> lis
     ]
 
 
-def _without_common(names: list[str]) -> list[str]:
+def without_common(names: list[str]) -> list[str]:
     """Names without what all of them begin or end with, up to a separator; as they are where nothing would be left of one."""
     if len(names) < 2:
         return names

@@ -14,16 +14,13 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.show.header import landing_text
 from shockpc.show.tables import rounded
-from shockpc.show.wording import contact_name
+from shockpc.show.wording import contact_name, without_common
 
 STATUS = {"unknown": "drives unknown", "simulation model": "drives of a simulation"}
 """How well drives are known, in words."""
 
 ASKED = 3
 """Points that were asked for in the first line."""
-
-SEPARATORS = "_-. /:"
-"""Characters at which names of contacts are shortened."""
 
 
 def drives_text(profile: ShockProfile) -> str:
@@ -99,29 +96,13 @@ def short_names(landings: Sequence[ShockProfile]) -> list[str]:
     robot = landings[0].robot
     frames = [[contact.frame for contact in profile.scene.contact] for profile in landings]
     names = dict.fromkeys([*each_foot(robot), *(name for each in frames for name in each)])
-    short = dict(zip(names, _without_common(list(names)), strict=True))
+    short = dict(zip(names, without_common(list(names)), strict=True))
     texts = []
     for profile, each in zip(landings, frames, strict=True):
         whole = landing_text(profile)
         on_all = whole.startswith(("all ", "both "))
         texts.append(whole.removesuffix(" together") if on_all else " + ".join(short[name] for name in each))
     return texts if len(set(texts)) == len(texts) else [contact_name(profile) for profile in landings]
-
-
-def _without_common(names: list[str]) -> list[str]:
-    """Names without what all of them begin or end with, up to a separator; as they are where nothing would be left of one."""
-    if len(names) < 2:
-        return names
-    for turned in (True, False):
-        read = [name[::-1] if turned else name for name in names]
-        same = 0
-        while all(len(name) > same and name[same] == read[0][same] for name in read):
-            same += 1
-        while same and read[0][same - 1] not in SEPARATORS:
-            same -= 1
-        read = [name[same:] for name in read]
-        names = [name[::-1] if turned else name for name in read] if all(read) else names
-    return names
 
 
 def margin_line(landings: Mapping[str, ShockProfile]) -> str:
