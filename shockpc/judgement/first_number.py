@@ -19,9 +19,14 @@ def shock_of(profile: ShockProfile) -> Selection:
 @memoized()
 def first_place(profile: ShockProfile) -> Place:
     """The IMU of a robot, else its worst sensor or point, else the centre of mass of its heaviest body."""
-    heaviest, *points = profile.bracketed
-    imus = [place for place in points if is_imu(place.name) or place.name in profile.robot.imus]
-    return imus[0] if imus else worst_place(profile) or heaviest
+    imus = imu_places(profile)
+    return imus[0] if imus else worst_place(profile) or profile.bracketed[0]
+
+
+def imu_places(profile: ShockProfile) -> list[Place]:
+    """The IMUs of a robot: sensors and points whose name or kind says so."""
+    points = profile.bracketed[1:]
+    return [place for place in points if is_imu(place.name) or place.name in profile.robot.imus]
 
 
 @memoized()

@@ -38,6 +38,11 @@ class Place(NamedTuple):
     number: int = 0
     joint: int = -1
 
+    @property
+    def title(self) -> str:
+        """Its name as people read it."""
+        return f"CoM of {self.name}" if self.centre else self.name
+
 
 @memoized()
 def body_places(robot: Robot) -> tuple[Place, ...]:

@@ -47,16 +47,11 @@ def ends_text(found: Range | None) -> str:
     return f"{rounded(found.smallest)} … {rounded(found.largest)}" + ", sampled" * (found.kind == "samples")
 
 
-def place_name(place: Place) -> str:
-    """A place as people read it."""
-    return f"CoM of {place.name}" if place.centre else place.name
-
-
 def shock_text(profile: ShockProfile, place: Place) -> str:
     """The shock at a place with its range; with friction where a contact slides by it."""
     wanted, mu = shock_of(profile), sliding_friction(profile)
     (value,) = profile.numbers(wanted, [place]).tolist()
-    text = f"{place_name(place)} {rounded(value)}"
+    text = f"{place.title} {rounded(value)}"
     found = range_text(profile, range_of(profile, wanted, place))
     if mu is None:
         return text + found
@@ -161,6 +156,6 @@ def friction_text(contact: ContactImpulse, block: ConstraintBlock) -> str:
 def mass_notes(profiles: Sequence[ShockProfile]) -> Iterator[str]:
     """What the masses and ranges of a table of landings are."""
     if any(first_range(profile) is not None for profile in profiles):
-        place = place_name(first_place(profiles[0]))
+        place = first_place(profiles[0]).title
         yield f"smallest, largest: shock at {place} over the possible drives, as far as found"
     yield "mass: effective mass of all contacts; normal: effective mass along the normal, without friction"

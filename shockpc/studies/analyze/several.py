@@ -18,7 +18,6 @@ from shockpc.studies.analyze.first_lines import (
     drives_text,
     ends_text,
     mass_notes,
-    place_name,
     short_names,
     sliding_friction,
     worst_margins,
@@ -80,11 +79,11 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
         return f"{rounded(shocks[k])}" + (f" ({'; '.join(words)})" if where or ends else "")
 
     if len(profiles[0].scene.contact) == 1 or not single:
-        texts = [f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {place_name(place)} {text(worst)}"]
+        texts = [f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {place.title} {text(worst)}"]
     else:
         foot = single[_worst(shocks[single])]
         texts = [
-            f"{landing_text(profiles[0])}: {place_name(place)} {text(0)}",
+            f"{landing_text(profiles[0])}: {place.title} {text(0)}",
             f"worst single foot {text(foot, contact_name(profiles[foot]))}",
         ]
         if worst not in (0, foot):
@@ -92,7 +91,7 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     names = short_names(profiles)
     for other in others:
         values = np.array([_shock(profile, other) for profile in profiles])
-        texts.append(f"{place_name(other)} up to {rounded(values[_worst(values)])} ({names[_worst(values)]})")
+        texts.append(f"{other.title} up to {rounded(values[_worst(values)])} ({names[_worst(values)]})")
     return "; ".join(texts)
 
 
@@ -108,7 +107,7 @@ def level_text(given: ShockProfile, joint: ShockProfile) -> str:
 def _first_text(given: ShockProfile, other: ShockProfile) -> str:
     """The shock of another landing at the first place of one that is given."""
     place = first_place(given)
-    return f"{place_name(place)} {rounded(_shock(other, place))}"
+    return f"{place.title} {rounded(_shock(other, place))}"
 
 
 def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
@@ -129,13 +128,13 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     columns["short name"] = short_names(profiles)
     columns["worst at"] = [_marks(places, shocks, k) for k in range(len(profiles))]
     for place, values in zip(places, shocks.T.tolist(), strict=True):
-        columns[f"{place_name(place)} [-]"] = values
+        columns[f"{place.title} [-]"] = values
     ranges = [first_range(profile) for profile in profiles]
     if any(found is not None for found in ranges):
         columns[Column("smallest_found", "smallest", "-")] = [None if one is None else one.smallest for one in ranges]
         columns[Column("largest_found", "largest", "-")] = [None if one is None else one.largest for one in ranges]
     if (peaks := _peaks(profiles)) is not None:
-        columns[f"peak at {place_name(places[0])} [g]"] = peaks
+        columns[f"peak at {places[0].title} [g]"] = peaks
     if (margins := worst_margins(profiles)) is not None:
         columns["worst margin [-]"], columns["part"] = zip(*margins, strict=True)
     columns[Column("largest_joint_impulse", "impulse", "N s")], columns[Column("through", "through joint")] = zip(
@@ -154,14 +153,14 @@ def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
     """The same with short names of landings; of the places the first and those that were asked for."""
     profiles = list(landings.values())
     shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
-    left = [Column.of(f"{place_name(place)} [-]").key for place in _places(profiles) if place.name not in shown]
+    left = [Column.of(f"{place.title} [-]").key for place in _places(profiles) if place.name not in shown]
     sheet = landings_sheet(landings).without("landing", *left)
     return sheet._replace(header=[Column("short_name", "landing"), *sheet.header[1:]])
 
 
 def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:
     """The places at which a landing has the largest shock of all."""
-    return few([place_name(place) for place, values in zip(places, shocks.T, strict=True) if _worst(values) == k], PLACES)
+    return few([place.title for place, values in zip(places, shocks.T, strict=True) if _worst(values) == k], PLACES)
 
 
 def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:

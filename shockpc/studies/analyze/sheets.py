@@ -252,7 +252,7 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
     The range over the drives is of the places of the first lines and of the heaviest body.
     """
     places = profile.bracketed
-    names = [f"CoM of {place.name}" if place.centre else place.name for place in places]
+    names = [place.title for place in places]
     shown = {place.name for place in (places[0], *shown_places(profile))}
     ranges = [range_of(profile, shock_of(profile), place) if place.name in shown else None for place in places]
     ends: dict[Any, Any] = {}

@@ -16,6 +16,7 @@ from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.executor import in_order
 from shockpc.evaluation.table import Table
 from shockpc.judgement.drive_range import Range, range_of
+from shockpc.judgement.first_number import imu_places
 from shockpc.judgement.standing import posture_marks
 from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.landing.contact import contact_name
@@ -26,7 +27,7 @@ from shockpc.landing.scene import Scene
 from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.feet_and_sensors import each_foot, is_imu
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -269,7 +270,7 @@ def _row(
         drives=profile.landing.joint_model.drives,
         status=", ".join(dict.fromkeys(status)) or "as given",
         drives_known=not any(one in NOT_KNOWN for one in status),
-        at=_named(_sensed(profile)),
+        at=_sensed(profile).title,
         values={name: _value(profile, *_worst_place(profile, text)) for name, text in texts.items()},
         range=None if place is None else range_of(profile, selection, place),
         effective_mass=profile.effective_mass,
@@ -285,15 +286,10 @@ def _row(
 
 def _sensed(profile: ShockProfile) -> Place:
     """The IMU of a robot, of several that with the largest shock; without one the centre of mass of the trunk."""
-    trunk, *points = profile.bracketed
-    imus = [place for place in points if is_imu(place.name) or place.name in profile.robot.imus]
+    imus = imu_places(profile)
     if not imus:
-        return trunk
+        return profile.bracketed[0]
     return imus[int(np.argmax(profile.values(select("point.shock").quantity, imus)))]
-
-
-def _named(place: Place) -> str:
-    return f"CoM of {place.name}" if place.centre else place.name
 
 
 def _worst_place(profile: ShockProfile, text: str) -> tuple[Selection, Place | None]:
