@@ -1316,3 +1316,13 @@ def test_an_inertia_that_is_singular_in_double_precision_has_no_energy(capfd, he
     agreement = {row["statistic"]: row["value"] for row in json.loads(outcome.out)["tables"]["measured"]}
     assert agreement["error (energy)"] is None
     assert agreement["error"] > 0.0
+
+
+def test_what_nobody_knows_of_the_robot_stands_first(capfd, tmp_path):
+    """A1's drives decide about the predictions; in the document too. With joints that are stated to be free nothing is unknown."""
+    (tmp_path / "log.csv").write_text("FL_calf_joint\n-1.8\n-1.7\n")
+    words = ("recorded", tmp_path / "log.csv", "a1", "--contact", "FL_foot")
+    assert good(capfd, *words).startswith("unknown      the drives of all 12 joints are not known")
+    kinds = [(one["kind"], one["status"]) for one in json.loads(good(capfd, *words, "--format", "json"))["unknowns"]]
+    assert kinds[0] == ("drives", "unknown")
+    assert not good(capfd, *words, "--joints", "free").startswith("unknown")

@@ -6,13 +6,15 @@ import numpy as np
 
 from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.table import Table
+from shockpc.profile import profile_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.recordings.landings import CLOSED_BY, RATES_BY, RecordedLandings
-from shockpc.show.header import JOINT_MODELS
+from shockpc.show.header import JOINT_MODELS, unknown_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
 from shockpc.studies.recorded.study import FEWEST, STATISTICS, Validation
+from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 
 ROWS = 10
@@ -52,9 +54,13 @@ def recorded_report(
         worst: the worst landings by name, which report.html shows.
     """
     order = list(range(len(results))) if rank is None else results.ranked(rank).tolist()
+    try:
+        computed = [profile_of(landings.first)]
+    except ShockError:
+        computed = []  # the row of this landing says why
 
     def body(full: bool) -> Iterator[Section]:
-        yield Lines(list(_header(table, landings)))
+        yield Lines([*unknown_lines(computed), *_header(table, landings)])
         if validation is not None:
             yield Picture(
                 "measured",
@@ -84,6 +90,7 @@ def recorded_report(
             "scene": landings.first.scene,
             "given": landings.table.given,
             "of_scene": landings.table.missing,
+            "unknowns": [unknown for profile in computed for unknown in profile.unknowns],
         },
         tables=True,
         landings=worst or {},
