@@ -9,6 +9,7 @@ import numpy as np
 from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
+from shockpc.judgement.unknowns import CARRIES
 from shockpc.landing.scene import ORIGIN
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.bending import Bending, bends
@@ -150,20 +151,16 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     yield from proof_lines(summary.proven, summary.compared, summary.largest_error, columns)
 
 
-SOLES = {"flat": "flat", "edge": "an edge", "corner": "a corner"}
-"""Kinds of contact that are parts of a sole, which the strike, the posture and the drives may change."""
-
-
 def _unknowns(summary: Summary[VariedLandings]) -> list[Lines]:
     """What the landings take for granted, as the most severe of them does; nothing where none was computed."""
     worst = _most_severe_landing(summary)
     if worst is None:
         return []
     lines = unknown_lines([worst])
-    soles = [contact for contact in summary.evaluation.landings.first.scene.contact if contact.kind in SOLES]
+    soles = [contact for contact in summary.evaluation.landings.first.scene.contact if contact.kind in CARRIES]
     if soles:
-        parts = "; ".join(f"{contact.frame}, {SOLES[contact.kind]}" for contact in soles)
-        lines.append(("soles", printable(f"{parts}: in all rows the part that carries the landing of the scene")))
+        parts = "; ".join(f"{contact.frame}: {CARRIES[contact.kind]}" for contact in soles)
+        lines.append(("soles", printable(f"{parts}, which carries in the landing of the scene, and is taken for all rows")))
     return [Lines(lines)]
 
 
