@@ -245,6 +245,8 @@ def limb(*efforts, armatures=()):
         ((20, 20), (0.1, 0.1), [(0.1, 0.1, 0.1, "file")] * 2),
         ((20, 50), (0.1, 0.3), [(0.1, 0.1, 0.1, "file"), (0.3, 0.3, 0.3, "file")]),
         ((0, 0), (0.1, 0.1), [(0.1, 0.1, 0.1, "file")] * 2),
+        # Nor does anything say that many joints without efforts have the same drive.
+        ((0, 0, 0), (0.1, 0.1, 0.1), [(0.0, 0.1, INF, "simulation model")] * 3),
         # An armature says nothing of another joint; a joint without effort limit among others with one has no motor.
         ((20, 50), (0.1,), [(0.1, 0.1, 0.1, "file"), (0.0, 0.0, INF, "unknown")]),
         ((20, 0), (), [(0.0, 0.0, INF, "unknown"), (0.0, 0.0, 0.0, None)]),

@@ -35,7 +35,7 @@ NOTHING = "nothing is known"
 """What is said of a joint with a motor of which neither file, drives nor scene give a drive, a spring or a lock."""
 
 
-SETTING = "the robot's file, one number for joints of different effort: a setting of a simulator"
+SETTING = "the robot's file, one number for joints of different or unknown effort: a setting of a simulator"
 """What is said of joints as in `simulator_settings`."""
 
 

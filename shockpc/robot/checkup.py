@@ -140,7 +140,7 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
         numbers = {float(robot.model.armature[robot.joint(name).v].max()) for name in robot.settings}
         text = (
             f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} is the same for joints "
-            "of different effort, as in settings of a simulator; give the drives with --drives, --rotor or --armature"
+            "of different or unknown effort, as in settings of a simulator; give the drives with --drives, --rotor or --armature"
         )
         for name in sorted(robot.settings - set(robot.default_drives.by_joint if robot.default_drives else ())):
             yield "warning", "joint", name, text

@@ -13,6 +13,8 @@ UNLIMITED = 1e300
 SAME = 1e-6
 """Relative difference up to which two numbers of a file are the same."""
 
+MANY = 3
+"""Joints with one reflected inertia, and no effort, from which on the number may be a setting of a simulator."""
 
 PLANETARY = (1e-4, 1e-3)
 """Reflected inertia over effort limit of drives with planetary gears up to 25:1 [kg m² per N m].
@@ -59,9 +61,10 @@ def effort_hint(robot: Robot, joints: Sequence[str]) -> str:
 
 
 def simulator_settings(robot: Robot) -> frozenset[str]:
-    """The joints whose reflected inertia in the file is one number for joints of different effort.
+    """The joints whose reflected inertia in the file is one number for joints of different or unknown effort.
 
-    Motors that exert different torques have different rotors or gears, so such a number is a setting of a simulator.
+    Motors that exert different torques have different rotors or gears, so such a number is a setting of a simulator. Where a file
+    gives one number to `MANY` joints or more and the effort of none, nothing says that their drives are the same.
     """
     armature, effort = robot.model.armature, efforts(robot)
     settings: set[str] = set()
@@ -69,6 +72,7 @@ def simulator_settings(robot: Robot) -> frozenset[str]:
     for number in {float(armature[v]) for v in joints.values()}:
         alike = {name: v for name, v in joints.items() if abs(armature[v] - number) <= SAME * number}
         known = [effort[v] for v in alike.values() if np.isfinite(effort[v])]
-        if known and max(known) > min(known) * (1.0 + SAME):
+        differ = bool(known) and max(known) > min(known) * (1.0 + SAME)
+        if differ or (not known and len(alike) >= MANY):
             settings |= set(alike)
     return frozenset(settings)
