@@ -1,6 +1,7 @@
 """Rotors that the links carry: against robots whose rotors are bodies of their own, geared to their joints by mimics."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import dense
 import numpy as np
@@ -9,6 +10,7 @@ from robot_texts import BODY, HINGE, body, floating, joint, link, mjcf, refused,
 from test_sweep import table
 from trees import known_robot, robot_from
 
+import shockpc
 from shockpc import Contact, Joints, Posture, RobotError, Rotor, Scene, SceneError, Strike, resolve, shock_profile, sweep
 from shockpc.cli.parse import rotor
 from shockpc.evaluation.variation import variation
@@ -227,3 +229,11 @@ def test_links_that_bend_carry_rotors():
     heavy = {"FL_calf_joint": Rotor(inertia=0.1, gear_ratio=6.0, gear="planetary")}
     scene = replace(landing.scene, joints=Joints(rotor=heavy))
     refused(RobotError, ("FL_thigh", "FL_calf_joint", "--no-carried"), lambda: flexible_landing(resolve(scene, go2)))
+
+
+def test_the_guide_says_by_how_much_carried_rotors_lower_the_shock():
+    """The IMU of Go2 on a front foot, with and without the coupling."""
+    scene = Scene(robot="go2", contact="FL_foot")
+    carried, alone = (shock_profile(replace(scene, joints=Joints(carried=each))).points[0].shock for each in (True, False))
+    page = (Path(shockpc.__file__).parent / "guide" / "changes.md").read_text(encoding="utf-8")
+    assert f"Go2's shock on one front foot is {100.0 * (1.0 - carried / alone):.1f} % smaller" in page
