@@ -181,6 +181,7 @@ FOOT:: --armature root_joint=1 | --lock root_joint => joint "root_joint" of robo
 FOOT:: --joints locked --armature knee=0.1 => is locked, so a reflected inertia or a spring changes nothing there
 FOOT:: --rotor knee=1e-4 => has no gear ratio, and none is read of this joint from the file; add it: --rotor knee=INERTIA:RATIO
 FOOT:: --rotor knee=1:2:3:4 => is not JOINT=INERTIA[:RATIO[:STIFFNESS]]
+FOOT:: --rotor knee=1:2:cycloid => gears are planetary, belt, harmonic, spur
 FOOT:: --pulse square:5ms => there is no pulse shape "square"; valid are half-sine, saw-tooth, haversine, rectangle
 FOOT:: --pulse half-sine:0ms | --pulse half-sine:1e300ms => a pulse has a length from 1e-09 to 1000 s, not "
 FOOT:: --pulse half-sine => "" is not the length of a pulse

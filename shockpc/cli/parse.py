@@ -127,7 +127,7 @@ def rotor(text: str) -> Motor:
     gear = next((kind for kind in SENSE if kind == numbers[-1]), None)
     if gear is not None:
         numbers.pop()
-    if not 1 <= len(numbers) <= 3:
+    if not 1 <= len(numbers) <= 3 or numbers[-1].isalpha():
         raise typer.BadParameter(
             f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], such as "*_knee=1.1e-4:9:planetary"; '
             f"gears are {', '.join(SENSE)}"
