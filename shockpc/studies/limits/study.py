@@ -298,43 +298,21 @@ def limits(
         SolveError: no posture of the range has a result.
         ShockError: the landing cannot be computed.
     """
-    bounds = [Bound(value, below) for value, below in ((max, False), (min, True)) if value is not None]
-    if len(bounds) != 1:
-        raise StudyError("one bound is needed: max for the largest value that is allowed, or min for the smallest")
-    bound = bounds[0]
+    bound = _bound(max, min)
     scene = scene_of(scene)
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     scene = with_offsets(scene) if varied.kind in OFFSET else scene
     (profile,) = profiles({"": (scene, robot)}).values()
-    landing, plane = profile.landing, profile.landing.plane
+    landing, angle = profile.landing, profile.landing.strike_angle
     number = column(profile, target_text(target, [scene]))
-    entry = number.selection.quantity
-    if entry.worse == ("greater" if bound.below else "less"):
-        raise StudyError(
-            f"the {entry.worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}"
-        )
-    per_landing = entry.per_landing(profile.scene)
+    _refuse_senseless(landing, number, bound, joints)
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
-    if joints and landing.loops and landing.before.joint_rates.any():
-        raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
     finest = STEP[unit] if joints else (high - low) / 200.0
-    rows = (high - low) / finest * (1 if strikes is not None and strikes[0] == strikes[1] else ANGLES)
-    needed = _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
-    proven = per_landing or rows * needed > MOST_PROOFS
-    angle = landing.strike_angle
-    angles = _strike_range(plane, (angle, angle) if proven and strikes is None else strikes)
-    if not np.linalg.norm(landing.before.velocity @ np.stack([plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
-        raise StudyError(
-            "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
-        )
-    step = finest * (20 if proven and joints else 1) if step is None else step
-    if not step > 0.0 or (high - low) / step > MOST_POSTURES:
-        raise StudyError(
-            f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
-            f"give one above zero that makes at most {MOST_POSTURES} postures"
-        )
-    values = np.linspace(low, high, int(np.maximum(LEAST, math.ceil((high - low) / step - 1e-9) + 1)))
+    coarse = _is_dear(landing, number, joints, (low, high, finest), strikes)
+    angles = _strike_range(landing.plane, (angle, angle) if coarse and strikes is None else strikes)
+    step = finest * (20 if coarse and joints else 1) if step is None else step
+    values = _values(low, high, step, unit)
     scale = math.degrees(1.0) if unit == "rad" else 1.0
     targets = _targets(angle, *angles)
     scan = scanned(landing, joint, number, bound, values, scale, targets)
@@ -363,6 +341,64 @@ def limits(
     if varied.kind in DRIVEN:
         return modelled
     return replace(modelled, ends=at_drive_ends(modelled, {"": (scene, robot)}, at_end))
+
+
+def _bound(most: float | None, least: float | None) -> Bound:
+    """The one bound that is given."""
+    if most is not None and least is None:
+        return Bound(most, below=False)
+    if least is not None and most is None:
+        return Bound(least, below=True)
+    raise StudyError("one bound is needed: max for the largest value that is allowed, or min for the smallest")
+
+
+def _refuse_senseless(landing: PosedLanding, number: Column, bound: Bound, joints: tuple[Joint, ...]) -> None:
+    """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike angle turns."""
+    worse = number.selection.quantity.worse
+    if worse == ("greater" if bound.below else "less"):
+        raise StudyError(f"the {worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}")
+    if joints and landing.loops and landing.before.joint_rates.any():
+        raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
+    in_plane = landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)
+    if not landing.plane.level and not np.linalg.norm(in_plane) > 0.0:
+        raise StudyError(
+            "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
+        )
+
+
+def _is_dear(
+    landing: PosedLanding,
+    number: Column,
+    joints: tuple[Joint, ...],
+    values: tuple[float, float, float],
+    strikes: tuple[float, float] | None,
+) -> bool:
+    """Whether a scan at the smallest step would need too many proofs, or landings of their own.
+
+    Args:
+        landing: that varies.
+        number: the number.
+        joints: those that vary.
+        values: the smallest, the largest, and the smallest step.
+        strikes: the range of strike angles, if it is given.
+    """
+    if number.selection.quantity.per_landing(landing.scene):
+        return True
+    low, high, finest = values
+    angles = 1 if strikes is not None and strikes[0] == strikes[1] else ANGLES
+    rows = (high - low) / finest * angles
+    return rows * _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES)) > MOST_PROOFS
+
+
+def _values(low: float, high: float, step: float, unit: str) -> Array:
+    """The values (n,) of a scan, ascending, at most a step apart."""
+    if not step > 0.0 or (high - low) / step > MOST_POSTURES:
+        raise StudyError(
+            f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
+            f"give one above zero that makes at most {MOST_POSTURES} postures"
+        )
+    steps = math.ceil((high - low) / step - 1e-9)
+    return np.linspace(low, high, int(np.maximum(LEAST, steps + 1)))
 
 
 def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> float:
