@@ -1,12 +1,14 @@
 """The method on one screen: Scene → ShockProfile.
 
-Step 1: the impulsive equation of motion gives the jump of the joint velocities (shock paper, Eq. 4; Eq. 7 where some are not free).
-Step 2: the recursion along the tree turns it into the jump of every body (Eqs. 8 and 9).
-Step 3: in the plane, the jump of a body is a point without shock and a radius (Eqs. 11 and 12).
+Step 1: the impulsive equation of motion gives the jump of the joint velocities (shock paper, Eq. 4;
+Eq. 7 where some are not free). Step 2: the recursion along the tree turns it into the jump of every
+body (Eqs. 8 and 9). Step 3: in the plane, the jump of a body is a point without shock and a radius
+(Eqs. 11 and 12).
 
-Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y and z besides the scene's
-strike: every strike angle, and the most severe one, is a product afterwards. The same equations in ball arithmetic enclose the
-exact answer, and that is what a profile reports.
+Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y
+and z besides the scene's strike: every strike angle, and the most severe one, is a product
+afterwards. The same equations in ball arithmetic enclose the exact answer, and that is what a
+profile reports.
 """
 
 import math
@@ -43,23 +45,29 @@ JUDGE = Judge(health_of, warnings_of, unknowns_of)
 """Judges every profile."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4
-"""Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
+"""Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular
+that a proof refuses it.
+"""
 
 ILL_CONDITIONED = 3e5
 """Condition above which rounding may show above 1e-9 of a body's motion."""
 
 
 @checked
-def shock_profile(scene: Scene | str, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
+def shock_profile(
+    scene: Scene | str, robot: Robot | None = None, trace: Trace | None = None
+) -> ShockProfile:
     """Compute the shock of one landing.
 
     Args:
-        scene: the landing; in its place, here as everywhere, a text may be the name of a scene file, or of a robot.
+        scene: the landing; in its place, here as everywhere, a text may be the name of a scene
+            file, or of a robot.
         robot: the scene's robot, if it is loaded already.
         trace: collects what each stage cost and what was left out.
 
     Raises:
-        ShockError: the robot, the scene or the model does not allow it; the text says what to change.
+        ShockError: the robot, the scene or the model does not allow it; the text says what to
+            change.
 
     Warns:
         ShockWarning: what `health.warnings` holds.
@@ -69,7 +77,9 @@ def shock_profile(scene: Scene | str, robot: Robot | None = None, trace: Trace |
     return profile
 
 
-def profile_of_scene(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
+def profile_of_scene(
+    scene: Scene, robot: Robot | None = None, trace: Trace | None = None
+) -> ShockProfile:
     """The same without Python warnings, for what gives these as a part of its result."""
     trace = trace or Trace()
     with trace.stage("robot file"):
@@ -101,27 +111,34 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     profile = ShockProfile(landing, double_jumps, proof, trace, JUDGE)
     if landing.scene.v_in == "com" and not profile.v_in > 0.0:
         raise SceneError(
-            'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
+            "the robot's centre of mass is at rest before the impact, so it cannot normalise "
+            'shock; use v_in = "contact"'
         )
     if landing.scene.friction is not None or landing.scene.contact_stiffness is not None:
-        with one_thread(landing.robot.model.nv), trace.stage("ground: friction, or finite stiffness"):
+        with (
+            one_thread(landing.robot.model.nv),
+            trace.stage("ground: friction, or finite stiffness"),
+        ):
             _ = profile.friction, profile.stiffness
     return profile
 
 
 @checked
-def shock_maps(landing: Landing | Scene | str, Q: Array | Sequence[Sequence[float]], derivatives: bool = False) -> "ShockMaps":
+def shock_maps(
+    landing: Landing | Scene | str, Q: Array | Sequence[Sequence[float]], derivatives: bool = False
+) -> "ShockMaps":
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
-        landing: the landing, or its scene; its posture is not used. Loops have to be closed in each of the postures.
+        landing: the landing, or its scene; its posture is not used. Loops have to be closed in each
+            of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
-        derivatives: whether those of the maps by the tangent of q are computed too, which takes six to eight times as long for a
-            quadruped, and longer with more joints.
+        derivatives: whether those of the maps by the tangent of q are computed too, which takes six
+            to eight times as long for a quadruped, and longer with more joints.
 
     Raises:
-        SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing counts end stops, with which
-            the jumps are not linear in the strike.
+        SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing
+            counts end stops, with which the jumps are not linear in the strike.
         StudyError: an argument is of another type, or the derivatives do not fit into the memory.
     """
     from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
@@ -129,11 +146,15 @@ def shock_maps(landing: Landing | Scene | str, Q: Array | Sequence[Sequence[floa
     if isinstance(landing, Scene | str):
         landing = resolve(scene := scene_of(landing), robot_of(scene))
     if landing.scene.stops:
-        raise SceneError("with end stops the jumps are not linear in the strike, so there are no maps; leave stops out")
+        raise SceneError(
+            "with end stops the jumps are not linear in the strike, so there are no maps; leave "
+            "stops out"
+        )
     Q, nq = doubles("Q", Q), landing.robot.model.nq
     if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
         raise SceneError(
-            f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows of {nq} numbers, shape (N, {nq}); '
+            f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows '
+            f"of {nq} numbers, shape (N, {nq}); "
             "for one posture give q[None]"
         )
     check_rotations(landing.robot, Q)
@@ -146,7 +167,8 @@ def shock_maps(landing: Landing | Scene | str, Q: Array | Sequence[Sequence[floa
             changes = np.empty(shape)
         except MemoryError:
             raise StudyError(
-                f"the derivatives of all maps in {len(Q)} postures take {math.prod(shape) / 2**27:.3g} GiB; give fewer postures at "
+                f"the derivatives of all maps in {len(Q)} postures take "
+                f"{math.prod(shape) / 2**27:.3g} GiB; give fewer postures at "
                 "a time, or take the gradient of single numbers by shockpc.symbolic"
             ) from None
     with one_thread(3 * nv if derivatives else nv):
@@ -174,38 +196,53 @@ def _for(n: int, part: Array) -> Array:
     return np.empty((n, *part.shape[1:]), part.dtype)
 
 
-def needs_proof(landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None) -> tuple[Array, np.ndarray]:
-    """The condition (N,) of a solution of step 1, and whether (N,) it needs a proof, as in `ShockMaps`.
+def needs_proof(
+    landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None
+) -> tuple[Array, np.ndarray]:
+    """The condition (N,) of a solution of step 1, and whether (N,) it needs a proof, as in
+    `ShockMaps`.
 
     Args:
         landing: the landing.
         equation: step 1 in N postures.
         solution: of it.
-        trusted: condition up to which double precision is kept, also where rows are redundant, unless rounding can change how many
-            are independent; by default it is kept up to `ILL_CONDITIONED`, and nowhere where rows are redundant.
+        trusted: condition up to which double precision is kept, also where rows are redundant,
+            unless rounding can change how many are independent; by default it is kept up to
+            `ILL_CONDITIONED`, and nowhere where rows are redundant.
     """
     condition = np.where(np.isnan(solution.condition), np.inf, solution.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
     limit = ILL_CONDITIONED if trusted is None else trusted
-    prove = (condition > limit) | ~(np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE)
-    prove[[k for k, choice in solution.choices.items() if trusted is None or choice.uncertain]] = True
+    prove = (condition > limit) | ~(
+        np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE
+    )
+    prove[[k for k, choice in solution.choices.items() if trusted is None or choice.uncertain]] = (
+        True
+    )
     return condition, prove
 
 
 def impact_jumps(
     landing: Landing, state: Dynamics, with_strike: bool = True, bodies: Sequence[int] | None = None
 ) -> tuple[Equation, Solution, Array]:
-    """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies in world axes.
+    """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies
+    in world axes.
 
     Args:
         landing: the landing.
         state: the robot in these postures, with the armature of its joints.
-        with_strike: whether the scene's strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
+        with_strike: whether the scene's strike is computed besides those of 1 m/s along world x, y
+            and z (k = 4 or 3).
         bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
     equation, robot = landing.equation(state, with_strike), landing.robot
     solution = solve_in_doubles(landing, equation)  # Eq. 4
     delta_qd = equation.full(solution.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
-    return equation, solution, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9
+    # Eqs. 8 and 9
+    return (
+        equation,
+        solution,
+        body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies),
+    )

@@ -25,7 +25,8 @@ def assert_shock(
     """Assert that a number of a landing is within limits.
 
     Args:
-        scene: the landing, or the path of its file, relative to the current folder, not to that of the test.
+        scene: the landing, or the path of its file, relative to the current folder, not to that of
+            the test.
         at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
         metric: the quantity, as in a file of budgets.
         max: largest value allowed, in the unit of the metric.
@@ -40,7 +41,9 @@ def assert_shock(
     name = landing.robot if isinstance(scene, Scene) else Path(scene).stem
     budget = Budget(at=at, metric=metric, max=max, min=min)
     check = check_budgets(Budgets(None, (Case(name=name, **vars(landing)),), (budget,), ()))
-    missing = next((outcome.reason for outcome in check.outcomes if outcome.status == "not computed"), None)
+    missing = next(
+        (outcome.reason for outcome in check.outcomes if outcome.status == "not computed"), None
+    )
     if missing is not None:
         raise StudyError(missing)
     if check.exit_code:

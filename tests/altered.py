@@ -1,4 +1,6 @@
-"""A profile with some of its results replaced, to test what is printed of results that are hard to compute or differ by machine."""
+"""A profile with some of its results replaced, to test what is printed of results that are hard to
+compute or differ by machine.
+"""
 
 from shockpc.quantities.records import Health
 

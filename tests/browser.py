@@ -9,14 +9,25 @@ import time
 from pathlib import Path
 from typing import Any
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 """A browser, if one is installed."""
 
 OPTIONS = (
-    "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
-    "--window-size=1400,1000", "--remote-debugging-pipe",
-)  # fmt: skip
+    "--headless",
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--window-size=1400,1000",
+    "--remote-debugging-pipe",
+)
 
 PATIENCE = 120.0
 """Longest time that a command may take [s]."""
@@ -47,12 +58,17 @@ class Browser:
 
         self._process = subprocess.Popen(
             [CHROMIUM, *OPTIONS, f"--user-data-dir={profile}"],
-            preexec_fn=connect, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            preexec_fn=connect,
+            close_fds=False,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         os.close(to_browser)
         os.close(from_browser)
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)[
+            "sessionId"
+        ]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
         self.call("Page.navigate", url=self._page)
@@ -83,7 +99,9 @@ class Browser:
 
     def evaluate(self, code: str) -> Any:
         """The value of an expression of JavaScript."""
-        result = self.call("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True)
+        result = self.call(
+            "Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True
+        )
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
@@ -107,7 +125,9 @@ class Browser:
         match message.get("method"):
             case "Network.requestWillBeSent":
                 address = given["request"]["url"]
-                self.requests += [address] * (address != self._page and not address.startswith(("data:", "blob:")))
+                self.requests += [address] * (
+                    address != self._page and not address.startswith(("data:", "blob:"))
+                )
             case "Runtime.exceptionThrown":
                 self.faults.append(json.dumps(given["exceptionDetails"]))
             case "Runtime.consoleAPICalled" if given["type"] in ("error", "assert"):

@@ -18,8 +18,18 @@ from shockpc.cli.entry import main
 ROBOTS = Path(__file__).parent / "robots"
 
 STICK = urdf(
-    link("body", "2", '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/><origin xyz="0.01 0 0.05"/>'),
-    link("shin", "0.5", '<inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.0002"/><origin xyz="0 0 -0.2"/>'),
+    link(
+        "body",
+        "2",
+        '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/><origin xyz="0.01 0 '
+        '0.05"/>',
+    ),
+    link(
+        "shin",
+        "0.5",
+        '<inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.0002"/><origin xyz="0 0 '
+        '-0.2"/>',
+    ),
     '<link name="foot"/>',
     joint("knee", "body", "shin", more='<limit lower="-2" upper="2" effort="10" velocity="10"/>'),
     joint("ankle", "shin", "foot", "fixed", more='<origin xyz="0 0 -0.4"/>'),
@@ -27,7 +37,9 @@ STICK = urdf(
 )
 """A body on a shin, with a foot at its end."""
 
-IMU = '<link name="imu_link"/>' + joint("imu_fixed", "body", "imu_link", "fixed", more='<origin xyz="0.02 0 0.1"/>')
+IMU = '<link name="imu_link"/>' + joint(
+    "imu_fixed", "body", "imu_link", "fixed", more='<origin xyz="0.02 0 0.1"/>'
+)
 STICK_WITH_IMU = STICK.replace("</robot>", IMU + "</robot>")
 """The same with an IMU on the body."""
 
@@ -52,7 +64,10 @@ class Outcome(NamedTuple):
 
 
 def run(capfd: pytest.CaptureFixture[str], *words: object) -> Outcome:
-    """Run a command in this process. Both streams are read as files, so that what a C++ library prints is read too."""
+    """Run a command in this process.
+
+    Both streams are read as files, so that what a C++ library prints is read too.
+    """
     capfd.readouterr()
     code = main([str(word) for word in words])
     return Outcome(code, *capfd.readouterr())
@@ -74,7 +89,11 @@ def says(texts: str | Iterable[str], *parts: str) -> bool:
 def python(code: str, *words: str, **changes: str) -> subprocess.CompletedProcess[str]:
     """Run Python code in a separate process."""
     return subprocess.run(
-        [sys.executable, "-c", code, *words], capture_output=True, text=True, env=environment(changes), check=False
+        [sys.executable, "-c", code, *words],
+        capture_output=True,
+        text=True,
+        env=environment(changes),
+        check=False,
     )
 
 
@@ -82,11 +101,15 @@ def interrupted(folder: Path, number: signal.Signals, *words: str) -> Outcome:
     """Run a command in a separate process, in a folder, and send a signal while it computes."""
 
     def allow_signals() -> None:
-        """A process that was started in the background, or with nohup, passes on to its children that SIGINT is ignored."""
+        """A process that was started in the background, or with nohup, passes on to its children
+        that SIGINT is ignored.
+        """
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     piped: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-c", SLOW, *words], cwd=folder, preexec_fn=allow_signals, **piped) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", SLOW, *words], cwd=folder, preexec_fn=allow_signals, **piped
+    ) as process:
         try:
             while not (folder / "ready").exists() and process.poll() is None:
                 time.sleep(0.01)

@@ -7,7 +7,8 @@ import os
 import signal
 import sys
 
-# Threads of small products wait for one another by computing, which takes several times as long where others compute as well.
+# Threads of small products wait for one another by computing, which takes several times as long
+# where others compute as well.
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
 import pytest
@@ -23,13 +24,18 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 style.DPI = 50  # no test looks at the pixels of a figure
 
-COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
+COMMON = {
+    "deadline": None,
+    "database": None,
+    "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large],
+}
 
 settings.register_profile("fixed", derandomize=True, max_examples=20, **COMMON)
 settings.register_profile("explore", max_examples=200, **COMMON)
 settings.load_profile("fixed")
 
-# What a shell starts in the background ignores Ctrl-C, and so would the commands that tests interrupt.
+# What a shell starts in the background ignores Ctrl-C, and so would the commands that tests
+# interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -45,8 +51,13 @@ def here(tmp_path, monkeypatch):
 
 @pytest.fixture
 def no_figures(monkeypatch):
-    """Drawing takes longer than all else, in pages as well; the tests of figures and pages look at what is drawn."""
-    monkeypatch.setattr("shockpc.show.figure.style.render", lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""})
+    """Drawing takes longer than all else, in pages as well; the tests of figures and pages look at
+    what is drawn.
+    """
+    monkeypatch.setattr(
+        "shockpc.show.figure.style.render",
+        lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""},
+    )
     monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
 
 
@@ -58,5 +69,7 @@ def own_cache(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def nothing_read_yet():
-    """Files that an earlier test read do not count as this one's: a new file may have the inode of a removed one."""
+    """Files that an earlier test read do not count as this one's: a new file may have the inode of
+    a removed one.
+    """
     inputs.clear()

@@ -1,4 +1,6 @@
-"""A second formulation of a landing: Pinocchio's inertia and Jacobians, and Eq. 4 as one dense matrix solved by numpy."""
+"""A second formulation of a landing: Pinocchio's inertia and Jacobians, and Eq. 4 as one dense
+matrix solved by numpy.
+"""
 
 import numpy as np
 import pinocchio as pin
@@ -24,32 +26,46 @@ def point_rows(model, q, frame, offset=None):
 
 
 def solve(H, J, b):
-    """Eq. 4 by least squares, for rows may repeat one another: the jump Δq̇, and the impulses of minimum norm."""
+    """Eq. 4 by least squares, for rows may repeat one another: the jump Δq̇, and the impulses of
+    minimum norm.
+    """
     n = len(H)
     whole = np.block([[H, J.T], [J, np.zeros((len(J), len(J)))]])
-    found = np.linalg.lstsq(whole, np.concatenate([np.zeros((n, *b.shape[1:])), -b]), rcond=1e-12)[0]
+    found = np.linalg.lstsq(whole, np.concatenate([np.zeros((n, *b.shape[1:])), -b]), rcond=1e-12)[
+        0
+    ]
     return found[:n], -found[n:]
 
 
 def nullspace(K):
-    """Columns G (nv, ny) that span the joint velocities which rows K allow; rows may repeat one another."""
+    """Columns G (nv, ny) that span the joint velocities which rows K allow; rows may repeat one
+    another.
+    """
     _, s, Vt = np.linalg.svd(K)
     return Vt[int(np.sum(s > 1e-9 * s[0])) :].T
 
 
 def velocity(profile, body, r):
-    """Jump (3,) of the velocity of a point of a body, world axes. Args: body, its index; r (3,) in the body's frame."""
+    """Jump (3,) of the velocity of a point of a body, world axes.
+
+    Args: body, its index; r (3,) in the body's frame.
+    """
     return profile.rotation[body] @ (profile.delta_v[body] + np.cross(profile.delta_omega[body], r))
 
 
 def momentum(profile, bodies=None, about=(0.0, 0.0, 0.0)):
-    """Jump of the linear momentum, and of the angular momentum about a point of the world, summed over bodies."""
+    """Jump of the linear momentum, and of the angular momentum about a point of the world, summed
+    over bodies.
+    """
     linear, angular = np.zeros(3), np.zeros(3)
     for i in range(len(profile.bodies)) if bodies is None else bodies:
         body, R = profile.robot.bodies[i], profile.rotation[i]
         change = body.mass * velocity(profile, i, body.com)
         linear += change
-        angular += np.cross(profile.position[i] + R @ body.com - about, change) + R @ body.inertia @ profile.delta_omega[i]
+        angular += (
+            np.cross(profile.position[i] + R @ body.com - about, change)
+            + R @ body.inertia @ profile.delta_omega[i]
+        )
     return linear, angular
 
 

@@ -1,16 +1,18 @@
-"""The landing in maximal coordinates with a hundred digits: an independent formulation of what the package proves.
+"""The landing in maximal coordinates with a hundred digits: an independent formulation of what the
+package proves.
 
-Every body has a twist V_i of its own, written at the world's origin. The wrench F_i that its joint transmits, the joint's rates q̇_i
-and the impulse λ along each row are unknowns as well, and all equations are solved at once, without using that the robot is a tree:
+Every body has a twist V_i of its own, written at the world's origin. The wrench F_i that its joint
+transmits, the joint's rates q̇_i and the impulse λ along each row are unknowns as well, and all
+equations are solved at once, without using that the robot is a tree:
 
     I_i V_i - F_i + Σ (F_child + c a q̇_child) = Σ W_i λ   momentum of every body, and of the rotors that it carries
     V_i - V_parent(i) - S_i q̇_i = 0          what its joint allows
     S_iᵀ F_i + a_i q̇_i + c aᵀ V_parent = Σ τ λ   nothing but armature, rotors and couplings acts along the joint
     Σ W_iᵀ V_i + τᵀ q̇ = -b                   every row
 
-No joint-space inertia, Jacobian, composite or articulated body is ever formed. The doubles of the loaded robot (masses, inertias,
-joint placements, axes, armature), q and the scene's rows are taken as exact. Numbers are Arb balls, or those of mpmath, which the
-package does not use.
+No joint-space inertia, Jacobian, composite or articulated body is ever formed. The doubles of the
+loaded robot (masses, inertias, joint placements, axes, armature), q and the scene's rows are taken
+as exact. Numbers are Arb balls, or those of mpmath, which the package does not use.
 """
 
 import heapq
@@ -26,7 +28,9 @@ from shockpc.landing.closure import loop_of
 from shockpc.landing.contact import locate_lowest_point
 
 DIGITS, MOST_DIGITS = 100, 3200
-"""Digits to begin with; they are doubled until the balls are narrow, or no more than so many are needed."""
+"""Digits to begin with; they are doubled until the balls are narrow, or no more than so many are
+needed.
+"""
 
 NARROW = 1e-45
 """Radius of the widest ball over the largest number."""
@@ -46,13 +50,15 @@ MPMATH = Arithmetic(mpmath.mpf, mpmath.sqrt, mpmath.sin, mpmath.cos)
 
 
 class Answer(NamedTuple):
-    """A solved landing; the four columns are unit strikes along world x, y and z, and the scene's strike.
+    """A solved landing; the four columns are unit strikes along world x, y and z, and the scene's
+    strike.
 
     Attributes:
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body, body coordinates at its frame's origin.
         at_com: (nb, 6, 4) the same in world axes, with the velocity of the centre of mass.
         impulse: (nr, 4) along the rows that were used, the mimic rows last.
-        missed: (nc,) speed that is left along every row of the scene for its strike, over the largest speed to be undone [1].
+        missed: (nc,) speed that is left along every row of the scene for its strike, over the
+            largest speed to be undone [1].
     """
 
     jumps: np.ndarray
@@ -62,7 +68,9 @@ class Answer(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What is held: unit impulses as wrenches (nb, 6, nr) about the world's origin and joint torques (n, nr); speeds b (nr, 4)."""
+    """What is held: unit impulses as wrenches (nb, 6, nr) about the world's origin and joint
+    torques (n, nr); speeds b (nr, 4).
+    """
 
     wrench: np.ndarray
     torque: list[np.ndarray]
@@ -73,8 +81,10 @@ def maximal_jumps(landing, chosen=None, arithmetic=BALLS) -> Answer:
     """Solve a landing.
 
     Args:
-        landing: q, the motion before the impact, contact points and joint model are taken from it; rows are read from its scene.
-        chosen: indices of the independent rows: contacts, then stance, then closures; all rows by default.
+        landing: q, the motion before the impact, contact points and joint model are taken from it;
+            rows are read from its scene.
+        chosen: indices of the independent rows: contacts, then stance, then closures; all rows by
+            default.
         arithmetic: kind of the numbers.
 
     Raises:
@@ -97,7 +107,9 @@ def maximal_jumps(landing, chosen=None, arithmetic=BALLS) -> Answer:
 def _narrow(answer) -> bool:
     """Whether the balls leave no doubt about the digits that are compared."""
     values = [*answer.jumps.ravel(), *answer.at_com.ravel()]
-    return max(float(value.rad()) for value in values) <= NARROW * max(abs(float(value.mid())) for value in values)
+    return max(float(value.rad()) for value in values) <= NARROW * max(
+        abs(float(value.mid())) for value in values
+    )
 
 
 def cross_matrix(r):
@@ -110,25 +122,51 @@ class _Mechanism:
     """Bodies and joints of a robot in its posture; world axes, twists (ω, v) at the world's origin."""
 
     def __init__(self, landing, arithmetic):
-        self.robot, self.scene, self.landing, self.math = robot, _, _, _ = landing.robot, landing.scene, landing, arithmetic
+        self.robot, self.scene, self.landing, self.math = robot, _, _, _ = (
+            landing.robot,
+            landing.scene,
+            landing,
+            arithmetic,
+        )
         self.parent = robot.parents
-        self.inertia, self.S, self.armature, self.rotation, self.position, self.com = [], [], [], [], [], []
-        self.rotors = []  # momenta c a (6, k) of the parent for unit rates of each joint, of the rotors that it carries
+        self.inertia, self.S, self.armature, self.rotation, self.position, self.com = (
+            [],
+            [],
+            [],
+            [],
+            [],
+            [],
+        )
+        # momenta c a (6, k) of the parent for unit rates of each joint, of the rotors that it
+        # carries
+        self.rotors = []
         self.place = {}  # joint velocity -> (body, column of S)
         q, frames = self.exact(landing.q), []
         for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
-            above = frames[joint.parent] if joint.parent >= 0 else (self.exact(np.eye(3)), self.exact(np.zeros(3)))
+            above = (
+                frames[joint.parent]
+                if joint.parent >= 0
+                else (self.exact(np.eye(3)), self.exact(np.zeros(3)))
+            )
             R, p, columns = self.moved(*above, joint, q)
             frames.append((R, p))
             S, numbers = self.free_columns(i, joint, columns, p)
             self.place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
             self.S.append(S)
-            self.armature.append(self.exact([0.0 if v < 0 else landing.joint_model.armature[v] for v in numbers]))
-            coupling = self.exact([0.0 if v < 0 else landing.joint_model.coupling[v] for v in numbers])
+            self.armature.append(
+                self.exact([0.0 if v < 0 else landing.joint_model.armature[v] for v in numbers])
+            )
+            coupling = self.exact(
+                [0.0 if v < 0 else landing.joint_model.coupling[v] for v in numbers]
+            )
             self.rotors.append(S * coupling * self.exact([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])[:, None])
             spatial = robot.model.inertias[body.joint]
             com = p + R @ self.exact(spatial.lever)
-            self.inertia.append(self.about_origin(self.exact([spatial.mass])[0], com, R @ self.exact(spatial.inertia) @ R.T))
+            self.inertia.append(
+                self.about_origin(
+                    self.exact([spatial.mass])[0], com, R @ self.exact(spatial.inertia) @ R.T
+                )
+            )
             self.rotation.append(R @ self.orthogonal(body.rotation))
             self.position.append(p + R @ self.exact(body.offset))
             self.com.append(com)
@@ -144,7 +182,9 @@ class _Mechanism:
         return vector / self.math.sqrt(vector @ vector)
 
     def orthogonal(self, values):
-        """The rotation of the quaternion that is read from nine doubles, which are orthogonal to rounding only."""
+        """The rotation of the quaternion that is read from nine doubles, which are orthogonal to
+        rounding only.
+        """
         return self.quaternion(self.exact(quaternion_of(np.array(values))))
 
     def turned(self, axis, cosine, sine):
@@ -158,7 +198,9 @@ class _Mechanism:
         return self.exact(np.eye(3)) + K * (2 * w) + (K @ K) * 2
 
     def moved(self, R, p, joint, q):
-        """A placement carried through a joint, and the columns (6,) of the joint's motion in the world, one for each velocity."""
+        """A placement carried through a joint, and the columns (6,) of the joint's motion in the
+        world, one for each velocity.
+        """
         if joint.parts:
             columns = []
             for part in joint.parts:
@@ -182,18 +224,31 @@ class _Mechanism:
                 axis = R @ self.unit(self.exact(joint.axis))
                 return R, p + axis * at[0], slides([axis])
         axis = self.unit(self.exact(joint.axis))
-        cosine_sine = self.unit(at) if joint.kind == "continuous" else (self.math.cos(at[0]), self.math.sin(at[0]))
+        cosine_sine = (
+            self.unit(at)
+            if joint.kind == "continuous"
+            else (self.math.cos(at[0]), self.math.sin(at[0]))
+        )
         return R @ self.turned(axis, *cosine_sine), p, turns([R @ axis], p)
 
     def free_columns(self, i, joint, columns, p):
-        """The columns of a body's joint that may move, and which joint velocity each one is; -1 for those of a planar base."""
+        """The columns of a body's joint that may move, and which joint velocity each one is; -1 for
+        those of a planar base.
+        """
         numbers = list(range(joint.v.start, joint.v.stop))
         kept = [k for k, v in enumerate(numbers) if not self.landing.joint_model.locked[v]]
         if i == 0 and self.robot.free_base and self.scene.base == "fixed":
             kept = []
         if i == 0 and self.robot.free_base and self.scene.base == "planar":
-            e1, e2, normal = (self.exact(v) for v in (self.landing.plane.e1, self.landing.plane.e2, self.landing.plane.normal))
-            columns, numbers, kept = [*slides([e1, e2]), *turns([normal], p)], [-1, -1, -1], [0, 1, 2]
+            e1, e2, normal = (
+                self.exact(v)
+                for v in (self.landing.plane.e1, self.landing.plane.e2, self.landing.plane.normal)
+            )
+            columns, numbers, kept = (
+                [*slides([e1, e2]), *turns([normal], p)],
+                [-1, -1, -1],
+                [0, 1, 2],
+            )
         S = np.stack([columns[k] for k in kept], axis=1) if kept else np.empty((6, 0), dtype=object)
         return S, [numbers[k] for k in kept]
 
@@ -205,7 +260,9 @@ class _Mechanism:
     # What is held
 
     def before(self):
-        """Twist (6, 4) of every body before the impact; the first three columns are unit velocities of the whole robot."""
+        """Twist (6, 4) of every body before the impact; the first three columns are unit velocities
+        of the whole robot.
+        """
         motion = self.landing.before
         omega, velocity = self.exact(motion.omega), self.exact(motion.velocity)
         origin = self.position[0] if self.robot.free_base else self.exact(np.zeros(3))
@@ -217,12 +274,16 @@ class _Mechanism:
             twist = (base if parent < 0 else twists[parent]).copy()
             for v, (body, k) in self.place.items():
                 if body == i and motion.joint_rates[v] != 0.0:
-                    twist[:, 3] = twist[:, 3] + self.S[i][:, k] * self.math.number(float(motion.joint_rates[v]))
+                    twist[:, 3] = twist[:, 3] + self.S[i][:, k] * self.math.number(
+                        float(motion.joint_rates[v])
+                    )
             twists.append(twist)
         return twists
 
     def rows(self, chosen):
-        """The rows of contacts, stance and closures, read from the scene; all, or those chosen; then the rows of mimic joints."""
+        """The rows of contacts, stance and closures, read from the scene; all, or those chosen;
+        then the rows of mimic joints.
+        """
         before, held = self.before(), []
         still = self.exact(np.zeros(4))
         for touch in self.landing.contacts:
@@ -233,19 +294,33 @@ class _Mechanism:
             back = speeds
             if touch.rebound is not None:
                 n = self.exact(touch.rebound)
-                (rise,), (spin,) = ((w @ before[touch.body] for w in kind) for kind in (forces(n[None], at), moments(n[None])))
+                (rise,), (spin,) = (
+                    (w @ before[touch.body] for w in kind)
+                    for kind in (forces(n[None], at), moments(n[None]))
+                )
                 back = [(axis @ n) * rise for axis in self.exact(touch.forces)]
                 turns = zip(self.exact(touch.moments), speeds[len(back) :], strict=True)
                 back += [speed - (axis @ n) * spin for axis, speed in turns]
-            held += [({touch.body: w}, v + e * r) for w, v, r in zip(wrenches, speeds, back, strict=True)]
+            held += [
+                ({touch.body: w}, v + e * r) for w, v, r in zip(wrenches, speeds, back, strict=True)
+            ]
         for frame in map(self.robot.frame, self.scene.stance):
-            held += [({frame.body: w}, still) for w in forces(self.exact(np.eye(3)), self.world(frame.body, frame.offset))]
-        for loop in (*self.robot.loops, *(loop_of(self.robot, closure) for closure in self.scene.closure)):
+            held += [
+                ({frame.body: w}, still)
+                for w in forces(self.exact(np.eye(3)), self.world(frame.body, frame.offset))
+            ]
+        for loop in (
+            *self.robot.loops,
+            *(loop_of(self.robot, closure) for closure in self.scene.closure),
+        ):
             a, b = loop.bodies
             R, frame = self.exact(np.eye(3)) if a < 0 else self.rotation[a], loop.rotations[0]
             wrenches = forces(self.exact(loop.axes @ frame.T) @ R.T, self.world(b, loop.points[1]))
             wrenches += moments(self.exact(frame.T) @ R.T) if loop.holds_orientation else []
-            held += [({body: w * sign for body, sign in ((b, 1), (a, -1)) if body >= 0}, still) for w in wrenches]
+            held += [
+                ({body: w * sign for body, sign in ((b, 1), (a, -1)) if body >= 0}, still)
+                for w in wrenches
+            ]
         held = held if chosen is None else [held[k] for k in chosen]
         tied = [self.mimic(mimic) for mimic in self.robot.mimics]
         tied = [row for row in tied if row]
@@ -262,11 +337,20 @@ class _Mechanism:
         return Rows(wrench, torque, b)
 
     def mimic(self, mimic):
-        """q̇_follower - Σ multiplier · q̇_leader = 0, as torques on all; the package leaves the follower out instead."""
+        """q̇_follower - Σ multiplier · q̇_leader = 0, as torques on all; the package leaves the
+        follower out instead.
+        """
         velocity = {joint.name: joint.v.start for joint in self.robot.joints}
-        row = {self.place.get(velocity[name]): -self.math.number(float(by)) for name, by in mimic.leaders.items()}
+        row = {
+            self.place.get(velocity[name]): -self.math.number(float(by))
+            for name, by in mimic.leaders.items()
+        }
         row = {self.place.get(velocity[mimic.joint]): self.math.number(1.0)} | row
-        return {} if next(iter(row)) is None else {place: by for place, by in row.items() if place is not None}
+        return (
+            {}
+            if next(iter(row)) is None
+            else {place: by for place, by in row.items() if place is not None}
+        )
 
     def world(self, body, point):
         """A point of a body in the world; body -1 is the world itself."""
@@ -276,7 +360,9 @@ class _Mechanism:
     # The solution
 
     def equations(self, rows):
-        """All equations as sparse rows {unknown: factor}, and where the unknowns of V, F and q̇ of each body and of λ begin."""
+        """All equations as sparse rows {unknown: factor}, and where the unknowns of V, F and q̇ of
+        each body and of λ begin.
+        """
         n = 0
         V, F, rates = [], [], []
         for S in self.S:
@@ -318,10 +404,19 @@ class _Mechanism:
         after = sum(w.T @ v for w, v in zip(everything.wrench, twists, strict=True))[:, 3]
         contacts = len(everything.b) - sum(bool(self.mimic(mimic)) for mimic in self.robot.mimics)
         largest = max((abs(float(speed)) for speed in everything.b[:, 3]), default=0.0) or 1.0
-        missed = np.array([abs(float(value)) / largest for value in (after + everything.b[:, 3])[:contacts]])
-        at_com = np.stack([written_at(twist, com) for twist, com in zip(twists, self.com, strict=True)])
+        missed = np.array(
+            [abs(float(value)) / largest for value in (after + everything.b[:, 3])[:contacts]]
+        )
+        at_com = np.stack(
+            [written_at(twist, com) for twist, com in zip(twists, self.com, strict=True)]
+        )
         at_frame = [written_at(twist, p) for twist, p in zip(twists, self.position, strict=True)]
-        jumps = np.stack([np.concatenate([R.T @ t[:3], R.T @ t[3:]]) for R, t in zip(self.rotation, at_frame, strict=True)])
+        jumps = np.stack(
+            [
+                np.concatenate([R.T @ t[:3], R.T @ t[3:]])
+                for R, t in zip(self.rotation, at_frame, strict=True)
+            ]
+        )
         return Answer(jumps, at_com, solution[n:], missed)
 
 
@@ -351,7 +446,8 @@ def written_at(twist, p):
 
 
 def solved(rows, right):
-    """Solution (n, k) of sparse equations by elimination: always the shortest equation left, and in it the unknown in the fewest.
+    """Solution (n, k) of sparse equations by elimination: always the shortest equation left, and in
+    it the unknown in the fewest.
 
     Args:
         rows: {unknown: factor} of each equation; used up.
@@ -371,10 +467,20 @@ def solved(rows, right):
         length, r = heapq.heappop(shortest)
         if r not in left or length != len(rows[r]):  # it was solved, or has changed since
             continue
-        size = {c: abs(float(value.mid() if isinstance(value, flint.arb) else value)) for c, value in rows[r].items()}
-        c = min((c for c in size if size[c] >= 0.01 * max(size.values())), key=lambda k: len(where[k]), default=-1)
+        size = {
+            c: abs(float(value.mid() if isinstance(value, flint.arb) else value))
+            for c, value in rows[r].items()
+        }
+        c = min(
+            (c for c in size if size[c] >= 0.01 * max(size.values())),
+            key=lambda k: len(where[k]),
+            default=-1,
+        )
         if c < 0 or not abs(rows[r][c]) > 0:
-            raise ZeroDivisionError(f"{len(left)} equations are left: rows repeat one another, or nothing resists a joint")
+            raise ZeroDivisionError(
+                f"{len(left)} equations are left: rows repeat one another, or nothing resists a "
+                f"joint"
+            )
         left.remove(r)
         order.append((r, c))
         for k in rows[r]:
@@ -384,7 +490,9 @@ def solved(rows, right):
             for k, value in rows[r].items():
                 if k != c:
                     where[k].add(other)
-                    rows[other][k] = rows[other][k] - factor * value if k in rows[other] else -factor * value
+                    rows[other][k] = (
+                        rows[other][k] - factor * value if k in rows[other] else -factor * value
+                    )
             right[other] = right[other] - right[r] * factor
             heapq.heappush(shortest, (len(rows[other]), other))
     solution = np.empty_like(right)

@@ -1,4 +1,6 @@
-"""Random landings, printed numbers against an independent solution: the error is never above the reported bound."""
+"""Random landings, printed numbers against an independent solution: the error is never above the
+reported bound.
+"""
 
 from typing import NamedTuple
 from unittest import mock
@@ -12,7 +14,9 @@ from shockpc import SceneError, ShockProfile, SolveError, shock_maps, shock_prof
 from shockpc.profile import ILL_CONDITIONED
 
 MET = 1e-9
-"""Speed of a row that was left out as dependent, after the impact, over the largest speed to be undone."""
+"""Speed of a row that was left out as dependent, after the impact, over the largest speed to be
+undone.
+"""
 
 
 class Checked(NamedTuple):
@@ -48,27 +52,41 @@ def checked(number: int) -> tuple[Checked, ShockProfile | None]:
     except SceneError as refusal:
         return Checked(number, str(refusal), 0.0, 0.0), None
     except SolveError as failure:  # every body has a mass and every set of rows an independent part
-        return Checked(number, str(failure), 0.0 if str(failure).startswith("no verdict") else np.inf, 0.0), None
+        return Checked(
+            number, str(failure), 0.0 if str(failure).startswith("no verdict") else np.inf, 0.0
+        ), None
     exact = maximal_jumps(profile.landing, profile.choice.rows)
-    return Checked(number, "", excess(profile, exact), float(exact.missed.max(initial=0.0))), profile
+    return Checked(
+        number, "", excess(profile, exact), float(exact.missed.max(initial=0.0))
+    ), profile
 
 
 def excess(profile, exact) -> float:
-    """Largest over the bodies of true error over reported bound, which is relative to the motion of each body.
+    """Largest over the bodies of true error over reported bound, which is relative to the motion of
+    each body.
 
-    The maps are the doubles nearest to the exact ones, so that each entry is off by half a unit in the last place of the largest.
+    The maps are the doubles nearest to the exact ones, so that each entry is off by half a unit in
+    the last place of the largest.
     """
     errors = body_errors(profile.landing, exact, np.hstack([profile.delta_omega, profile.delta_v]))
     bounds = profile.proof.bounds
     off, true = difference(exact.jumps[..., :3], profile.maps)
-    maps = np.abs(off).max(axis=(1, 2)) / np.maximum(2.0**-53 * np.abs(true).max(axis=(1, 2)), 1e-300)
-    return float(max(np.max(np.where(errors > 0.0, errors / np.where(bounds > 0.0, bounds, 1e-300), 0.0)), maps.max()))
+    maps = np.abs(off).max(axis=(1, 2)) / np.maximum(
+        2.0**-53 * np.abs(true).max(axis=(1, 2)), 1e-300
+    )
+    return float(
+        max(
+            np.max(np.where(errors > 0.0, errors / np.where(bounds > 0.0, bounds, 1e-300), 0.0)),
+            maps.max(),
+        )
+    )
 
 
 def body_errors(landing, exact, jumps) -> np.ndarray:
     """True error (nb,) of the jump of every body (nb, 6), relative to the body's motion.
 
-    The size of a motion is the root of |v|² + (r |ω|)², with v at the origin of the body frame and the radius of gyration r.
+    The size of a motion is the root of |v|² + (r |ω|)², with v at the origin of the body frame and
+    the radius of gyration r.
     """
     length = landing.robot.rotation_lengths
     error, motion = (
@@ -79,27 +97,43 @@ def body_errors(landing, exact, jumps) -> np.ndarray:
 
 
 def difference(exact, values) -> tuple[np.ndarray, np.ndarray]:
-    """Exact minus printed numbers, subtracted in long numbers; and the exact ones. What the balls leave open is no difference."""
+    """Exact minus printed numbers, subtracted in long numbers; and the exact ones.
+
+    What the balls leave open is no difference.
+    """
     with flint.ctx.workdps(DIGITS):
         off = exact - np.vectorize(flint.arb, otypes=[object])(values)
         return np.vectorize(lambda ball: float(ball.abs_lower()))(off), np.vectorize(float)(exact)
 
 
 def assert_maps_are_those_of_the_proof(profile):
-    """The largest error of both ways to solve with H: as a matrix, and along the tree, as for many postures of large robots."""
+    """The largest error of both ways to solve with H: as a matrix, and along the tree, as for many
+    postures of large robots.
+    """
     with mock.patch("shockpc.landing.dynamics.WHOLE_ARRAYS", 0):
         along_the_tree = shock_maps(profile.landing, profile.q[None])
-    return max(error_of_maps(profile, found) for found in (shock_maps(profile.landing, profile.q[None]), along_the_tree))
+    return max(
+        error_of_maps(profile, found)
+        for found in (shock_maps(profile.landing, profile.q[None]), along_the_tree)
+    )
 
 
 def error_of_maps(profile, found):
-    """Maps in double precision: within 1e-9 of each body's motion unless flagged; flagged are dependent rows and ill conditions."""
+    """Maps in double precision: within 1e-9 of each body's motion unless flagged; flagged are
+    dependent rows and ill conditions.
+    """
     exact = (profile.rotation[:, None] @ profile.maps.reshape(-1, 2, 3, 3)).reshape(-1, 6, 3)
-    weight = np.repeat([profile.robot.rotation_lengths, np.ones(len(exact))], 3, axis=0).T[..., None]
-    size, off = (np.linalg.norm(weight * part, axis=(1, 2)) for part in (exact, found.maps[0] - exact))
+    weight = np.repeat([profile.robot.rotation_lengths, np.ones(len(exact))], 3, axis=0).T[
+        ..., None
+    ]
+    size, off = (
+        np.linalg.norm(weight * part, axis=(1, 2)) for part in (exact, found.maps[0] - exact)
+    )
     moves = size > 1e-13 * size.max()
     error = float(np.max(off[moves] / size[moves], initial=0.0))
-    assert found.prove[0] or not (found.rank[0] < len(profile.proof.impulse) or found.condition[0] > ILL_CONDITIONED)
+    assert found.prove[0] or not (
+        found.rank[0] < len(profile.proof.impulse) or found.condition[0] > ILL_CONDITIONED
+    )
     assert found.rank[0] == len(profile.choice.rows)
     if not found.prove[0]:
         assert error <= 1e-9

@@ -1,4 +1,6 @@
-"""Small robot texts for the tests of readers: written out, so that one slip at a time can be put into them."""
+"""Small robot texts for the tests of readers: written out, so that one slip at a time can be put
+into them.
+"""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -19,7 +21,14 @@ def link(name: str, mass: str = "1", inertia: str = INERTIA, more: str = "") -> 
     return f'<link name="{name}"><inertial><mass value="{mass}"/>{inertia}</inertial>{more}</link>'
 
 
-def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 1 0", more: str = LIMIT) -> str:
+def joint(
+    name: str,
+    parent: str,
+    child: str,
+    kind: str = "revolute",
+    axis: str = "0 1 0",
+    more: str = LIMIT,
+) -> str:
     """A joint; `more` is what stands in it beside its ends and its axis."""
     ends = f'<parent link="{parent}"/><child link="{child}"/>'
     return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="{axis}"/>{more}</joint>'
@@ -30,14 +39,18 @@ def urdf(*parts: str, name: str = "r") -> str:
     return f'<robot name="{name}">{"".join(parts)}</robot>'
 
 
-def arm(*, base: str = link("base"), tip: str = link("tip"), elbow: str = joint("elbow", "base", "tip")) -> str:
+def arm(
+    *, base: str = link("base"), tip: str = link("tip"), elbow: str = joint("elbow", "base", "tip")
+) -> str:
     """Two links and a joint, each replaceable."""
     return urdf(base, tip, elbow)
 
 
 def xacro(*parts: str, name: str = "r") -> str:
     """A xacro file of these parts."""
-    return f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{"".join(parts)}</robot>'
+    return (
+        f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{"".join(parts)}</robot>'
+    )
 
 
 BODY = '<inertial pos="0 0 -.1" mass="1" diaginertia=".1 .2 .25"/>'
@@ -75,7 +88,9 @@ def loaded(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any
     return load_robot(written(folder, text, name), **given)
 
 
-def refused(error: type[Exception], parts: Iterable[str], act: Callable[..., object], *given: Any) -> str:
+def refused(
+    error: type[Exception], parts: Iterable[str], act: Callable[..., object], *given: Any
+) -> str:
     """The text of the error that a call raises, which has to have all these parts."""
     with pytest.raises(error) as caught:
         act(*given)

@@ -1,4 +1,6 @@
-"""Proven numbers and what is reported of them: bounds, errors of double precision, sensitivity to the data, dependent rows."""
+"""Proven numbers and what is reported of them: bounds, errors of double precision, sensitivity to
+the data, dependent rows.
+"""
 
 import functools
 import itertools
@@ -19,7 +21,18 @@ from proof_check import MET, assert_maps_are_those_of_the_proof, body_errors, ex
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Posture,
+    Scene,
+    ShockError,
+    SolveError,
+    Strike,
+    resolve,
+    shock_maps,
+    shock_profile,
+)
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
 from shockpc.impact.exact.balls import BallImpact, to_double
@@ -45,7 +58,9 @@ def kinds(profile):
 
 
 def test_warnings_take_one_impact_in_balls(monkeypatch):
-    """Two more of them, for changes of the last digits, took longer than all numbers; where doubles are clear none is needed."""
+    """Two more of them, for changes of the last digits, took longer than all numbers; where doubles
+    are clear none is needed.
+    """
     made = []
 
     class Counted(BallImpact):
@@ -63,13 +78,22 @@ def test_warnings_take_one_impact_in_balls(monkeypatch):
 
 @pytest.mark.parametrize("name", ["go2", "solo12", "leg"])
 def test_what_doubles_call_hardly_sensitive_is(name):
-    """In random postures; the two patterns of changed digits are ten times below the threshold at least."""
+    """In random postures; the two patterns of changed digits are ten times below the threshold at
+    least.
+    """
     robot, rng, clear = known_robot(name), np.random.default_rng(5), 0
     feet = each_foot(robot) or (robot.bodies[-1].name,)
     for k in range(5):
-        joints = {joint.name: rng.uniform(*np.clip(joint.limits, -3.0, 3.0)) for joint in robot.independent_joints}
-        contacts = tuple(Contact(frame=foot, at="frame", kind="point") for foot in feet[: 1 + k % len(feet)])
-        profile = shock_profile(Scene(robot=name, base="free", contact=contacts, posture=Posture(joints=joints)), robot)
+        joints = {
+            joint.name: rng.uniform(*np.clip(joint.limits, -3.0, 3.0))
+            for joint in robot.independent_joints
+        }
+        contacts = tuple(
+            Contact(frame=foot, at="frame", kind="point") for foot in feet[: 1 + k % len(feet)]
+        )
+        profile = shock_profile(
+            Scene(robot=name, base="free", contact=contacts, posture=Posture(joints=joints)), robot
+        )
         with mock.patch("shockpc.judgement.accuracy.SENSITIVE", 1e-10):
             warned = data_sensitivity(profile)[1]
         clear += hardly_sensitive(profile)
@@ -82,7 +106,9 @@ def test_what_doubles_call_hardly_sensitive_is(name):
 
 def nearly_straight(bend, pitch, strike=0.0):
     """A leg on a fixed base, so many radians from straight, struck along itself or beside."""
-    posture = Posture(reference="neutral", base_rpy_deg=(0.0, pitch, 0.0), joints={"hind_knee": bend})
+    posture = Posture(
+        reference="neutral", base_rpy_deg=(0.0, pitch, 0.0), joints={"hind_knee": bend}
+    )
     return known_robot("quadruped"), Scene(
         robot="quadruped",
         base="fixed",
@@ -106,9 +132,11 @@ def solved(family, variant, value):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_hard_cases_get_proven_numbers(name):
-    """Those of the benchmark that have an answer: no error is above the bound, and that is rounding; maps agree, or are flagged.
+    """Those of the benchmark that have an answer: no error is above the bound, and that is
+    rounding; maps agree, or are flagged.
 
-    Chains of 200 links, which take longer than all others, are left to the two tests after this one.
+    Chains of 200 links, which take longer than all others, are left to the two tests after this
+    one.
     """
     cases = [case for case in FAMILIES[name].cases() if case.value != "200" and solved(*case[:3])]
     assert cases
@@ -129,11 +157,32 @@ def test_the_impact_of_500_links_is_proven():
     Only the proof: Pinocchio's memory grows with the cube of the number of joints.
     """
     robot = chain(np.full(500, 1.0), np.full(500, 0.2))
-    rest, velocity, q = np.zeros(robot.model.nv), np.array([1.0, 0.5, -2.0]), configuration(robot, bent(robot, 0.05))
-    block, before = contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z), Motion(velocity, np.zeros(3), rest)
+    rest, velocity, q = (
+        np.zeros(robot.model.nv),
+        np.array([1.0, 0.5, -2.0]),
+        configuration(robot, bent(robot, 0.05)),
+    )
+    block, before = (
+        contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z),
+        Motion(velocity, np.zeros(3), rest),
+    )
     plane = plane_of(Scene(robot="chain"))
     joints = without_springs(rest, rest > 0.0, "free")
-    landing = PosedLanding(Scene(robot="chain"), robot, plane, Z, (block,), (), (), (), joints, before, None, q, state=None)
+    landing = PosedLanding(
+        Scene(robot="chain"),
+        robot,
+        plane,
+        Z,
+        (block,),
+        (),
+        (),
+        (),
+        joints,
+        before,
+        None,
+        q,
+        state=None,
+    )
     vars(landing)["blocks"] = (block,)
     proof = Proof(landing, RowChoice.every(3))
     rotation = proof.read(lambda impact: impact.state.rotation[0].astype(float))
@@ -146,9 +195,14 @@ def test_the_impact_of_500_links_is_proven():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [("mass ratio", "struck heavy, rooted light", "1e+10"), ("links", "struck at the end", "200")])
+@pytest.mark.parametrize(
+    "case",
+    [("mass ratio", "struck heavy, rooted light", "1e+10"), ("links", "struck at the end", "200")],
+)
 def test_the_error_of_double_precision_is_the_true_one(case):
-    """Reported error of the solution in double precision; and that of a solution with a known error."""
+    """Reported error of the solution in double precision; and that of a solution with a known
+    error.
+    """
     profile, exact = solved(*case)
     assert excess(profile, exact) <= 1.0
     true = body_errors(profile.landing, exact, profile.double_jumps[..., 3])[profile.moved]
@@ -158,14 +212,27 @@ def test_the_error_of_double_precision_is_the_true_one(case):
         assert double_error(profile.landing, profile.proof, off) == pytest.approx(share, rel=1e-6)
 
 
-@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(-1e3, 1e3).filter(lambda d: abs(d) > 1e-3), st.floats(0.0, 1.0))
+@given(
+    st.floats(1e-3, 1e3),
+    st.floats(1e-3, 1e3),
+    st.floats(-1e3, 1e3).filter(lambda d: abs(d) > 1e-3),
+    st.floats(0.0, 1.0),
+)
 def test_a_body_has_the_doubles_nearest_to_its_closed_form(mass, inertia, d, e):
-    """Struck without friction at a distance d from its centre: Δω = −(1 + e) v m d / (I + m d²), Δv = (1 + e) v I / (I + m d²)."""
-    moments = f'<inertia ixx="{inertia!r}" ixy="0" ixz="0" iyy="{inertia!r}" iyz="0" izz="{inertia!r}"/>'
+    """Struck without friction at a distance d from its centre: Δω = −(1 + e) v m d / (I + m d²), Δv
+    = (1 + e) v I / (I + m d²).
+    """
+    moments = (
+        f'<inertia ixx="{inertia!r}" ixy="0" ixz="0" iyy="{inertia!r}" iyz="0" izz="{inertia!r}"/>'
+    )
     robot = robot_from(urdf(link("body", mass=repr(mass), inertia=moments)))
     contact = Contact(frame="body", offset=(d, 0.0, 0.0), directions=("z",), restitution=e)
     profile = shock_profile(Scene(robot="body", contact=(contact,)), robot)
-    m, distance, moment = Fraction(robot.bodies[0].mass), Fraction(d), Fraction(robot.bodies[0].inertia[1, 1])
+    m, distance, moment = (
+        Fraction(robot.bodies[0].mass),
+        Fraction(d),
+        Fraction(robot.bodies[0].inertia[1, 1]),
+    )
     whole = (1 + Fraction(e)) / (moment + m * distance**2)
     assert profile.delta_omega[0].tolist() == [0.0, float(-whole * m * distance), 0.0]
     assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * moment)]
@@ -176,15 +243,21 @@ def test_a_body_has_the_doubles_nearest_to_its_closed_form(mass, inertia, d, e):
 
 def test_a_body_on_a_floating_joint_feels_nothing():
     """Six free velocities carry no impulse."""
-    robot = robot_from(urdf(link("base"), link("loose"), joint("six", "base", "loose", "floating", more="")))
-    profile = shock_profile(Scene(robot="r", contact=Contact(frame="base", offset=(0.1, 0.2, -0.3))), robot)
+    robot = robot_from(
+        urdf(link("base"), link("loose"), joint("six", "base", "loose", "floating", more=""))
+    )
+    profile = shock_profile(
+        Scene(robot="r", contact=Contact(frame="base", offset=(0.1, 0.2, -0.3))), robot
+    )
     assert not profile.delta_v[1].any()
     assert not profile.delta_omega[1].any()
     assert profile.delta_v[0].any()
 
 
 def test_a_foot_that_receives_no_impulse_needs_no_hold():
-    """Another leg of a robot on a fixed base stands: the impulse along its rows is zero, beside rows that depend on others."""
+    """Another leg of a robot on a fixed base stands: the impulse along its rows is zero, beside
+    rows that depend on others.
+    """
     scene = Scene(robot="quadruped", base="fixed", contact="hind_foot", stance=("front_foot",))
     profile = shock_profile(scene, known_robot("quadruped"))
     assert profile.stance[0].impulse.tolist() == [0.0, 0.0, 0.0]
@@ -213,10 +286,18 @@ def test_inertia_along_the_tree_keeps_its_armature():
     ],
 )
 @pytest.mark.parametrize(
-    ("name", "feet"), [("anymal_b", FEET[:1]), ("anymal_b", FEET), ("talos", ("left_sole_link",)), ("solo12", ("FL_FOOT",))]
+    ("name", "feet"),
+    [
+        ("anymal_b", FEET[:1]),
+        ("anymal_b", FEET),
+        ("talos", ("left_sole_link",)),
+        ("solo12", ("FL_FOOT",)),
+    ],
 )
 def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints):
-    scene = Scene(robot=name, contact=tuple(Contact(frame=foot) for foot in feet), joints=joints, base=base)
+    scene = Scene(
+        robot=name, contact=tuple(Contact(frame=foot) for foot in feet), joints=joints, base=base
+    )
     profile = shock_profile(scene, known_robot(name))
     assert kinds(profile) == set()
     assert profile.health.data_sensitivity < 1e-11
@@ -227,13 +308,19 @@ def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints)
 @pytest.mark.parametrize(("name", "foot"), [("anymal_b", "LF_FOOT"), ("talos", "left_sole_link")])
 def test_many_postures_are_each_posture_alone(name, foot, model):
     robot = known_robot(name)
-    joints = {"free": Joints(), "geared": Joints(armature={"*": 0.05}), "locked": Joints(locked=robot.joint_names[::3])}[model]
+    joints = {
+        "free": Joints(),
+        "geared": Joints(armature={"*": 0.05}),
+        "locked": Joints(locked=robot.joint_names[::3]),
+    }[model]
     landing = resolve(Scene(robot=name, contact=foot, joints=joints), robot)
     Q = np.repeat(landing.q[None], 300, axis=0)
     Q[:, 7:] += np.random.default_rng(0).uniform(-0.3, 0.3, Q[:, 7:].shape)
     whole = shock_maps(landing, Q)
     for k in (0, 255, 256, 299):
-        np.testing.assert_allclose(whole.maps[k], shock_maps(landing, Q[k : k + 1]).maps[0], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(
+            whole.maps[k], shock_maps(landing, Q[k : k + 1]).maps[0], rtol=1e-12, atol=1e-13
+        )
     assert not whole.prove.any()
 
 
@@ -251,39 +338,56 @@ def at_a_hinge(distance, seed):
         Contact(frame="link3"),
     )
     posture = Posture(
-        base_rpy_deg=tuple(rng.uniform(-90, 90, 3).tolist()), joints={name: float(rng.uniform(-1, 1)) for name in robot.joint_names}
+        base_rpy_deg=tuple(rng.uniform(-90, 90, 3).tolist()),
+        joints={name: float(rng.uniform(-1, 1)) for name in robot.joint_names},
     )
     return robot, Scene(robot="chain", base="free", contact=contacts, posture=posture)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 5])
 @pytest.mark.parametrize(
-    ("distance", "uncertain"), [(0.0, False), (1e-13, True), (1e-12, True), (1e-9, False), (1e-6, False), (1e-3, False)]
+    ("distance", "uncertain"),
+    [(0.0, False), (1e-13, True), (1e-12, True), (1e-9, False), (1e-6, False), (1e-3, False)],
 )
 def test_rows_whose_independence_is_rounding_get_no_verdict(distance, uncertain, seed):
-    """Two contacts at one hinge: the same point, points that rounding may take for one, and two points."""
+    """Two contacts at one hinge: the same point, points that rounding may take for one, and two
+    points.
+    """
     robot, scene = at_a_hinge(distance, seed)
-    with pytest.raises(SolveError, match=r'no verdict: .* contact "link2", contact "link1"') if uncertain else nullcontext():
+    with (
+        pytest.raises(SolveError, match=r'no verdict: .* contact "link2", contact "link1"')
+        if uncertain
+        else nullcontext()
+    ):
         assert shock_profile(scene, robot).health.error_bound <= ROUNDING
 
 
 def test_a_body_that_stays_at_rest_has_no_large_bound():
     """Its motion is zero, which cannot be told from one that is smaller than every enclosure."""
-    profile = shock_profile(Scene(robot="ur5", contact=(Contact(frame="tool0"),), strike=Strike(velocity=(0.1, 0, -1))))
+    profile = shock_profile(
+        Scene(robot="ur5", contact=(Contact(frame="tool0"),), strike=Strike(velocity=(0.1, 0, -1)))
+    )
     assert not profile.delta_v[1].any()
     assert profile.health.error_bound <= ROUNDING
 
 
 @pytest.mark.parametrize("bend", [1e-8, 1e-12])
 def test_a_singular_posture_gets_no_verdict(bend):
-    """A shock above 1e6 is refused, with the joint that has to be bent, and the posture is flagged in maps."""
+    """A shock above 1e6 is refused, with the joint that has to be bent, and the posture is flagged
+    in maps.
+    """
     robot, scene = nearly_straight(bend, 0.0)
-    with pytest.raises(SolveError, match=r'"hind_knee".*almost no motion.*\(0 0 1\).*--set hind_knee='):
+    with pytest.raises(
+        SolveError, match=r'"hind_knee".*almost no motion.*\(0 0 1\).*--set hind_knee='
+    ):
         shock_profile(scene, robot)
     bent = replace(scene, posture=replace(scene.posture, joints_deg={"hind_knee": 10.0}))
     assert shock_profile(bent, robot).shock_com.max() < 10.0
     landing = resolve(scene, robot)
-    assert shock_maps(landing, np.stack([landing.q, resolve(bent, robot).q])).prove.tolist() == [True, False]
+    assert shock_maps(landing, np.stack([landing.q, resolve(bent, robot).q])).prove.tolist() == [
+        True,
+        False,
+    ]
 
 
 BUDGETS = """[[case]]
@@ -303,7 +407,12 @@ max = 1.0
 
 @pytest.mark.parametrize(
     "command",
-    ["analyze", "limits --joint hind_knee --at imu_link --max 0.5", "sweep --vary hind_knee=1e-8,1e-7 --out sweep", "check"],
+    [
+        "analyze",
+        "limits --joint hind_knee --at imu_link --max 0.5",
+        "sweep --vary hind_knee=1e-8,1e-7 --out sweep",
+        "check",
+    ],
 )
 def test_commands_end_without_a_verdict(command, capfd, tmp_path, monkeypatch):
     """Exit code 3 and the posture, in a gate and in the rows of a sweep too."""
@@ -320,46 +429,76 @@ def test_commands_end_without_a_verdict(command, capfd, tmp_path, monkeypatch):
 
 def test_a_singular_posture_is_a_warning_where_only_other_strikes_have_no_verdict():
     robot, scene = nearly_straight(1e-9, 10.0, 80.0001)
-    assert any(warning.kind == "posture" and warning.value > 1e6 for warning in shock_profile(scene, robot).health.warnings)
+    assert any(
+        warning.kind == "posture" and warning.value > 1e6
+        for warning in shock_profile(scene, robot).health.warnings
+    )
 
 
 @pytest.mark.parametrize(("bend", "warned"), [(1e-5, True), (1e-3, True), (0.3, False)])
 def test_a_body_that_moves_as_no_robot_moves_is_a_warning(bend, warned):
     robot, scene = nearly_straight(bend, 0.0)
-    assert any(one.kind == "posture" and one.value > 100.0 for one in shock_profile(scene, robot).health.warnings) == warned
+    assert (
+        any(
+            one.kind == "posture" and one.value > 100.0
+            for one in shock_profile(scene, robot).health.warnings
+        )
+        == warned
+    )
 
 
 def test_a_body_without_inertia_that_turns_as_no_robot_turns_is_refused():
-    """The neck of iCub carries a mass at a point: nothing resists rotation about the line to it but what rounding leaves."""
+    """The neck of iCub carries a mass at a point: nothing resists rotation about the line to it but
+    what rounding leaves.
+    """
     with pytest.raises(SolveError, match=r'"neck_2", "head".*"iCub".*no mass'):
         shock_profile(Scene(robot="icub", contact="l_sole"), known_robot("icub"))
 
 
 def slab(*offsets):
     robot = robot_from(urdf(link("slab", mass="2")))
-    return robot, Scene(robot="slab", contact=tuple(Contact(frame="slab", offset=offset) for offset in offsets))
+    return robot, Scene(
+        robot="slab", contact=tuple(Contact(frame="slab", offset=offset) for offset in offsets)
+    )
 
 
 def nearly_on_the_centre(beside):
     moments = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
-    robot = robot_from(urdf(f'<link name="body"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>{moments}</inertial></link>'))
-    return robot, Scene(robot="body", contact=Contact(frame="body", offset=(0.3 + beside, 0.0, -0.1)))
+    robot = robot_from(
+        urdf(
+            f'<link name="body"><inertial><origin xyz="0.3 0 0"/><mass '
+            f'value="2"/>{moments}</inertial></link>'
+        )
+    )
+    return robot, Scene(
+        robot="body", contact=Contact(frame="body", offset=(0.3 + beside, 0.0, -0.1))
+    )
 
 
 def drawn_in(approach):
-    """A robot falls at 3 m/s and draws its foot in so fast that the foot approaches the ground at `approach`."""
+    """A robot falls at 3 m/s and draws its foot in so fast that the foot approaches the ground at
+    `approach`.
+    """
     robot = known_robot("anymal_b")
     contact = (Contact(frame="LF_FOOT", directions=("z",)),)
 
     def falling(rate):
-        return Scene(robot="anymal_b", contact=contact, strike=Strike(velocity=(0.0, 0.0, -3.0), joint_velocities={"LF_KFE": rate}))
+        return Scene(
+            robot="anymal_b",
+            contact=contact,
+            strike=Strike(velocity=(0.0, 0.0, -3.0), joint_velocities={"LF_KFE": rate}),
+        )
 
-    one, two = (float(shock_profile(falling(rate), robot).contacts[0].approach[2]) for rate in (0.0, 1.0))
+    one, two = (
+        float(shock_profile(falling(rate), robot).contacts[0].approach[2]) for rate in (0.0, 1.0)
+    )
     return robot, falling((-approach - one) / (two - one))
 
 
 def hardly_moving(speed):
-    """Two rods, one up and one down: their centre of mass, by whose speed shock is divided, moves at `speed`."""
+    """Two rods, one up and one down: their centre of mass, by whose speed shock is divided, moves
+    at `speed`.
+    """
     robot = chain(np.full(2, 1.0), np.full(2, 0.4))
     posture = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"joint1": 0.8})
 
@@ -369,7 +508,9 @@ def hardly_moving(speed):
 
     profile = shock_profile(moving((0.0, 0.0, -9.0)), robot)
     found = profile.proof.read(
-        lambda impact: impact.velocities_before((0, 1), impact.points((0, 1), robot.coms)).astype(float)[0, 0]
+        lambda impact: impact.velocities_before((0, 1), impact.points((0, 1), robot.coms)).astype(
+            float
+        )[0, 0]
     )
     x, y, z = found.mean(axis=0)
     return robot, moving((-x, -y, -9.0 - z - speed))
@@ -383,10 +524,17 @@ def hardly_moving(speed):
         (drawn_in, 1e-8, 1e-1, ("result of body",)),
         (hardly_moving, 1e-8, 1.0, ("speed that shock is relative to",)),
     ],
-    ids=["contacts close together", "strike near the centre of mass", "slow approach", "slow centre of mass"],
+    ids=[
+        "contacts close together",
+        "strike near the centre of mass",
+        "slow approach",
+        "slow centre of mass",
+    ],
 )
 def test_results_that_hang_on_the_last_digits_of_the_data_are_reported(case, small, large, words):
-    """A small difference of large data: the numbers are those of the file, proven, and a warning names what they depend on."""
+    """A small difference of large data: the numbers are those of the file, proven, and a warning
+    names what they depend on.
+    """
     robot, scene = case(small)
     profile = shock_profile(scene, robot)
     assert profile.health.error_bound <= ROUNDING
@@ -400,7 +548,9 @@ def test_the_sensitivity_is_what_a_change_of_the_data_does():
     """A change of one datum in its last digit moves no body by much more than reported."""
     robot, scene = slab((0.3, 0.1, -0.1), (0.3 + 1e-7, 0.1 + 1e-7, -0.1))
     profile = shock_profile(scene, robot)
-    second = replace(scene.contact[1], offset=(float(np.nextafter(0.3 + 1e-7, 1.0)), 0.1 + 1e-7, -0.1))
+    second = replace(
+        scene.contact[1], offset=(float(np.nextafter(0.3 + 1e-7, 1.0)), 0.1 + 1e-7, -0.1)
+    )
     moved = shock_profile(replace(scene, contact=(scene.contact[0], second)), robot)
     exact = maximal_jumps(profile.landing, profile.choice.rows)
     change = body_errors(profile.landing, exact, moved.proof.jumps[..., 3]).max()
@@ -411,16 +561,23 @@ def test_the_sensitivity_is_what_a_change_of_the_data_does():
 def test_a_foot_at_the_centre_of_percussion_needs_no_friction(yaw):
     """Its impulse is zero, which arithmetic only narrows down: there is none, and no friction."""
     moments = '<inertia ixx="0.75" ixy="0" ixz="0" iyy="0.75" iyz="0" izz="0.75"/>'
-    body = f'<link name="rod"><inertial><origin xyz="0.5 0 0"/><mass value="3"/>{moments}</inertial></link>'
+    body = (
+        f'<link name="rod"><inertial><origin xyz="0.5 0 0"/><mass '
+        f'value="3"/>{moments}</inertial></link>'
+    )
     robot = robot_from(urdf(body))
     contact = Contact(frame="rod", offset=(1.0, 0.0, 0.0), directions=("z",))
     posture = Posture(base_rpy_deg=(0.0, 0.0, yaw))
-    foot = shock_profile(Scene(robot="r", contact=(contact,), stance=("rod",), posture=posture), robot).stance[0]
+    foot = shock_profile(
+        Scene(robot="r", contact=(contact,), stance=("rod",), posture=posture), robot
+    ).stance[0]
     assert (foot.impulse.tolist(), foot.friction_needed) == ([0.0, 0.0, 0.0], None)
 
 
 def test_a_number_that_no_precision_encloses_gets_no_verdict():
-    """The reading of a quantity of the proof, too, refuses what stays wide at the highest precision."""
+    """The reading of a quantity of the proof, too, refuses what stays wide at the highest
+    precision.
+    """
     profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"), known_robot("anymal_b"))
 
     def wide(impact):

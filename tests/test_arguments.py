@@ -1,4 +1,6 @@
-"""Arguments of studies: another type, or a value beyond its bounds, is one message that says what is valid."""
+"""Arguments of studies: another type, or a value beyond its bounds, is one message that says what
+is valid.
+"""
 
 import dataclasses
 import functools
@@ -19,9 +21,21 @@ from shockpc.quantities.maps import doubles
 from shockpc.text.arguments import is_numeric
 from shockpc.text.toml import converted
 
-STUDIES = [getattr(shockpc, name) for name in shockpc.__all__ if "study" in getattr(getattr(shockpc, name), "__dict__", ())]
+STUDIES = [
+    getattr(shockpc, name)
+    for name in shockpc.__all__
+    if "study" in getattr(getattr(shockpc, name), "__dict__", ())
+]
 SCENE = shockpc.Scene(robot="go2", contact="FL_foot")
-VALID = {"scene": SCENE, "landings": {"": SCENE}, "postures": SCENE, "joint": "a", "target": "a", "designs": (), "robots": ()}
+VALID = {
+    "scene": SCENE,
+    "landings": {"": SCENE},
+    "postures": SCENE,
+    "joint": "a",
+    "target": "a",
+    "designs": (),
+    "robots": (),
+}
 VALID |= {"table": {}, "log": {}, "unknown": {}}
 
 
@@ -31,15 +45,25 @@ def filled(kind, number):
     if origin is Mapping:
         return {"a": filled(parts[1], number)}
     if parts and origin in (tuple, Sequence):
-        return (filled(parts[0], number),) if parts[1:] in ((), (...,)) else tuple(filled(part, number) for part in parts)
-    return next(filled(part, number) for part in parts if part is not type(None)) if parts else number
+        return (
+            (filled(parts[0], number),)
+            if parts[1:] in ((), (...,))
+            else tuple(filled(part, number) for part in parts)
+        )
+    return (
+        next(filled(part, number) for part in parts if part is not type(None)) if parts else number
+    )
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.__name__)
 def test_arguments_of_another_type_or_beyond_their_bounds_are_refused(study):
     """Each parameter by its name: an object of no use, a text for a sequence, True for a number."""
     parameters, options = inspect.signature(study).parameters, declaration(study).parameters
-    given = {name: VALID[name] for name, parameter in parameters.items() if parameter.default is inspect.Parameter.empty}
+    given = {
+        name: VALID[name]
+        for name, parameter in parameters.items()
+        if parameter.default is inspect.Parameter.empty
+    }
     for name, parameter in parameters.items():
         kind = parameter.annotation
         values = [
@@ -52,10 +76,14 @@ def test_arguments_of_another_type_or_beyond_their_bounds_are_refused(study):
                 study(**given | {name: value})
         option = options[name].option if name in options else None
         for number in (1e13, -1e13, float("nan"), 10**400) if option and is_numeric(kind) else ():
-            with pytest.raises(shockpc.StudyError, match=f"^{name} must be |^{name} is .* it has to be "):
+            with pytest.raises(
+                shockpc.StudyError, match=f"^{name} must be |^{name} is .* it has to be "
+            ):
                 study(**given | {name: filled(kind, number)})
         assert option is None or kind not in (int, int | None) or option.greatest is not None
-        for bound, sign in ((option.least, -1), (option.above, 0), (option.greatest, 1)) if option else ():
+        for bound, sign in (
+            ((option.least, -1), (option.above, 0), (option.greatest, 1)) if option else ()
+        ):
             if bound is not None:
                 with pytest.raises(shockpc.StudyError, match=f"^{name} must be "):
                     study(**given | {name: filled(kind, int(bound + sign))})
@@ -73,11 +101,18 @@ def test_every_number_of_a_scene_has_a_range():
 
 
 def test_every_number_of_a_command_has_a_range():
-    """Options whose type alone reads a number have none; those of studies and scenes are checked when these are called."""
+    """Options whose type alone reads a number have none; those of studies and scenes are checked
+    when these are called.
+    """
     for name in COMMANDS:
         for option in get_command(app_for([name])).commands[name].params:
-            of_study = vars(getattr(shockpc, name)).get("study") if name in shockpc.__all__ else None
-            assert (of_study and option.name in of_study.parameters) or option.type.name not in ("integer", "float"), (
+            of_study = (
+                vars(getattr(shockpc, name)).get("study") if name in shockpc.__all__ else None
+            )
+            assert (of_study and option.name in of_study.parameters) or option.type.name not in (
+                "integer",
+                "float",
+            ), (
                 name,
                 option.name,
             )
@@ -88,7 +123,9 @@ def test_a_list_of_times_has_a_length():
         shockpc.touchdowns({}, SCENE, after=tuple(range(1, 5001)))
 
 
-@pytest.mark.parametrize("vary", ["lf_kfe_joint=-70:-60", ["lf_kfe_joint"], [(1, "2:3")], [("a", "b", "c")], 3])
+@pytest.mark.parametrize(
+    "vary", ["lf_kfe_joint=-70:-60", ["lf_kfe_joint"], [(1, "2:3")], [("a", "b", "c")], 3]
+)
 def test_ranges_of_another_type_are_refused(vary):
     for study in (shockpc.sweep, shockpc.fall, shockpc.improve):
         with pytest.raises(shockpc.StudyError, match="vary is "):
@@ -106,19 +143,53 @@ def test_numbers_of_numpy_and_other_collections_are_taken():
 
 
 @pytest.mark.parametrize(
-    "values", [[1, "a"], [[1, 2], [3]], b"1:2:3", [b"1"], [None], True, [True, False], 1j, {"a": 1}, np.array(["a"]),
-     "6 0,70", "1_0", "\u0663", np.array([1.0 + 2.0j]), np.complex128(1.0 + 2.0j), np.datetime64("2026-01-01")],
-)  # fmt: skip
+    "values",
+    [
+        [1, "a"],
+        [[1, 2], [3]],
+        b"1:2:3",
+        [b"1"],
+        [None],
+        True,
+        [True, False],
+        1j,
+        {"a": 1},
+        np.array(["a"]),
+        "6 0,70",
+        "1_0",
+        "\u0663",
+        np.array([1.0 + 2.0j]),
+        np.complex128(1.0 + 2.0j),
+        np.datetime64("2026-01-01"),
+    ],
+)
 def test_values_of_another_type_are_refused(values):
-    for study in (shockpc.sweep, shockpc.fall, functools.partial(shockpc.sensitivity, target="shock@imu")):
+    for study in (
+        shockpc.sweep,
+        shockpc.fall,
+        functools.partial(shockpc.sensitivity, target="shock@imu"),
+    ):
         with pytest.raises(shockpc.StudyError, match=r"FL_calf_joint: .* is not a finite number"):
             study(SCENE, vary={"FL_calf_joint": values})
 
 
-@pytest.mark.parametrize("values", [[1.0 + 2.0j], np.array([1.0 + 2.0j]), np.array(["2026-01-01"], dtype="M8[D]"), ["1.0"], [None]])
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1.0 + 2.0j],
+        np.array([1.0 + 2.0j]),
+        np.array(["2026-01-01"], dtype="M8[D]"),
+        ["1.0"],
+        [None],
+    ],
+)
 def test_arrays_of_what_is_no_real_number_are_refused(values):
-    """`shock_maps`, and landings in symbols, read configurations and strikes so; nothing of a complex number is dropped."""
-    with pytest.raises(shockpc.ShockError, match="Q holds a number that is not finite, or something else"):
+    """`shock_maps`, and landings in symbols, read configurations and strikes so; nothing of a
+    complex number is dropped.
+    """
+    with pytest.raises(
+        shockpc.ShockError, match="Q holds a number that is not finite, or something else"
+    ):
         doubles("Q", values)
 
 
@@ -128,7 +199,9 @@ NO_NUMBERS = "6 74", "", "1_0", "\u0663", "1e999", "nan", "inf", "0x1", "1,0", "
 
 @pytest.mark.parametrize("text", [*NUMBERS, *NO_NUMBERS])
 def test_a_number_in_a_text(text):
-    """Digits, a point, an exponent and a unit that is asked for; no blank within, and nothing that Python alone reads."""
+    """Digits, a point, an exponent and a unit that is asked for; no blank within, and nothing that
+    Python alone reads.
+    """
     if text in NUMBERS:
         assert number_from(text) == NUMBERS[text]
         assert number_from(f"{text.strip()} ms", {"ms": 1e-3}) == NUMBERS[text] * 1e-3
@@ -139,13 +212,17 @@ def test_a_number_in_a_text(text):
         number_from(f"{text}ms", {"s": 1.0})
 
 
-@pytest.mark.parametrize("values", [-70, np.int64(-70), np.array(-70.0), np.array([-70]), ["-70"], iter([-70.0])])
+@pytest.mark.parametrize(
+    "values", [-70, np.int64(-70), np.array(-70.0), np.array([-70]), ["-70"], iter([-70.0])]
+)
 def test_values_of_numpy_and_other_collections_are_taken(values):
     assert shockpc.sweep(SCENE, {"FL_calf_joint": values}).landings.axes[0].values == (-70.0,)
 
 
 def test_a_quantity_that_is_given_twice_is_refused_by_every_study():
-    """Also where two patterns match the same joint: a landing would be named by both values and computed with one of them."""
+    """Also where two patterns match the same joint: a landing would be named by both values and
+    computed with one of them.
+    """
     target = {"target": "shock@imu"}
     landings = {"": SCENE}
     for study, given in (
@@ -184,14 +261,21 @@ def _designs(scene):
 
 
 GROUND = {
-    "sweep": (lambda scene, key: shockpc.sweep(scene, {"speed": [1.0]}, quantities=key), {"contact_stiffness"}),
+    "sweep": (
+        lambda scene, key: shockpc.sweep(scene, {"speed": [1.0]}, quantities=key),
+        {"contact_stiffness"},
+    ),
     "compare": (lambda scene, key: shockpc.compare(_designs(scene), key), {"contact_stiffness"}),
     "batch": (
-        lambda scene, key: _first_failure(shockpc.batch(["go2"], lambda name: (shockpc.load_robot(name), [scene]), quantities=key)),
+        lambda scene, key: _first_failure(
+            shockpc.batch(["go2"], lambda name: (shockpc.load_robot(name), [scene]), quantities=key)
+        ),
         {"contact_stiffness"},
     ),
     "fall": (
-        lambda scene, key: shockpc.fall(dataclasses.replace(scene, contact=()), headings=["front"], quantities=key),
+        lambda scene, key: shockpc.fall(
+            dataclasses.replace(scene, contact=()), headings=["front"], quantities=key
+        ),
         set(),  # by its torques joints are judged
     ),
     "recorded": (
@@ -203,12 +287,16 @@ GROUND = {
         {"friction", "contact_stiffness"},
     ),
     "limits": (
-        lambda scene, key: shockpc.limits(scene, "FL_calf_joint", (key or ["shock"])[0] + "@imu", 0.1),
+        lambda scene, key: shockpc.limits(
+            scene, "FL_calf_joint", (key or ["shock"])[0] + "@imu", 0.1
+        ),
         {"contact_stiffness"},
     ),
     "place": (lambda scene, key: shockpc.place(scene, alternatives=0), {"contact_stiffness"}),
 }
-"""Studies with further quantities, and what of the ground has no effect without these; friction decides what is feasible."""
+"""Studies with further quantities, and what of the ground has no effect without these; friction
+decides what is feasible.
+"""
 
 
 def _first_failure(batch):
@@ -220,18 +308,27 @@ def _first_failure(batch):
 @pytest.mark.parametrize("study", GROUND)
 @pytest.mark.parametrize(("option", "value"), [("friction", 0.3), ("contact_stiffness", 1e5)])
 def test_what_is_said_of_the_ground_has_an_effect_or_is_refused(study, option, value):
-    """Numbers of contacts that stick and are rigid would be taken for those of the ground that is given."""
+    """Numbers of contacts that stick and are rigid would be taken for those of the ground that is
+    given.
+    """
     call, ignored = GROUND[study]
     scene = dataclasses.replace(SCENE, **{option: value})
     if option in ignored:
         with pytest.raises(shockpc.StudyError, match="which would change nothing here"):
             call(scene, [])
-    if study != "place" and (option == "friction" or study not in ("limits", "sensitivity")):  # of which these take long
-        call(scene, [{"friction": "shock_friction", "contact_stiffness": "peak_acceleration"}[option]])
+    # of which these take long
+    if study != "place" and (option == "friction" or study not in ("limits", "sensitivity")):
+        call(
+            scene,
+            [{"friction": "shock_friction", "contact_stiffness": "peak_acceleration"}[option]],
+        )
 
 
 def test_a_budget_of_numbers_that_do_not_depend_on_the_friction_is_refused(tmp_path):
-    text = '[[case]]\nname = "a"\nrobot = "go2"\ncontact = "FL_foot"\nfriction = 0.2\n[[budget]]\nat = "imu"\nmax = 9\nmetric = '
+    text = (
+        '[[case]]\nname = "a"\nrobot = "go2"\ncontact = "FL_foot"\nfriction = 0.2\n[[budget]]\nat '
+        '= "imu"\nmax = 9\nmetric = '
+    )
     (tmp_path / "budgets.toml").write_text(f'{text}"shock"\n')
     with pytest.raises(shockpc.StudyError, match=r'case "a".*friction'):
         shockpc.check_budgets(tmp_path / "budgets.toml")
@@ -241,7 +338,10 @@ def test_a_budget_of_numbers_that_do_not_depend_on_the_friction_is_refused(tmp_p
 
 def test_a_study_of_landings_takes_one_scene_too():
     """The place of a sensor is the same, whether the only landing has a name or not."""
-    single, named = shockpc.place(SCENE, alternatives=0), shockpc.place({"one": SCENE}, alternatives=0)
+    single, named = (
+        shockpc.place(SCENE, alternatives=0),
+        shockpc.place({"one": SCENE}, alternatives=0),
+    )
     assert single.places[0].position.tolist() == named.places[0].position.tolist()
 
 
@@ -252,7 +352,9 @@ def test_budgets_are_read_from_a_path(tmp_path):
         '[[budget]]\ncase = "a"\nat = "imu"\nmetric = "shock"\nmax = 0.1\n'
     )
     check = shockpc.check_budgets(tmp_path / "budgets.toml")
-    assert [outcome.value for outcome in check.outcomes] == [shockpc.shock_profile(SCENE).points[0].shock]
+    assert [outcome.value for outcome in check.outcomes] == [
+        shockpc.shock_profile(SCENE).points[0].shock
+    ]
 
 
 @pytest.mark.parametrize(
@@ -274,7 +376,9 @@ def test_budgets_are_read_from_a_path(tmp_path):
         lambda robot: shockpc.configuration(robot, joints=[1]),
         lambda robot: shockpc.configuration(robot, joints={5: 1.0}),
         lambda robot: shockpc.configuration_from_mujoco(5, [0.0]),
-        lambda robot: shockpc.limits(SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=np.array(1.0)),
+        lambda robot: shockpc.limits(
+            SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=np.array(1.0)
+        ),
     ],
 )
 def test_arguments_of_other_functions_are_checked_too(call):
@@ -293,7 +397,9 @@ def test_arrays_and_paths_are_arguments_too(tmp_path):
     q = shockpc.configuration(robot, joints={"FL_calf_joint": np.array(-1.4)}, base=np.zeros(3))
     assert robot.joint("FL_calf_joint").value(q) == -1.4
     ends = np.array([-1.5, -1.4])
-    limits = shockpc.limits(SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=ends, strikes=np.zeros(2), step=0.05)
+    limits = shockpc.limits(
+        SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=ends, strikes=np.zeros(2), step=0.05
+    )
     assert limits.range == (-1.5, -1.4)
     assert limits.strikes == (0.0, 0.0)
 

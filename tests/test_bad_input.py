@@ -25,7 +25,9 @@ LANDING = ("analyze", "stick.urdf", "--contact", "foot")
 
 
 def refusal(capfd, here, *words, code=2):
-    """The message of a command that has to fail with this code, print nothing else and change no file."""
+    """The message of a command that has to fail with this code, print nothing else and change no
+    file.
+    """
     before = sorted(here.rglob("*"))
     outcome = run(capfd, *words)
     assert outcome._replace(err="") == Outcome(code, "", "")
@@ -37,14 +39,16 @@ def refusal(capfd, here, *words, code=2):
 
 def contains(message, *parts):
     """Whether a message contains all these names and numbers."""
-    return [part for part in parts if part not in message] == [] or pytest.fail(f"{parts} in: {message}")
+    return [part for part in parts if part not in message] == [] or pytest.fail(
+        f"{parts} in: {message}"
+    )
 
 
 def commands(text, **named):
     """Reasons and command lines as parameters.
 
-    A line is the beginning of commands, ::, their ends with | between, => and a part of their message. Args: named, what
-    words in capitals at the beginning stand for.
+    A line is the beginning of commands, ::, their ends with | between, => and a part of their
+    message. Args: named, what words in capitals at the beginning stand for.
     """
     found = []
     for line in text.strip().splitlines():
@@ -60,9 +64,15 @@ def commands(text, **named):
 
 FILES = {
     "empty.urdf": ("", "begins with <robot> (URDF, xacro) or <mujoco> (MJCF) or <sdf> (SDFormat)"),
-    "broken.urdf": ("<robot name='r'>\n  <link name='a'>\n</robot>\n", "line 3, column 3: mismatched tag"),
+    "broken.urdf": (
+        "<robot name='r'>\n  <link name='a'>\n</robot>\n",
+        "line 3, column 3: mismatched tag",
+    ),
     "macros.urdf.xacro": (xacro('<xacro:macro name="leg" params=""/>'), "no <link>"),
-    "gapped.urdf": (STICK.replace('parent link="body"', 'parent link="bdy"'), 'joint "knee": its parent is link "bdy"'),
+    "gapped.urdf": (
+        STICK.replace('parent link="body"', 'parent link="bdy"'),
+        'joint "knee": its parent is link "bdy"',
+    ),
     "light.urdf": (
         urdf(link("body"), link("shin", mass="1e-19"), joint("knee", "body", "shin")),
         '"shin": <mass> value is 1e-19 kg',
@@ -90,18 +100,31 @@ def test_robot_files(capfd, here, name):
         (here / name).write_text(text)
     message = refusal(capfd, here, "robots", name)
     assert contains(message, reason, name[:40].removeprefix("./"))
-    assert refusal(capfd, here, "analyze", name, "--contact", "shin").replace("analyze --help", "robots --help") == message
+    assert (
+        refusal(capfd, here, "analyze", name, "--contact", "shin").replace(
+            "analyze --help", "robots --help"
+        )
+        == message
+    )
 
 
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        ("romeo_laas_small --contact l_sole", ('"l_gripper"', '"r_gripper"', '"RomeoH37"', "--lock")),
-        ("stick.urdf --contact foot --base fixed", ("no verdict", 'posture "neutral"', "1 m/s", "(0 0 1)", "free the base")),
+        (
+            "romeo_laas_small --contact l_sole",
+            ('"l_gripper"', '"r_gripper"', '"RomeoH37"', "--lock"),
+        ),
+        (
+            "stick.urdf --contact foot --base fixed",
+            ("no verdict", 'posture "neutral"', "1 m/s", "(0 0 1)", "free the base"),
+        ),
     ],
 )
 def test_models_that_cannot_be_solved(capfd, here, words, parts):
-    """Bodies that move without mass, and a posture in which the mechanism cannot give way, have no result and are named."""
+    """Bodies that move without mass, and a posture in which the mechanism cannot give way, have no
+    result and are named.
+    """
     assert contains(refusal(capfd, here, "analyze", *words.split(), code=3), *parts)
 
 
@@ -122,7 +145,9 @@ analyze arm.xml:: --contact arm --base-rpy 0,0,0 => is fixed in its file, so it 
 """),
 )
 def test_models_from_mjcf(capfd, here, reason, words):
-    """A base that its file fixes cannot be freed or placed, and cannot strike; postures that nothing reads are refused."""
+    """A base that its file fixes cannot be freed or placed, and cannot strike; postures that
+    nothing reads are refused.
+    """
     for name, text in MODELS.items():
         (here / name).write_text(text)
     assert contains(refusal(capfd, here, *words), reason)
@@ -238,7 +263,10 @@ SWEEP = "sweep stick.urdf --contact foot --vary knee=10,20"
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("reason", "words"), commands(COMMANDS, STICK="analyze stick.urdf", FOOT="analyze stick.urdf --contact foot", SWEEP=SWEEP)
+    ("reason", "words"),
+    commands(
+        COMMANDS, STICK="analyze stick.urdf", FOOT="analyze stick.urdf --contact foot", SWEEP=SWEEP
+    ),
 )
 def test_commands_that_cannot_be_run(capfd, here, reason, words):
     """A message has the option or the name, what was typed, and what would be valid."""
@@ -261,7 +289,8 @@ SCENES = {
     'stance = ["ankle"]': 'contact "foot" and stance "ankle" coincide',
     f"stance = {['foot'] * 100}": "the scene has 101 contacts, and up to 100 are computed; leave some of them out",
     "[[point]]\nframe = 'foot'\n" * 1001: "the scene has 1001 points, and up to 1000 are computed",
-    "[[part]]\nname = 'board'\nat = 'foot'\nrating = '50g@2ms'\n" * 1001: "the scene has 1001 parts, and up to 1000 are computed",
+    "[[part]]\nname = 'board'\nat = 'foot'\nrating = '50g@2ms'\n"
+    * 1001: "the scene has 1001 parts, and up to 1000 are computed",
     'srdf = "~nobody-of-that-name/r.srdf"': "begins with the home of a user whom this computer does not have",
     'srdf = "r\\u0000.srdf"': "it holds a NUL character",
     **dict.fromkeys(
@@ -273,7 +302,9 @@ SCENES = {
 
 @pytest.mark.parametrize("lines", SCENES, ids=lambda lines: lines[:60])
 def test_scene_files(capfd, here, lines):
-    """Values that are valid alone, but not together; paths that no file has, TOML that exceeds the reader."""
+    """Values that are valid alone, but not together; paths that no file has, TOML that exceeds the
+    reader.
+    """
     contact = "" if "[[contact]]" in lines else '[[contact]]\nframe = "foot"\n'
     (here / "twice.toml").write_text(f'robot = "stick.urdf"\n{lines}\n{contact}')
     assert contains(refusal(capfd, here, "analyze", "twice.toml"), SCENES[lines])
@@ -298,7 +329,9 @@ FOOT:: --save-scene away/new.mjcf => would not be read as a scene, whose name en
     ("reason", "words"),
     [
         *commands(PLACES, FOOT="analyze stick.urdf --contact foot"),
-        pytest.param("File name too long; name another with --out", [*LANDING, "--out", "x" * 256], id="long"),
+        pytest.param(
+            "File name too long; name another with --out", [*LANDING, "--out", "x" * 256], id="long"
+        ),
     ],
 )
 def test_places_that_cannot_be_written(capfd, here, reason, words):
@@ -306,13 +339,17 @@ def test_places_that_cannot_be_written(capfd, here, reason, words):
 
 
 def test_folders_whose_name_is_not_utf_8(capfd, here, monkeypatch):
-    """A JSON document cannot hold such a name: nothing is written there, also if it is the current folder."""
+    """A JSON document cannot hold such a name: nothing is written there, also if it is the current
+    folder.
+    """
     odd = here / os.fsdecode(b"b\xff")
     odd.mkdir()
     (odd / "stick.urdf").write_text(STICK)
     for words in (("--out", odd / "out"), ("--save-scene", odd / "landing.toml")):
         assert contains(refusal(capfd, here, *LANDING, *words), words[0], "\\xff", "UTF-8")
-    assert contains(refusal(capfd, here, "analyze", odd / "stick.urdf", "--contact", "foot"), "\\xff", "UTF-8")
+    assert contains(
+        refusal(capfd, here, "analyze", odd / "stick.urdf", "--contact", "foot"), "\\xff", "UTF-8"
+    )
     monkeypatch.chdir(odd)
     assert contains(refusal(capfd, here, *LANDING, "--out", "out"), "\\xff", "UTF-8")
 
@@ -327,27 +364,49 @@ def test_deleted_current_folder(capfd, here, monkeypatch):
 @pytest.mark.parametrize("option", ["--out", "--save-scene"])
 def test_write_protected_folder(capfd, here, monkeypatch, option):
     """Found out before anything is computed."""
-    monkeypatch.setattr(tempfile, "TemporaryFile", Mock(side_effect=PermissionError(errno.EACCES, os.strerror(errno.EACCES))))
-    monkeypatch.setattr(shockpc.profile, "shock_profile", Mock(side_effect=AssertionError("computed before the folder was tried")))
+    monkeypatch.setattr(
+        tempfile,
+        "TemporaryFile",
+        Mock(side_effect=PermissionError(errno.EACCES, os.strerror(errno.EACCES))),
+    )
+    monkeypatch.setattr(
+        shockpc.profile,
+        "shock_profile",
+        Mock(side_effect=AssertionError("computed before the folder was tried")),
+    )
     place, folder = ("locked", "locked") if option == "--out" else ("landing.toml", ".")
-    assert contains(refusal(capfd, here, *LANDING, option, place), f'"{folder}"', "Permission denied", option)
+    assert contains(
+        refusal(capfd, here, *LANDING, option, place), f'"{folder}"', "Permission denied", option
+    )
 
 
 def test_files_of_others_are_not_replaced(capfd, here):
-    """--save-scene replaces a file with --force only, and with several landings none of them is replaced."""
+    """--save-scene replaces a file with --force only, and with several landings none of them is
+    replaced.
+    """
     good(capfd, *LANDING, "--save-scene", "landing.toml")
     before = (here / "landing.toml").read_bytes()
-    assert contains(refusal(capfd, here, *LANDING, "--speed", "2", "--save-scene", "landing.toml"), '"landing.toml"', "--force")
+    assert contains(
+        refusal(capfd, here, *LANDING, "--speed", "2", "--save-scene", "landing.toml"),
+        '"landing.toml"',
+        "--force",
+    )
     assert (here / "landing.toml").read_bytes() == before
-    good(capfd, "analyze", "landing.toml", "--speed", "2", "--save-scene", "landing.toml", "--force")
+    good(
+        capfd, "analyze", "landing.toml", "--speed", "2", "--save-scene", "landing.toml", "--force"
+    )
     assert read_scene(here / "landing.toml").strike.speed == 2.0
     (here / "feet.shin.toml").write_text("mine")
-    message = refusal(capfd, here, "analyze", "stick.urdf", "--contact", "*", "--save-scene", "feet.toml")
+    message = refusal(
+        capfd, here, "analyze", "stick.urdf", "--contact", "*", "--save-scene", "feet.toml"
+    )
     assert contains(message, '"feet.shin.toml"', "--force")
 
 
 def test_no_file_of_a_report_without_verdict(capfd, here, monkeypatch):
-    """A number that only the report computes may have no verdict; then neither the scene nor a folder is written."""
+    """A number that only the report computes may have no verdict; then neither the scene nor a
+    folder is written.
+    """
     monkeypatch.setattr(Report, "text", Mock(side_effect=SolveError("no verdict: terms cancel")))
     outcome = run(capfd, *LANDING, "--save-scene", "landing.toml", "--out", "results")
     assert outcome.code == SolveError.exit_code
@@ -356,7 +415,9 @@ def test_no_file_of_a_report_without_verdict(capfd, here, monkeypatch):
     assert not (here / "results").exists()
 
 
-@pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml")], ids=lambda words: words[1])
+@pytest.mark.parametrize(
+    "words", [LANDING, ("analyze", "landing.toml")], ids=lambda words: words[1]
+)
 def test_files_that_cannot_be_read(here, words):
     """In a separate process, in which no file of the folder can be opened."""
     (here / "landing.toml").write_text('robot = "stick.urdf"\n')
@@ -378,29 +439,42 @@ entry()
 
 
 RESULT, MISTAKE, HELP = (
-    shlex.join([*SHOCKPC, *words]) for words in ((*LANDING, "--explain"), ("analyze", "missing.urdf"), ("-h",))
+    shlex.join([*SHOCKPC, *words])
+    for words in ((*LANDING, "--explain"), ("analyze", "missing.urdf"), ("-h",))
 )
 
 
 def bash(line, folder, **options):
     """Run a line of bash in a folder."""
-    return subprocess.run(["bash", "-c", line], capture_output=True, text=True, cwd=folder, check=False, **options)
+    return subprocess.run(
+        ["bash", "-c", line], capture_output=True, text=True, cwd=folder, check=False, **options
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("command", "code", "streams"), [
-    *((RESULT, 0, streams) for streams in ("2>&-", "2>/dev/full", ">/dev/null 2>&-", "<&-", "2>&1 | true")),
-    *((MISTAKE, 2, streams) for streams in ("2>&-", "2>/dev/full", "2>&1 | true")),
-    (HELP, 0, "2>&1 | true"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "code", "streams"),
+    [
+        *(
+            (RESULT, 0, streams)
+            for streams in ("2>&-", "2>/dev/full", ">/dev/null 2>&-", "<&-", "2>&1 | true")
+        ),
+        *((MISTAKE, 2, streams) for streams in ("2>&-", "2>/dev/full", "2>&1 | true")),
+        (HELP, 0, "2>&1 | true"),
+    ],
+)
 def test_exit_codes_do_not_depend_on_standard_error(here, command, code, streams):
-    """Nobody can read a message there, but the command ends as ever; a reader who goes away is no error."""
+    """Nobody can read a message there, but the command ends as ever; a reader who goes away is no
+    error.
+    """
     done = bash(f"{command} {streams}; exit ${{PIPESTATUS[0]}}", here)
     assert done.returncode == code
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize(("streams", "reason"), [(">/dev/full", "No space left on device"), (">&-", "closed")])
+@pytest.mark.parametrize(
+    ("streams", "reason"), [(">/dev/full", "No space left on device"), (">&-", "closed")]
+)
 def test_standard_output_that_cannot_be_written(here, streams, reason):
     done = bash(f"{RESULT} {streams}", here)
     assert done.returncode == 2
@@ -409,11 +483,20 @@ def test_standard_output_that_cannot_be_written(here, streams, reason):
 
 
 def test_output_does_not_depend_on_the_environment(here):
-    """In a terminal that knows ASCII alone, and without a home, a locale or a terminal, it is the same text in UTF-8."""
+    """In a terminal that knows ASCII alone, and without a home, a locale or a terminal, it is the
+    same text in UTF-8.
+    """
     # Kernels for other processors round differently, which the last line reports.
-    needed = {name: value for name, value in os.environ.items() if name in ("PATH", "PYTHONPATH", "OPENBLAS_CORETYPE")}
+    needed = {
+        name: value
+        for name, value in os.environ.items()
+        if name in ("PATH", "PYTHONPATH", "OPENBLAS_CORETYPE")
+    }
     coded = [environment({"PYTHONIOENCODING": code}) for code in ("utf-8", "ascii")]
-    normal, *others = [bash(shlex.join([*SHOCKPC, *LANDING]), here, env=given, encoding="utf-8") for given in (*coded, needed)]
+    normal, *others = [
+        bash(shlex.join([*SHOCKPC, *LANDING]), here, env=given, encoding="utf-8")
+        for given in (*coded, needed)
+    ]
     assert "…" in normal.stdout
     for done in (normal, *others):
         assert Outcome(done.returncode, done.stdout, done.stderr) == Outcome(0, normal.stdout, "")
@@ -428,7 +511,9 @@ STOPPED = "shockpc: interrupted; no incomplete file was left\n"
 @pytest.mark.parametrize("options", [("--out", "results"), ("--save-scene", "landing.toml")])
 @pytest.mark.parametrize("place", ["shockpc.profile.shock_profile", "pathlib.Path.replace"])
 def test_interrupted_runs_leave_no_file(capfd, here, monkeypatch, options, place):
-    """Neither while it computes nor in the middle of writing, when a file is complete but does not have its name yet."""
+    """Neither while it computes nor in the middle of writing, when a file is complete but does not
+    have its name yet.
+    """
     monkeypatch.setattr(place, Mock(side_effect=KeyboardInterrupt))
     before = {path for path in here.rglob("*") if path.is_file()}
     assert run(capfd, *LANDING, *options) == Outcome(130, "", STOPPED)
@@ -465,8 +550,14 @@ entry()
 
 
 def test_error_of_our_own(capfd, here, monkeypatch):
-    """A bug shows where it is, and ends with 70: 1 would mean a budget that is exceeded, 3 no verdict."""
-    monkeypatch.setattr(shockpc.profile, "shock_profile", Mock(side_effect=ZeroDivisionError("not caused by the user")))
+    """A bug shows where it is, and ends with 70: 1 would mean a budget that is exceeded, 3 no
+    verdict.
+    """
+    monkeypatch.setattr(
+        shockpc.profile,
+        "shock_profile",
+        Mock(side_effect=ZeroDivisionError("not caused by the user")),
+    )
     outcome = run(capfd, *LANDING)
     assert outcome._replace(err="") == Outcome(70, "", "")
     lines = outcome.err.splitlines()

@@ -1,4 +1,6 @@
-"""The base of a robot: which joint or link of the file it is, how it moves, and what the header says of it."""
+"""The base of a robot: which joint or link of the file it is, how it moves, and what the header
+says of it.
+"""
 
 import json
 import re
@@ -38,9 +40,15 @@ CHANGES = {
 
 
 def in_a_world(text, root, kind="floating", name="world", turned=""):
-    """The URDF with another root link, to which a mark is fixed and that carries the robot on a joint."""
-    joints = joint("fix", name, "mark", "fixed", more="") + joint("carrier", name, root, kind, "0 0 1", turned)
-    return re.sub(r"(<robot[^>]*>)", rf'\1<link name="{name}"/><link name="mark"/>{joints}', text, count=1)
+    """The URDF with another root link, to which a mark is fixed and that carries the robot on a
+    joint.
+    """
+    joints = joint("fix", name, "mark", "fixed", more="") + joint(
+        "carrier", name, root, kind, "0 0 1", turned
+    )
+    return re.sub(
+        r"(<robot[^>]*>)", rf'\1<link name="{name}"/><link name="mark"/>{joints}', text, count=1
+    )
 
 
 def with_postures(text):
@@ -50,30 +58,52 @@ def with_postures(text):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
-@pytest.mark.parametrize(("kind", "name"), [("floating", "world"), ("floating", "footprint"), ("planar", "world")])
-def test_a_massless_root_that_carries_the_robot_on_a_floating_joint_is_the_world(kind, name, change):
-    """Every number is that of the same robot without that link and joint, whatever is fixed to the link."""
+@pytest.mark.parametrize(
+    ("kind", "name"), [("floating", "world"), ("floating", "footprint"), ("planar", "world")]
+)
+def test_a_massless_root_that_carries_the_robot_on_a_floating_joint_is_the_world(
+    kind, name, change
+):
+    """Every number is that of the same robot without that link and joint, whatever is fixed to the
+    link.
+    """
     plain = known_robot("quadruped")
     text = in_a_world(plain.source.xml, plain.bodies[0].name, kind, name)
     scene = replace(SCENE, **CHANGES[change])
-    found, expected = (document(shock_profile(scene, robot)) for robot in (with_postures(text), plain))
+    found, expected = (
+        document(shock_profile(scene, robot)) for robot in (with_postures(text), plain)
+    )
     assert (found.pop("robot") | {"file": ""}, found.pop("scene") | {"robot": ""}) == (
-        expected.pop("robot") | {"file": ""}, expected.pop("scene") | {"robot": ""},
-    )  # fmt: skip
-    notes, known = ([warning["text"] for warning in one["health"].pop("warnings")] for one in (found, expected))
+        expected.pop("robot") | {"file": ""},
+        expected.pop("scene") | {"robot": ""},
+    )
+    notes, known = (
+        [warning["text"] for warning in one["health"].pop("warnings")] for one in (found, expected)
+    )
     added = [note for note in notes if note not in known]
-    assert [says(note, '"carrier"', "floating base", "--base planar") for note in added] == [True] * (kind == "planar")
+    assert [says(note, '"carrier"', "floating base", "--base planar") for note in added] == [
+        True
+    ] * (kind == "planar")
     assert found == expected
 
 
 def test_the_origin_of_that_joint_is_where_the_base_starts():
-    """In the neutral posture the base is turned as the file says; one that a scene places stands there."""
+    """In the neutral posture the base is turned as the file says; one that a scene places stands
+    there.
+    """
     plain = known_robot("quadruped")
-    text = in_a_world(plain.source.xml, plain.bodies[0].name, turned='<origin xyz="1 2 3" rpy="0.3 -0.2 0.1"/>')
+    text = in_a_world(
+        plain.source.xml, plain.bodies[0].name, turned='<origin xyz="1 2 3" rpy="0.3 -0.2 0.1"/>'
+    )
     turned = tuple(np.degrees((0.3, -0.2, 0.1)).tolist())
-    for posture in (Posture(reference="neutral"), Posture(reference="neutral", base_rpy_deg=turned)):
+    for posture in (
+        Posture(reference="neutral"),
+        Posture(reference="neutral", base_rpy_deg=turned),
+    ):
         found = shock_profile(replace(SCENE, posture=posture), robot_from(text))
-        expected = shock_profile(replace(SCENE, posture=replace(posture, base_rpy_deg=turned)), plain)
+        expected = shock_profile(
+            replace(SCENE, posture=replace(posture, base_rpy_deg=turned)), plain
+        )
         np.testing.assert_allclose(found.delta_v, expected.delta_v, rtol=1e-12, atol=1e-13)
 
 
@@ -84,10 +114,15 @@ def test_a_floating_joint_has_no_drive():
     )
     for joints in (Joints(locked=("*",)), Joints(model="locked")):
         assert joint_model(robot, joints).locked.tolist() == [False] * 6 + [True] + [False] * 6
-    assert joint_model(robot, Joints(armature={"*": 0.1})).armature.tolist() == [0.0] * 6 + [0.1] + [0.0] * 6
+    assert (
+        joint_model(robot, Joints(armature={"*": 0.1})).armature.tolist()
+        == [0.0] * 6 + [0.1] + [0.0] * 6
+    )
 
 
-def test_a_massless_root_under_a_hinge_is_computed_with_the_base_that_the_message_names(capfd, tmp_path):
+def test_a_massless_root_under_a_hinge_is_computed_with_the_base_that_the_message_names(
+    capfd, tmp_path
+):
     """The message says --base fixed, and that works."""
     robot = written(tmp_path, arm(base='<link name="base"/>'))
     command = ("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0", "--base", "free")
@@ -100,8 +135,11 @@ def test_a_massless_root_under_a_hinge_is_computed_with_the_base_that_the_messag
 
 HEADERS = {
     arm(): "falls freely; --base planar or --base fixed restrains it",
-    arm(tip=link("tip") + link("a") + link("b") + joint("ja", "tip", "a") + joint("jb", "a", "b")): (
-        "fixed to the world, because the robot has no feet and hangs on its root by one chain; --base free releases it"
+    arm(
+        tip=link("tip") + link("a") + link("b") + joint("ja", "tip", "a") + joint("jb", "a", "b")
+    ): (
+        "fixed to the world, because the robot has no feet and hangs on its root by one chain; "
+        "--base free releases it"
     ),
     arm(base=link("world"), elbow=joint("elbow", "world", "tip")): (
         'fixed to the world, because its root link is called "world"; --base free releases it'
@@ -113,7 +151,10 @@ HEADERS = {
 @pytest.mark.parametrize("text", HEADERS)
 def test_the_header_says_whether_an_arm_is_bolted_down_and_what_changes_it(text, capfd, tmp_path):
     robot = written(tmp_path, text, "arm.xml" if "<mujoco" in text else "arm.urdf")
-    for command in (("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0"), ("robots", robot)):
+    for command in (
+        ("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0"),
+        ("robots", robot),
+    ):
         more = ("--all",) if command[0] == "analyze" else ()
         assert f"\nbase         {HEADERS[text]}\n" in good(capfd, *command, *more)
 
@@ -131,9 +172,13 @@ KEY = '<keyframe><key name="home" qpos="{}0.3 -0.2"/></keyframe>'
 
 @pytest.mark.parametrize("base", ["free", "planar"])
 def test_the_base_of_an_mjcf_that_fixes_it_can_be_freed(base, tmp_path, capfd):
-    """Every number is that of the file with a <freejoint/> in its top-level body and keyframe; by option, scene and Python."""
+    """Every number is that of the file with a <freejoint/> in its top-level body and keyframe; by
+    option, scene and Python.
+    """
     held = mjcf(body("trunk", BODY + LEGS, "", 'pos="0 0 1"'), after=KEY.format(""))
-    freed = held.replace('pos="0 0 1">', 'pos="0 0 1"><freejoint/>').replace('qpos="', 'qpos="0 0 1 1 0 0 0 ')
+    freed = held.replace('pos="0 0 1">', 'pos="0 0 1"><freejoint/>').replace(
+        'qpos="', 'qpos="0 0 1 1 0 0 0 '
+    )
     texts = {
         "held.xml": held,
         "freed.xml": freed,
@@ -145,7 +190,11 @@ def test_the_base_of_an_mjcf_that_fixes_it_can_be_freed(base, tmp_path, capfd):
     python = document(shock_profile(Scene(robot=held, contact="foot", base=base)))
     assert load_robot(held, free=True).free_base
     assert not load_robot(held).free_base
-    for found in (good(capfd, "analyze", held, *options), good(capfd, "analyze", scene, "--format", "json"), json.dumps(python)):
+    for found in (
+        good(capfd, "analyze", held, *options),
+        good(capfd, "analyze", scene, "--format", "json"),
+        json.dumps(python),
+    ):
         numbers = json.loads(found)
         assert numbers["scene"]["posture"]["reference"] == "home"
         assert numbers["tables"] == expected["tables"]
@@ -154,23 +203,35 @@ def test_the_base_of_an_mjcf_that_fixes_it_can_be_freed(base, tmp_path, capfd):
 FLOATING = body("trunk", BODY + LEGS, "<freejoint/>", 'pos="0 0 1"')
 FLOATING_KEY = KEY.format("0.5 0 0.8 1 0 0 0 ")
 HUNG = (
-    '<equality><weld name="hook" body1="world" body2="trunk" anchor="0.1 0 0.2" relpose="0.3 0.2 1.6 0.9 0.1 0.3 -0.2"/></equality>'
+    '<equality><weld name="hook" body1="world" body2="trunk" anchor="0.1 0 0.2" relpose="0.3 0.2 '
+    '1.6 0.9 0.1 0.3 -0.2"/></equality>'
 )
 HOLDS = {"hung": HUNG, "from the trunk": '<equality><weld body1="trunk"/></equality>'}
 
 
 @pytest.mark.parametrize("holds", HOLDS.values(), ids=HOLDS)
 def test_a_base_that_a_weld_of_the_file_holds_is_fixed(holds, tmp_path, capfd):
-    """It is where MuJoCo's rows of the weld are closed, whatever a keyframe says; the numbers are those of a base fixed there."""
+    """It is where MuJoCo's rows of the weld are closed, whatever a keyframe says; the numbers are
+    those of a base fixed there.
+    """
     text = mjcf(FLOATING, '<compiler angle="radian"/>', holds + FLOATING_KEY)
-    hung, loose = written(tmp_path, text, "hung.xml"), written(tmp_path, text.replace(holds, ""), "loose.xml")
+    hung, loose = (
+        written(tmp_path, text, "hung.xml"),
+        written(tmp_path, text.replace(holds, ""), "loose.xml"),
+    )
     contact = Contact(frame="foot", directions=("z",))
-    found = shock_profile(Scene(robot=hung, contact=contact, strike=Strike(velocity=(0.3, 0.2, -1.0))))
+    found = shock_profile(
+        Scene(robot=hung, contact=contact, strike=Strike(velocity=(0.3, 0.2, -1.0)))
+    )
     model = mujoco.MjModel.from_xml_path(hung)
     data = mujoco.MjData(model)
     data.qpos[:] = np.concatenate([found.q[:3], found.q[[6, 3, 4, 5]], found.q[7:]])
     mujoco.mj_forward(model, data)
-    np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], np.zeros(6), atol=1e-12)
+    np.testing.assert_allclose(
+        data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY],
+        np.zeros(6),
+        atol=1e-12,
+    )
     posture = Posture(base_position=tuple(found.q[:3]), base_quaternion=tuple(found.q[3:7]))
     held = replace(found.scene, robot=loose, base="fixed", posture=posture)
     expected = document(shock_profile(held))
@@ -186,8 +247,13 @@ def test_a_base_that_a_weld_of_the_file_holds_is_fixed(holds, tmp_path, capfd):
 def test_a_weld_of_the_base_is_left_out_where_the_base_is_to_move(base, tmp_path):
     """Every number is that of the file without the weld, and a warning says that it is left out."""
     text = mjcf(FLOATING, after=HUNG + FLOATING_KEY)
-    hung, loose = written(tmp_path, text, "hung.xml"), written(tmp_path, text.replace(HUNG, ""), "loose.xml")
-    found, expected = (shock_profile(Scene(robot=robot, contact="foot", base=base)) for robot in (hung, loose))
+    hung, loose = (
+        written(tmp_path, text, "hung.xml"),
+        written(tmp_path, text.replace(HUNG, ""), "loose.xml"),
+    )
+    found, expected = (
+        shock_profile(Scene(robot=robot, contact="foot", base=base)) for robot in (hung, loose)
+    )
     assert document(found)["tables"] == document(expected)["tables"]
     left_out = 'hung.xml: the weld of "trunk" to the world is left out, because the base is to move'
     assert {*map(str, found.health.warnings)} - {*map(str, expected.health.warnings)} == {left_out}
@@ -211,7 +277,7 @@ def test_the_header_names_what_else_ties_the_base_to_the_world(tmp_path, capfd):
         ),
         (body("arm"), ('body "arm"', 'joint "j"', "<freejoint/>")),
     ],
-)  # fmt: skip
+)
 def test_a_base_that_cannot_be_freed(bodies, parts, tmp_path, capfd):
     """Legs that hang on the world apart from one another, and a body on a joint of its own."""
     robot = written(tmp_path, mjcf(bodies), "legs.xml")
@@ -225,23 +291,38 @@ def test_a_base_that_cannot_be_freed(bodies, parts, tmp_path, capfd):
 
 
 ARM = urdf(
-    link("stand", "8"), link("upper", "2"), link("fore", "1", f'<origin xyz="0.1 0 0"/>{INERTIA}'), link("hand", "0.5"),
+    link("stand", "8"),
+    link("upper", "2"),
+    link("fore", "1", f'<origin xyz="0.1 0 0"/>{INERTIA}'),
+    link("hand", "0.5"),
     joint("j1", "stand", "upper", more=f'<origin xyz="0 0 0.1"/>{LIMIT}'),
     joint("j2", "upper", "fore", more=f'<origin xyz="0.3 0 0.1"/>{LIMIT}'),
     joint("j3", "fore", "hand", axis="1 0 0", more=f'<origin xyz="0.2 0.1 0"/>{LIMIT}'),
-)  # fmt: skip
+)
 STRIKES = Contact(frame="hand", offset=(0.1, 0.05, 0.0), directions=("z",))
 
 
 def test_an_arm_stands_fixed_and_its_stand_is_no_part_of_it(tmp_path, capfd):
-    """Every number is that of an arm whose stand weighs something else, and that of the same arm on a root link "world"."""
+    """Every number is that of an arm whose stand weighs something else, and that of the same arm on
+    a root link "world".
+    """
     light = ARM.replace('<mass value="8"/>', '<mass value="3"/>', 1)
     in_world = ARM.replace("stand", "world")
     robots = [robot_from(text) for text in (ARM, light, in_world)]
-    assert [usual_base(robot) for robot in robots] == [("fixed", "arm"), ("fixed", "arm"), ("fixed", "world")]
+    assert [usual_base(robot) for robot in robots] == [
+        ("fixed", "arm"),
+        ("fixed", "arm"),
+        ("fixed", "world"),
+    ]
     for v_in in ("contact", "com"):
-        profiles = [shock_profile(Scene(robot="r.urdf", contact=STRIKES, v_in=v_in), robot) for robot in robots]
-        numbers = [[profile.delta_qd, profile.total_moment, profile.value("mass", "robot"), profile.v_in] for profile in profiles]
+        profiles = [
+            shock_profile(Scene(robot="r.urdf", contact=STRIKES, v_in=v_in), robot)
+            for robot in robots
+        ]
+        numbers = [
+            [profile.delta_qd, profile.total_moment, profile.value("mass", "robot"), profile.v_in]
+            for profile in profiles
+        ]
         for other in numbers[1:]:
             for one, same in zip(numbers[0], other, strict=True):
                 np.testing.assert_allclose(one, same, rtol=1e-12)
@@ -260,7 +341,12 @@ def test_an_arm_stands_fixed_and_its_stand_is_no_part_of_it(tmp_path, capfd):
     [
         (lambda text: text.replace("hand", "foot"), "free"),
         (lambda text: text.replace("stand", "drone"), "free"),
-        (lambda text: text.replace("</robot>", link("tail") + joint("j4", "stand", "tail") + "</robot>"), "free"),
+        (
+            lambda text: text.replace(
+                "</robot>", link("tail") + joint("j4", "stand", "tail") + "</robot>"
+            ),
+            "free",
+        ),
         (lambda text: text.replace('name="j3" type="revolute"', 'name="j3" type="fixed"'), "free"),
         (lambda text: text.replace("hand", "tool"), "fixed"),
     ],
@@ -273,17 +359,34 @@ def dog(trunk):
     """Legs of two joints at the corners of a trunk."""
     parts = []
     for name, x, y in (("FL", 0.2, 0.1), ("FR", 0.2, -0.1), ("RL", -0.2, 0.1), ("RR", -0.2, -0.1)):
-        parts += [link(f"{name}_thigh", "0.6"), link(f"{name}_calf", "0.2"), link(f"{name}_foot", "0.05")]
+        parts += [
+            link(f"{name}_thigh", "0.6"),
+            link(f"{name}_calf", "0.2"),
+            link(f"{name}_foot", "0.05"),
+        ]
         parts += [
             joint(f"{name}_hip", trunk, f"{name}_thigh", more=f'<origin xyz="{x} {y} 0"/>{LIMIT}'),
-            joint(f"{name}_knee", f"{name}_thigh", f"{name}_calf", more=f'<origin xyz="0 0 -0.2"/>{LIMIT}'),
-            joint(f"{name}_end", f"{name}_calf", f"{name}_foot", "fixed", more='<origin xyz="0 0 -0.2"/>'),
+            joint(
+                f"{name}_knee",
+                f"{name}_thigh",
+                f"{name}_calf",
+                more=f'<origin xyz="0 0 -0.2"/>{LIMIT}',
+            ),
+            joint(
+                f"{name}_end",
+                f"{name}_calf",
+                f"{name}_foot",
+                "fixed",
+                more='<origin xyz="0 0 -0.2"/>',
+            ),
         ]
     return parts
 
 
 def test_a_legged_robot_that_its_file_bolts_to_a_link_called_world_is_freed():
-    """Every number is that of the same robot without that link, and the body has the name of its trunk."""
+    """Every number is that of the same robot without that link, and the body has the name of its
+    trunk.
+    """
     hold = joint("hold", "world", "trunk", "fixed", more="")
     held = robot_from(urdf('<link name="world"/>', hold, link("trunk", "8"), *dog("trunk")))
     plain = robot_from(urdf(link("trunk", "8"), *dog("trunk")))
@@ -292,7 +395,9 @@ def test_a_legged_robot_that_its_file_bolts_to_a_link_called_world_is_freed():
     scene = Scene(robot="r.urdf", contact=("FL_foot", "RR_foot"))
     found, expected = (shock_profile(scene, robot) for robot in (held, plain))
     np.testing.assert_allclose(found.delta_v, expected.delta_v, rtol=0.0, atol=1e-12)
-    assert [one.text for one in found.unknowns if one.kind == "base"] == ["the base is freed, because legs hang on it"]
+    assert [one.text for one in found.unknowns if one.kind == "base"] == [
+        "the base is freed, because legs hang on it"
+    ]
     assert not [one for one in expected.unknowns if one.kind == "base"]
     assert "because legs hang on that; --base fixed holds it" in base_text(held, "free")
     assert base_text(held, "fixed") == "fixed to the world; --base free releases it"
@@ -307,12 +412,18 @@ def test_legs_on_a_rail_fall_along_it():
 
 
 def test_with_a_fixed_base_answers_are_about_a_body_that_the_joints_lift():
-    """On a rail the trunk; of an arm no link that only turns about the ground's normal, however heavy it is."""
+    """On a rail the trunk; of an arm no link that only turns about the ground's normal, however
+    heavy it is.
+    """
     rail = joint("rail", "world", "trunk", "prismatic", "0 0 1")
     rig = robot_from(urdf('<link name="world"/>', rail, link("trunk", "8"), *dog("trunk")))
-    turret = ARM.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>', 1).replace('<mass value="2"/>', '<mass value="20"/>')
+    turret = ARM.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>', 1).replace(
+        '<mass value="2"/>', '<mass value="20"/>'
+    )
     for robot, contact, name in ((rig, "FL_foot", "trunk"), (robot_from(turret), STRIKES, "fore")):
-        landing = resolve(Scene(robot="r.urdf", contact=contact, posture=Posture(joints={"*": 0.3})), robot)
+        landing = resolve(
+            Scene(robot="r.urdf", contact=contact, posture=Posture(joints={"*": 0.3})), robot
+        )
         assert (landing.base, robot.bodies[landing.trunk].name) == ("fixed", name)
         table = sweep(landing.scene, {"strike-angle": (0.0, 10.0)}, robot=robot).table()
         assert np.all(table.columns[f"shock_com@{name}"] > 0.0)
@@ -328,7 +439,12 @@ def test_the_first_line_says_that_a_robot_hangs_on_a_base_that_its_file_holds(tm
     command = ("analyze", path, "--contact", "left_foot", "--offset", "0.1,0,0")
     first, *others = good(capfd, *command).splitlines()
     assert "left_foot only, the base held" in first
-    assert any("hangs on it" in line and "no landing; release it with --base free" in line for line in others)
+    assert any(
+        "hangs on it" in line and "no landing; release it with --base free" in line
+        for line in others
+    )
     assert "base held" not in good(capfd, *command, "--base", "free")
-    profile = shock_profile(Scene(robot=path, contact=Contact(frame="left_foot", offset=(0.1, 0.0, 0.0))))
+    profile = shock_profile(
+        Scene(robot=path, contact=Contact(frame="left_foot", offset=(0.1, 0.0, 0.0)))
+    )
     assert posture_marks(profile.scene, profile.health.warnings) == ("base fixed",)

@@ -1,4 +1,6 @@
-"""`shockpc batch`: every row is that of a single analysis, wherever it is computed, and what fails is a row that says why."""
+"""`shockpc batch`: every row is that of a single analysis, wherever it is computed, and what fails
+is a row that says why.
+"""
 
 import csv
 import io
@@ -53,10 +55,22 @@ def test_every_row_is_a_single_analysis(dogs):
 
 
 def test_quantities_that_are_asked_for_are_those_of_the_imu_the_trunk_or_the_worst():
-    """By magnitude where there are signs; of the radius and the mitigation the smallest; nothing where one place has nothing."""
-    texts = ("delta_v.x", "delta_qd", "joint_impulse@*_thigh*", "ropc@*", "impulse", "energy_lost", "peak_g")
+    """By magnitude where there are signs; of the radius and the mitigation the smallest; nothing
+    where one place has nothing.
+    """
+    texts = (
+        "delta_v.x",
+        "delta_qd",
+        "joint_impulse@*_thigh*",
+        "ropc@*",
+        "impulse",
+        "energy_lost",
+        "peak_g",
+    )
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), pulse="half-sine:5ms")
-    (row,) = batch(["go2"], lambda name: (load_robot(name), [scene]), quantities=(*texts, "shock_min@*")).rows
+    (row,) = batch(
+        ["go2"], lambda name: (load_robot(name), [scene]), quantities=(*texts, "shock_min@*")
+    ).rows
     assert row.values["shock_min@*"] is None
     profile = shock_profile(row.scene)
     (imu,) = profile.landing.points
@@ -80,8 +94,21 @@ def test_quantities_that_are_asked_for_are_those_of_the_imu_the_trunk_or_the_wor
 
 def test_what_redundant_contacts_leave_undetermined_is_none():
     """Two points of one foot share its impulse in any proportion."""
-    row, *_ = batch(["go2"], lambda name: (load_robot(name), [Scene(robot=name, contact=tuple(
-        Contact(frame="FL_calf", offset=(0.0, 0.0, -z)) for z in (0.1, 0.2)))]), quantities=("joint_impulse",)).rows  # fmt: skip
+    row, *_ = batch(
+        ["go2"],
+        lambda name: (
+            load_robot(name),
+            [
+                Scene(
+                    robot=name,
+                    contact=tuple(
+                        Contact(frame="FL_calf", offset=(0.0, 0.0, -z)) for z in (0.1, 0.2)
+                    ),
+                )
+            ],
+        ),
+        quantities=("joint_impulse",),
+    ).rows
     assert row.values["joint_impulse"] is row.values["friction_needed"] is None
     assert row.values["shock_com"] > 0.0
 
@@ -107,7 +134,9 @@ def test_rows_are_ranked_by_the_shock_at_the_imu(dogs):
 
 
 def test_a_robot_is_its_worst_landing_and_has_no_rank_where_nobody_knows_its_drives(dogs):
-    """The range of the number is that of the landing over its drives; A1's drives, which may be any, are behind Go2's."""
+    """The range of the number is that of the landing over its drives; A1's drives, which may be
+    any, are behind Go2's.
+    """
     found = batch(["a1", *DOGS])
     assert [(row.robot, row.drives_known, row.status) for row in found.robots] == [
         ("go2", True, "derived"),
@@ -130,7 +159,9 @@ def test_robots_that_do_not_stand_on_bent_legs_are_marked():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rank", "sign"), [("friction_needed", -1.0), ("ropc", 1.0), ("delta_v.y@*", -1.0)])
+@pytest.mark.parametrize(
+    ("rank", "sign"), [("friction_needed", -1.0), ("ropc", 1.0), ("delta_v.y@*", -1.0)]
+)
 def test_rows_are_ranked_by_any_quantity_the_worst_first(rank, sign):
     """The largest friction first, the smallest radius, the largest magnitude of what has a sign."""
     ranked = batch(["go2"], rank=rank)
@@ -142,8 +173,15 @@ def test_rows_of_a_scene_have_its_name(capfd, tmp_path):
     (tmp_path / "drop.toml").write_text('robot = "solo12"\n[[contact]]\nframe = "FL_FOOT"\n')
     text = good(capfd, "batch", "bolt", tmp_path / "drop.toml")
     assert re.search(r"^2 +solo12 \(drop.toml\) +trunk +FL ", text, re.MULTILINE)
-    rows = list(csv.DictReader(io.StringIO(good(capfd, "batch", "bolt", tmp_path / "drop.toml", "--format", "csv"))))
-    assert {(row["scene"], row["robot"]) for row in rows} == {(str(tmp_path / "drop.toml"), "solo12"), ("", "bolt")}
+    rows = list(
+        csv.DictReader(
+            io.StringIO(good(capfd, "batch", "bolt", tmp_path / "drop.toml", "--format", "csv"))
+        )
+    )
+    assert {(row["scene"], row["robot"]) for row in rows} == {
+        (str(tmp_path / "drop.toml"), "solo12"),
+        ("", "bolt"),
+    }
 
 
 def test_a_quantity_without_a_value_says_why(capfd):
@@ -175,7 +213,9 @@ def test_a_robot_that_fails_is_a_row_and_the_others_are_computed():
 
 
 def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
-    """A fault of the program in one landing costs that landing alone, and the message says where it is."""
+    """A fault of the program in one landing costs that landing alone, and the message says where it
+    is.
+    """
     computed = shock_profile
 
     def fail_once(scene, robot, trace=None):
@@ -188,7 +228,10 @@ def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
     assert len(found.rows) == 8
     (failure,) = found.failures
     assert (failure.robot, failure.contact) == ("anymal_b", "LF_FOOT")
-    assert re.fullmatch("an error in shockpc itself, .*ZeroDivisionError in test_batch.py, line [0-9]+: odd", failure.reason)
+    assert re.fullmatch(
+        "an error in shockpc itself, .*ZeroDivisionError in test_batch.py, line [0-9]+: odd",
+        failure.reason,
+    )
 
 
 @pytest.mark.parametrize(("name", "legs"), [("quadrupeds", 4), ("bipeds", 2), ("humanoids", 2)])
@@ -214,7 +257,11 @@ def test_command_prints_a_line_for_each_robot(capfd):
     text = good(capfd, "batch", "a1", *DOGS)
     lines = text.splitlines()
     assert lines[0] == "3 robots, each in its worst landing"
-    assert [line.split()[:2] for line in lines[4:7]] == [["1", "go2"], ["2", "anymal_b"], ["–", "a1"]]
+    assert [line.split()[:2] for line in lines[4:7]] == [
+        ["1", "go2"],
+        ["2", "anymal_b"],
+        ["–", "a1"],
+    ]
     assert max(map(len, lines[:7])) <= 100
     assert says(text, "–: nobody knows the drives")
     lines = good(capfd, "batch", *DOGS, "--landings").splitlines()
@@ -234,7 +281,9 @@ def test_a_path_is_shown_once_and_drives_that_nobody_knows_have_no_rank(capfd, t
 def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_strictly_any(capfd):
     outcome = run(capfd, "batch", "bolt", "nosuch")
     assert outcome.code == 0
-    assert [run(capfd, "batch", *words).code for words in (("bolt", "nosuch", "--strict"), ("nosuch",))] == [3, 3]
+    assert [
+        run(capfd, "batch", *words).code for words in (("bolt", "nosuch", "--strict"), ("nosuch",))
+    ] == [3, 3]
     assert 'not computed: nosuch: no robot "nosuch"' in outcome.out
     assert "not computed: 3 landings: bodies" in (text := run(capfd, "batch", "romeo").out)
     assert text.count("no mass or inertia") == 1
@@ -250,11 +299,20 @@ def test_documents_hold_the_same_rows(capfd, tmp_path, dogs):
     good(capfd, *words, "--out", tmp_path)
     document = json.loads((tmp_path / "batch.json").read_text())
     assert document["schema"] == "shockpc.batch/2"
-    assert [row["ropc"] for row in document["tables"]["batch"]] == [row.values["ropc"] for row in expected]
-    sensors = [(row["robot"], row["contact"], row["at"], row["shock"]) for row in document["tables"]["sensors"]]
-    assert sensors == [(row.robot, row.contact, *pair) for row in expected for pair in row.sensors.items()]
+    assert [row["ropc"] for row in document["tables"]["batch"]] == [
+        row.values["ropc"] for row in expected
+    ]
+    sensors = [
+        (row["robot"], row["contact"], row["at"], row["shock"])
+        for row in document["tables"]["sensors"]
+    ]
+    assert sensors == [
+        (row.robot, row.contact, *pair) for row in expected for pair in row.sensors.items()
+    ]
     table = list(csv.DictReader(io.StringIO((tmp_path / "batch.csv").read_text())))
-    assert [float(row["shock_max [-]"]) for row in table] == [row.values["shock_max"] for row in expected]
+    assert [float(row["shock_max [-]"]) for row in table] == [
+        row.values["shock_max"] for row in expected
+    ]
     assert json.loads(good(capfd, *words, "--format", "json")) == document
     assert good(capfd, *words, "--format", "csv") == (tmp_path / "batch.csv").read_text()
     assert (tmp_path / "report.md").read_text() == good(capfd, *words, "--format", "markdown")
@@ -269,7 +327,16 @@ def test_failures_are_in_every_document(capfd):
 
 def test_options_hold_for_every_robot(capfd):
     """The same strike, joint model and contacts for all; the trunk then feels more."""
-    words = ("--strike-angle", "20", "--armature", "*=0.05", "--contact", "*[LR]F_FOOT", "--format", "json")
+    words = (
+        "--strike-angle",
+        "20",
+        "--armature",
+        "*=0.05",
+        "--contact",
+        "*[LR]F_FOOT",
+        "--format",
+        "json",
+    )
     words += ("--quantity", "shock_free@base", "--quantity", "shock_locked@base")
     document = json.loads(good(capfd, "batch", "anymal_b", *words))
     rows = document["tables"]["batch"]
@@ -280,8 +347,12 @@ def test_options_hold_for_every_robot(capfd):
 
 
 def test_a_scene_lands_as_it_says(capfd, tmp_path):
-    (tmp_path / "landing.toml").write_text('robot = "go2"\nplane = "yz"\n[[contact]]\nframe = "RL_foot"\n')
-    (row,) = json.loads(good(capfd, "batch", tmp_path / "landing.toml", "--format", "json"))["landings"]
+    (tmp_path / "landing.toml").write_text(
+        'robot = "go2"\nplane = "yz"\n[[contact]]\nframe = "RL_foot"\n'
+    )
+    (row,) = json.loads(good(capfd, "batch", tmp_path / "landing.toml", "--format", "json"))[
+        "landings"
+    ]
     assert (row["robot"], row["contact"], row["scene"]["plane"]) == ("go2", "RL_foot", "yz")
 
 
@@ -321,7 +392,9 @@ def test_contact_sheet_shows_the_worst_landing_of_each_robot(capfd, tmp_path):
 
 
 def test_with_friction_the_columns_say_which_law_of_contact_they_are_of(capfd):
-    """Numbers of contacts that stick never stand beside a friction without a word; those with friction are not proven."""
+    """Numbers of contacts that stick never stand beside a friction without a word; those with
+    friction are not proven.
+    """
     feet = ("hyq", "--contact", "l?_foot")
     sliding = (*feet, "--friction", "0.2", "--strike-angle", "40")
     assert "warning: these numbers are of contacts that stick" in good(capfd, "batch", *sliding)

@@ -51,10 +51,13 @@ def test_a_rod_of_metal_has_the_frequency_of_a_beam(tmp_path):
     density, radius, length = 7850.0, 0.015, 0.8
     m = density * math.pi * radius**2 * length
     across, along = m * (radius**2 / 4.0 + length**2 / 12.0), m * radius**2 / 2.0
-    (path := tmp_path / "rod.urdf").write_text(ROD.format(m=m, across=across, along=along, half=length / 2.0))
+    (path := tmp_path / "rod.urdf").write_text(
+        ROD.format(m=m, across=across, along=along, half=length / 2.0)
+    )
     modes = leg_modes(shock_profile(Scene(robot=str(path), contact="tip")).landing, 0)
     unit = TWO_HINGES * FREE_BEAM / math.sqrt(m * length**3)
-    assert modes.alpha == pytest.approx(unit, rel=5e-3)  # the rod's sections have inertia against turning
+    # the rod's sections have inertia against turning
+    assert modes.alpha == pytest.approx(unit, rel=5e-3)
     EI = SPECIFIC_STIFFNESS * density * math.pi * radius**4 / 4.0
     assert modes.metal == pytest.approx(modes.alpha * math.sqrt(EI), rel=2e-3)
     assert modes.stiffness(modes.alpha * 5.0) == pytest.approx(25.0)
@@ -64,9 +67,18 @@ def test_what_a_contact_asks_for_follows_from_its_duration(go2):
     """Tc = π √(m/k), or the length of a pulse where that is shorter; f1 = α √EI."""
     (contact,) = go2.contacts
     Tc, modes = math.pi * math.sqrt(contact.mass_sticking / 1e6), leg_modes(go2.landing, 0)
-    wanted = [3.0 / Tc, 7.0 / Tc, (3.0 / Tc / modes.alpha) ** 2, (7.0 / Tc / modes.alpha) ** 2, modes.metal]
+    wanted = [
+        3.0 / Tc,
+        7.0 / Tc,
+        (3.0 / Tc / modes.alpha) ** 2,
+        (7.0 / Tc / modes.alpha) ** 2,
+        modes.metal,
+    ]
     np.testing.assert_allclose(_numbers(go2), wanted, rtol=1e-9)
-    for scene in (replace(GO2, pulse="half-sine:1ms"), replace(GO2, contact_stiffness=None, pulse="half-sine:1ms")):
+    for scene in (
+        replace(GO2, pulse="half-sine:1ms"),
+        replace(GO2, contact_stiffness=None, pulse="half-sine:1ms"),
+    ):
         np.testing.assert_allclose(_numbers(shock_profile(scene))[:2], [3e3, 7e3], rtol=1e-9)
     for scene in (replace(GO2, contact_stiffness=None), replace(GO2, flex={"FL_calf": "EI:674"})):
         profile = shock_profile(scene)
@@ -90,7 +102,9 @@ def test_from_where_not_even_metal_is_stiff_enough(robot, contact, words):
     profile = shock_profile(Scene(robot=robot, contact=contact))
     masses = profile.value("mass_sticking", "contact")
     assert bending(profile.landing, masses, 1e5).stiffest(3.0) == pytest.approx(stiffest, rel=0.02)
-    warned = [list(bends(bending(profile.landing, masses, factor * stiffest))) for factor in (0.7, 1.4)]
+    warned = [
+        list(bends(bending(profile.landing, masses, factor * stiffest))) for factor in (0.7, 1.4)
+    ]
     assert list(map(len, warned)) == [0, 1]
 
 
@@ -110,7 +124,9 @@ def test_the_modes_are_those_of_the_links_that_bend(go2):
 
     modes = leg_modes(go2.landing, 0)
     bends = landing_of(replace(GO2, flex=dict.fromkeys(modes.links, "EI:674")), go2.robot)
-    assert modes.stiffness(flexible_landing(bends).elastic_frequencies()[0]) == pytest.approx(674.0, rel=1e-9)
+    assert modes.stiffness(flexible_landing(bends).elastic_frequencies()[0]) == pytest.approx(
+        674.0, rel=1e-9
+    )
 
 
 def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_hold(go2):
@@ -126,7 +142,10 @@ def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_
     [
         ({}, True),
         ({"contact": Contact(frame="FL_foot", restitution=1.0)}, True),  # along the ground it is 0
-        ({"contact": Contact(frame="FL_foot", restitution=0.5, restitution_along="directions")}, False),
+        (
+            {"contact": Contact(frame="FL_foot", restitution=0.5, restitution_along="directions")},
+            False,
+        ),
         ({"contact_law": "damper"}, False),
         ({"contact_damping": 50.0}, True),
         ({"pulse": "rectangle:1ms"}, True),
@@ -138,7 +157,10 @@ def test_forces_with_a_step_ring(given, steps):
     scene = replace(GO2, contact_stiffness=1e4, **given)
     assert (RINGS in shock_profile(scene).bending.lines[0]) == steps
     if scene.pulse is None:
-        warned = [str(one) for one in shock_profile(replace(scene, flex={"FL_calf": "EI:674"})).health.warnings]
+        warned = [
+            str(one)
+            for one in shock_profile(replace(scene, flex={"FL_calf": "EI:674"})).health.warnings
+        ]
         assert any("--contact-law damper" in text for text in warned) == steps
 
 
@@ -146,14 +168,20 @@ def test_dampers_in_series_raise_the_force_sooner(go2):
     """Of restitution 0, in the time 1/ω and not π/2ω, so that links have to be stiffer."""
     damped = shock_profile(replace(GO2, contact_law="damper"))
     np.testing.assert_allclose(_numbers(damped)[:2], math.pi / 2.0 * _numbers(go2)[:2], rtol=1e-9)
-    assert damped.bending.stiffest(3.0) == pytest.approx((2.0 / math.pi) ** 2 * go2.bending.stiffest(3.0))
+    assert damped.bending.stiffest(3.0) == pytest.approx(
+        (2.0 / math.pi) ** 2 * go2.bending.stiffest(3.0)
+    )
 
 
 def test_a_step_of_force_opens_a_contact_early(go2):
-    """On very stiff links the base has the jump of rigid ones by a damper; by a step, that when the normal is fully compressed."""
+    """On very stiff links the base has the jump of rigid ones by a damper; by a step, that when the
+    normal is fully compressed.
+    """
 
     def jumps(law, flex):
-        found = CompliantLanding(landing_of(replace(GO2, gravity=False, contact_law=law, flex=flex), go2.robot))
+        found = CompliantLanding(
+            landing_of(replace(GO2, gravity=False, contact_law=law, flex=flex), go2.robot)
+        )
         return found.ends(point_velocity, found.landing.places("body")[:1])[0, :, 0]
 
     stiff = dict.fromkeys(("FL_calf", "FL_thigh", "FL_hip"), "EI:1e8")
@@ -167,10 +195,16 @@ def test_a_step_of_force_opens_a_contact_early(go2):
 def test_parts_are_judged_where_their_margin_is_lost():
     from shockpc.landing.scene import Part
 
-    scene = replace(GO2, contact_stiffness=None, part=(Part(name="gear", joint="FL_calf_joint", momentary_torque=45.0),))
+    scene = replace(
+        GO2,
+        contact_stiffness=None,
+        part=(Part(name="gear", joint="FL_calf_joint", momentary_torque=45.0),),
+    )
     profile = shock_profile(scene)
     lost = profile.margin_lost.contact_stiffness
-    assert profile.bending.contact_time == pytest.approx(math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost))
+    assert profile.bending.contact_time == pytest.approx(
+        math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost)
+    )
 
 
 @pytest.mark.parametrize(
@@ -181,7 +215,9 @@ def test_parts_are_judged_where_their_margin_is_lost():
     ],
 )
 def test_contacts_stop_the_mass_of_the_landing(contact, model):
-    """All feet of a robot with locked joints share its mass, less than each alone stops; one that slides stops less too."""
+    """All feet of a robot with locked joints share its mass, less than each alone stops; one that
+    slides stops less too.
+    """
     profile = shock_profile(replace(GO2, contact=contact, joints=Joints(model=model)))
     mass = profile.robot.mass / 4.0 if model == "locked" else profile.contacts[0].mass_frictionless
     assert profile.bending.mass == pytest.approx(mass, rel=1e-9)
@@ -190,7 +226,9 @@ def test_contacts_stop_the_mass_of_the_landing(contact, model):
 
 @pytest.mark.parametrize(("stiffness", "bent"), [("1e4,1e5", False), ("1e5,1e7", True)])
 def test_many_landings_say_that_links_bend(capfd, stiffness, bent):
-    """A sweep warns of the row in which rigid links are the least right, and batch of the robots, on the terminal too."""
+    """A sweep warns of the row in which rigid links are the least right, and batch of the robots,
+    on the terminal too.
+    """
     landing = "go2", "--contact", "FL_foot", "--quantity", "peak_force"
     swept = good(capfd, "sweep", *landing, "--vary", f"contact-stiffness={stiffness}")
     listed = good(capfd, "batch", *landing, "--contact-stiffness", stiffness.rpartition(",")[2])

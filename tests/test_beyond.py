@@ -1,4 +1,6 @@
-"""A beam that bends against Eqs. 1 to 3: closed-form modes, segments, plane-stress elements and values of a second program."""
+"""A beam that bends against Eqs. 1 to 3: closed-form modes, segments, plane-stress elements and
+values of a second program.
+"""
 
 import json
 
@@ -10,7 +12,15 @@ from commands import good, run
 from scipy.sparse.linalg import eigsh
 from skfem.helpers import ddot, dot, eye, sym_grad, trace
 
-from shockpc.paper.beyond import RATIOS, Beam, beam_study, exact_beam, holds_from, segmented_beam, struck
+from shockpc.paper.beyond import (
+    RATIOS,
+    Beam,
+    beam_study,
+    exact_beam,
+    holds_from,
+    segmented_beam,
+    struck,
+)
 from shockpc.paper.beyond_leg import Peaks, leg_modes, leg_study, struck_frames
 from shockpc.paper.beyond_robots import LAWS, robot_study
 
@@ -26,11 +36,15 @@ from shockpc.paper.beyond_robots import LAWS, robot_study
     ],
 )
 def test_known_strikes(distance, ratio, impulse, end, copc):
-    """Impulse over the rigid one, change of velocity of the other end, largest velocity of the CoPc."""
+    """Impulse over the rigid one, change of velocity of the other end, largest velocity of the
+    CoPc.
+    """
     rigid = 2.0 * (1.0 - 6.0 * distance) / (1.0 + 12.0 * distance**2)
     for beam, off in ((exact_beam(), 1e-4), (segmented_beam(), 0.04)):
         found = struck(beam, distance, ratio)
-        np.testing.assert_allclose([1.0 + found.impulse, rigid + found.end, found.copc], [impulse, end, copc], atol=off)
+        np.testing.assert_allclose(
+            [1.0 + found.impulse, rigid + found.end, found.copc], [impulse, end, copc], atol=off
+        )
 
 
 def test_modes_are_orthogonal():
@@ -38,12 +52,16 @@ def test_modes_are_orthogonal():
     x, w = np.polynomial.legendre.leggauss(200)
     shapes = exact_beam().across(x / 2.0)
     np.testing.assert_allclose((w / 2.0 * shapes.T) @ shapes, np.eye(shapes.shape[1]), atol=1e-9)
-    assert exact_beam().stiffness[:3] ** 0.25 / (2.0 * np.pi) ** 0.5 * 4.730041 == pytest.approx([4.730041, 7.853205, 10.995608])
+    assert exact_beam().stiffness[:3] ** 0.25 / (2.0 * np.pi) ** 0.5 * 4.730041 == pytest.approx(
+        [4.730041, 7.853205, 10.995608]
+    )
 
 
 def plane_stress(height=0.01, modes=26):
     """The modes of a plate of plane stress, free at all edges, as slender as a beam."""
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(-0.5, 0.5, 61), np.linspace(-height / 2.0, height / 2.0, 3))
+    mesh = skfem.MeshQuad.init_tensor(
+        np.linspace(-0.5, 0.5, 61), np.linspace(-height / 2.0, height / 2.0, 3)
+    )
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad2()))
     poisson = 0.3
 
@@ -66,16 +84,24 @@ def plane_stress(height=0.01, modes=26):
 
     def across(at):
         at = np.asarray(at, dtype=float)
-        return np.stack([np.interp(at, np.linspace(-0.5, 0.5, 121), grid[:, k]) for k in range(modes)], axis=-1)
+        return np.stack(
+            [np.interp(at, np.linspace(-0.5, 0.5, 121), grid[:, k]) for k in range(modes)], axis=-1
+        )
 
-    falling = shapes.T @ mass.assemble(basis) @ basis.project(lambda x: np.stack([0.0 * x[0], 1.0 + 0.0 * x[0]]))
+    falling = (
+        shapes.T
+        @ mass.assemble(basis)
+        @ basis.project(lambda x: np.stack([0.0 * x[0], 1.0 + 0.0 * x[0]]))
+    )
     omega = (2.0 * np.pi) ** 2 * squares[3:] / squares[3]
     return Beam(np.eye(modes), np.eye(modes)[3:], omega, across, falling)
 
 
 @pytest.mark.slow
 def test_plane_stress_elements_agree():
-    """Within what a height of 1 % of the length does by shear and rotary inertia, where few modes move."""
+    """Within what a height of 1 % of the length does by shear and rotary inertia, where few modes
+    move.
+    """
     plate = plane_stress()
     for distance in (0.0, 0.3, 0.5):
         for ratio in (0.8, 1.0, 2.0):
@@ -102,14 +128,19 @@ def test_frame_elements_agree():
 
 @pytest.mark.slow
 def test_a_leg_of_tubes():
-    """Segments tend to frame elements; rotors lower the first mode more than six times; rigid tubes are right on soft contacts."""
+    """Segments tend to frame elements; rotors lower the first mode more than six times; rigid tubes
+    are right on soft contacts.
+    """
     rotors, free = leg_modes()
     assert rotors.frames == pytest.approx(frame_leg.first_frequency())
     assert free.frames > 6.0 * rotors.frames
     for modes in (rotors, free):
         assert modes.twelve == pytest.approx(modes.frames, rel=5e-3)
         assert modes.two == pytest.approx(modes.frames, rel=0.1)
-    of = {name: [one for one in leg_study() if one.links == name] for name in ("rigid", "2 hinges", "12 hinges")}
+    of = {
+        name: [one for one in leg_study() if one.links == name]
+        for name in ("rigid", "2 hinges", "12 hinges")
+    }
     assert np.nanmax([one.errors for one in of["12 hinges"]]) < 0.02
     bent = [one.errors for one in of["2 hinges"] if one.rotors == "with"]
     assert np.nanmax(bent) < 0.05
@@ -121,8 +152,15 @@ def test_a_leg_of_tubes():
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ["go2", "g1", "talos"])
 def test_robots(robot):
-    """The error of rigid links falls with Tc f1, but not by hysteresis of e = 0, where every robot's joints ring."""
-    found = {law: np.array([[*one.errors] for one in robot_study() if (one.robot, one.law) == (robot, law)]) for law in LAWS}
+    """The error of rigid links falls with Tc f1, but not by hysteresis of e = 0, where every
+    robot's joints ring.
+    """
+    found = {
+        law: np.array(
+            [[*one.errors] for one in robot_study() if (one.robot, one.law) == (robot, law)]
+        )
+        for law in LAWS
+    }
     elastic, damper, hysteresis = found.values()
     for errors in (elastic, damper):
         assert errors[2:, 0].max() < 0.1
@@ -140,10 +178,14 @@ def test_the_command(capfd, tmp_path):
     out = good(capfd, "paper", "--beyond", "--out", tmp_path)
     assert "impulse within 10 % from Tc/T1 = 0.8" in out.replace("\n", " ")
     assert "not modelled" in out
-    pictures = {f"{name}.{kind}" for name in ("beam", "leg", "robots") for kind in ("csv", "png", "svg")}
+    pictures = {
+        f"{name}.{kind}" for name in ("beam", "leg", "robots") for kind in ("csv", "png", "svg")
+    }
     files = pictures | {"beyond.json", "beyond.md", "report.html", ".beyond.sha256"}
     assert {path.name for path in tmp_path.iterdir()} == files
-    assert [row["ratio"] for row in json.loads((tmp_path / "beyond.json").read_text())["tables"]["beam"]] == list(RATIOS)
+    assert [
+        row["ratio"] for row in json.loads((tmp_path / "beyond.json").read_text())["tables"]["beam"]
+    ] == list(RATIOS)
 
 
 def test_a_figure_of_the_paper_is_not_beyond_it(capfd):

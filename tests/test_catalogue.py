@@ -8,14 +8,24 @@ from commands import good
 from robot_texts import refused
 
 from shockpc import RobotError, UnknownName
-from shockpc.robot.catalogue import catalogue, data_folder, find_robot, find_srdf, project_robots_folder
+from shockpc.robot.catalogue import (
+    catalogue,
+    data_folder,
+    find_robot,
+    find_srdf,
+    project_robots_folder,
+)
 
 
 def test_every_robot_file_has_one_name():
     """Each URDF and xacro of the data package, and each own model, is listed exactly once."""
     share = data_folder()
     assert share is not None
-    files = [*share.rglob("*.urdf"), *share.rglob("*.xacro"), *project_robots_folder().glob("*.urdf.xacro")]
+    files = [
+        *share.rglob("*.urdf"),
+        *share.rglob("*.xacro"),
+        *project_robots_folder().glob("*.urdf.xacro"),
+    ]
     files.append(project_robots_folder() / "cassie.xml")
     assert len(files) > 70
     assert sorted(files) == sorted(entry.path for entry in catalogue())
@@ -58,7 +68,10 @@ def test_an_own_mjcf_has_a_name(capfd):
 
 def test_own_quadruped_wins_its_name():
     """The name "quadruped" is the project's; the one of the data package goes by another name."""
-    assert find_robot("quadruped") == (project_robots_folder() / "quadruped.urdf.xacro", "quadruped")
+    assert find_robot("quadruped") == (
+        project_robots_folder() / "quadruped.urdf.xacro",
+        "quadruped",
+    )
     assert find_robot("quadroped")[1] == "quadruped_8dof"
 
 
@@ -74,26 +87,42 @@ def test_existing_file_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("typed", ["dog.urdf", "dog.urdf.xacro", "dog.toml", "some/dog"])
 def test_what_is_not_there(typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """What looks like a path is a missing file; a slip in a name shows the nearest names and how to list all."""
+    """What looks like a path is a missing file; a slip in a name shows the nearest names and how to
+    list all.
+    """
     monkeypatch.chdir(tmp_path)
-    refused(RobotError, [f'no file "{typed}" (looked in {tmp_path}). Give the path', "shockpc robots"], find_robot, typed)
-    near = 'no robot "anymal_d"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: shockpc robots'
+    refused(
+        RobotError,
+        [f'no file "{typed}" (looked in {tmp_path}). Give the path', "shockpc robots"],
+        find_robot,
+        typed,
+    )
+    near = (
+        'no robot "anymal_d"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: '
+        "shockpc robots"
+    )
     refused(UnknownName, [near], find_robot, "anymal_d")
 
 
 def test_every_robot_finds_its_srdf():
-    """47 find one near their file, whose name begins with that of the SRDF, or that is alone in beginning with it; no other's."""
+    """47 find one near their file, whose name begins with that of the SRDF, or that is alone in
+    beginning with it; no other's.
+    """
     found = {entry: srdf for entry in catalogue() if (srdf := find_srdf(entry.path, ""))}
     assert len(found) == 47
     for entry, srdf in found.items():
         near = {"baxter": "baxter_manipulation", "ur3_empty": "ur3_gripper"}
-        assert entry.path.stem.startswith(srdf.stem) or srdf.stem == near.get(entry.name), entry.name
+        assert entry.path.stem.startswith(srdf.stem) or srdf.stem == near.get(entry.name), (
+            entry.name
+        )
         assert {entry.path.parent.parent, entry.path.parent} & {*srdf.parents}
 
 
 @pytest.mark.parametrize("place", [".", "srdf", "../srdf"])
 def test_srdf_beside_the_robot(place: str, tmp_path: Path):
-    """An SRDF is looked for beside the robot file, in ./srdf and in ../srdf; the longest beginning of the name wins."""
+    """An SRDF is looked for beside the robot file, in ./srdf and in ../srdf; the longest beginning
+    of the name wins.
+    """
     robot = tmp_path / "urdf" / "dog_heavy.urdf.xacro"
     folder = Path(os.path.normpath(robot.parent / place))
     for folder_needed in (robot.parent, folder):

@@ -1,4 +1,6 @@
-"""A changed robot: the masses, centres of mass, inertias and reflected inertias that were asked for, and nothing else."""
+"""A changed robot: the masses, centres of mass, inertias and reflected inertias that were asked
+for, and nothing else.
+"""
 
 import numpy as np
 import pytest
@@ -30,7 +32,9 @@ def kinetic(robot, q, v):
     for body in robot.bodies:
         twist = pin.SE3(body.rotation, body.offset).actInv(data.v[body.joint])
         speed = twist.linear + np.cross(twist.angular, body.com)
-        found += 0.5 * body.mass * speed @ speed + 0.5 * twist.angular @ body.inertia @ twist.angular
+        found += (
+            0.5 * body.mass * speed @ speed + 0.5 * twist.angular @ body.inertia @ twist.angular
+        )
     return found
 
 
@@ -69,7 +73,9 @@ def test_mass_of_a_link_changes_in_proportion_with_its_inertia():
 
 
 def test_mass_as_a_number_is_the_same_as_its_factor(dog):
-    number = changed(dog, [Change("mass", "LF_SHANK", 0.5 * links_with_mass(dog, "LF_SHANK")["LF_SHANK"], False)])
+    number = changed(
+        dog, [Change("mass", "LF_SHANK", 0.5 * links_with_mass(dog, "LF_SHANK")["LF_SHANK"], False)]
+    )
     factor = changed(dog, [Change("mass", "LF_SHANK", 0.5, True)])
     np.testing.assert_allclose(number.inertias, factor.inertias, rtol=1e-12)
     assert not np.allclose(number.inertias, dog.inertias, rtol=1e-6)
@@ -77,10 +83,15 @@ def test_mass_as_a_number_is_the_same_as_its_factor(dog):
 
 def test_changes_of_one_link_add_up(dog):
     """Of a link that is only a part of its body, in any order."""
-    texts = ("mass:base_inertia=0.8x; inertia:base_inertia=1.5x; mass:base_inertia=1.25x", "inertia:base_inertia=1.5x")
+    texts = (
+        "mass:base_inertia=0.8x; inertia:base_inertia=1.5x; mass:base_inertia=1.25x",
+        "inertia:base_inertia=1.5x",
+    )
     twice, once = (changed(dog, read_changes(text)) for text in texts)
     for name in ("masses", "coms", "inertias"):
-        np.testing.assert_allclose(getattr(twice, name), getattr(once, name), rtol=1e-13, atol=1e-16)
+        np.testing.assert_allclose(
+            getattr(twice, name), getattr(once, name), rtol=1e-13, atol=1e-16
+        )
 
 
 def test_centre_of_mass_moves_along_the_axes_of_the_link():
@@ -97,14 +108,20 @@ def test_a_glob_means_the_links_that_have_mass(dog):
     other = load_robot("go2")
     with pytest.raises(UnknownName, match='"imu" has no mass; the main link of its body is "base"'):
         changed(other, [Change("mass", "imu", 2.0, True)])
-    assert changed(other, read_changes("mass:*=2x")).mass == pytest.approx(2.0 * other.mass, rel=1e-9)
+    assert changed(other, read_changes("mass:*=2x")).mass == pytest.approx(
+        2.0 * other.mass, rel=1e-9
+    )
 
 
 def test_armature_of_the_robot_is_that_of_the_scene(dog):
-    """A changed robot with free text and the original with the same armature in its scene give the same shock."""
+    """A changed robot with free text and the original with the same armature in its scene give the
+    same shock.
+    """
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
     by_robot = shock_profile(scene, changed(dog, read_changes("armature:*_KFE=0.05")))
-    by_scene = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT", joints=Joints(armature={"*_KFE": 0.05})), dog)
+    by_scene = shock_profile(
+        Scene(robot="anymal_b", contact="LF_FOOT", joints=Joints(armature={"*_KFE": 0.05})), dog
+    )
     np.testing.assert_array_equal(by_robot.maps, by_scene.maps)
 
 
@@ -124,7 +141,10 @@ def test_a_body_of_an_mjcf_changes_without_those_that_it_carries_rigidly(tmp_pat
 
 
 def test_original_stays_as_it_is(dog):
-    before = [np.array(inertia.toDynamicParameters()) for inertia in dog.model.inertias], np.array(dog.model.armature)
+    before = (
+        [np.array(inertia.toDynamicParameters()) for inertia in dog.model.inertias],
+        np.array(dog.model.armature),
+    )
     changed(dog, read_changes("mass:*=2x; armature:*=1"))
     for inertia, old in zip(dog.model.inertias, before[0], strict=True):
         np.testing.assert_array_equal(inertia.toDynamicParameters(), old)
@@ -145,18 +165,22 @@ def test_uniform_scaling_of_all_masses_changes_no_shock(dog):
     heavy = shock_profile(scene, changed(dog, read_changes("mass:*=2x")))
     light = shock_profile(scene, dog)
     np.testing.assert_allclose(heavy.maps, light.maps, rtol=1e-9, atol=1e-12)
-    assert heavy.contacts[0].mass_sticking == pytest.approx(2.0 * light.contacts[0].mass_sticking, rel=1e-9)
-
-
-FOREARM = (
-    urdf(
-        link("trunk", "2"), link("mount", "0.3"), link("shin", "0.5"), link("foot", "0.2"), link("toe", "0.1"),
-        joint("clamp", "trunk", "mount", "fixed", more='<origin xyz="0.1 0 -0.1" rpy="0 0.3 0"/>'),
-        joint("knee", "mount", "shin", more=f'{LIMIT}<origin xyz="0 0.05 -0.2" rpy="0.2 0 0"/>'),
-        joint("ankle", "shin", "foot", "fixed", more='<origin xyz="0 0 -0.4" rpy="0 0.5 0"/>'),
-        joint("ball", "foot", "toe", more=f'{LIMIT}<origin xyz="0.1 0 0"/>'),
+    assert heavy.contacts[0].mass_sticking == pytest.approx(
+        2.0 * light.contacts[0].mass_sticking, rel=1e-9
     )
-)  # fmt: skip
+
+
+FOREARM = urdf(
+    link("trunk", "2"),
+    link("mount", "0.3"),
+    link("shin", "0.5"),
+    link("foot", "0.2"),
+    link("toe", "0.1"),
+    joint("clamp", "trunk", "mount", "fixed", more='<origin xyz="0.1 0 -0.1" rpy="0 0.3 0"/>'),
+    joint("knee", "mount", "shin", more=f'{LIMIT}<origin xyz="0 0.05 -0.2" rpy="0.2 0 0"/>'),
+    joint("ankle", "shin", "foot", "fixed", more='<origin xyz="0 0 -0.4" rpy="0 0.5 0"/>'),
+    joint("ball", "foot", "toe", more=f'{LIMIT}<origin xyz="0.1 0 0"/>'),
+)
 
 
 @pytest.mark.parametrize(
@@ -170,23 +194,37 @@ FOREARM = (
 )
 def test_a_moved_joint_is_that_of_the_edited_file(tmp_path, text, old, new):
     """Also a fixed one, which moves links of its body and the joints on them."""
-    first, edited = (loaded(tmp_path, part, name) for name, part in
-                     (("a.urdf", FOREARM), ("b.urdf", FOREARM.replace(f'xyz="{old}"', f'xyz="{new}"'))))  # fmt: skip
+    first, edited = (
+        loaded(tmp_path, part, name)
+        for name, part in (
+            ("a.urdf", FOREARM),
+            ("b.urdf", FOREARM.replace(f'xyz="{old}"', f'xyz="{new}"')),
+        )
+    )
     moved = changed(first, read_changes(text))
     scene = Scene(robot="a.urdf", contact="toe", posture=Posture(joints_deg={"knee": 20}))
     for a, b in (
         (moved, edited),
-        (first, changed(moved, read_changes(f"place:{text[6:].partition('=')[0]}={old.replace(' ', ',')}"))),
+        (
+            first,
+            changed(
+                moved, read_changes(f"place:{text[6:].partition('=')[0]}={old.replace(' ', ',')}")
+            ),
+        ),
     ):
         mine, other = shock_profile(scene, a), shock_profile(scene, b)
         np.testing.assert_allclose(mine.maps, other.maps, rtol=1e-12, atol=1e-14)
         np.testing.assert_allclose(mine.position, other.position, atol=1e-14)
         np.testing.assert_allclose(a.coms, b.coms, atol=1e-15)
-        assert mine.contacts[0].mass_sticking == pytest.approx(other.contacts[0].mass_sticking, rel=1e-12)
+        assert mine.contacts[0].mass_sticking == pytest.approx(
+            other.contacts[0].mass_sticking, rel=1e-12
+        )
 
 
 def test_geometry_moves_with_its_link(dog):
-    """The shank's collision geometry, and the foot on it, are where the new placements of their links are."""
+    """The shank's collision geometry, and the foot on it, are where the new placements of their
+    links are.
+    """
     lowered = changed(dog, read_changes("place:LF_KFE=0,0,-0.3; place:LF_SHANK_TO_ADAPTER=1.1x"))
     knee = dog.joint("LF_KFE")
     np.testing.assert_allclose(lowered.joint("LF_KFE").offset, [0.0, 0.0, -0.3])
@@ -194,9 +232,15 @@ def test_geometry_moves_with_its_link(dog):
     body = dog.body("LF_FOOT")
     by = lowered.frames["LF_FOOT"].offset - dog.frames["LF_FOOT"].offset
     assert np.linalg.norm(by) > 0.01
-    for before, after in zip(outline(dog, "collision").shapes[body], outline(lowered, "collision").shapes[body], strict=True):
+    for before, after in zip(
+        outline(dog, "collision").shapes[body],
+        outline(lowered, "collision").shapes[body],
+        strict=True,
+    ):
         np.testing.assert_allclose(
-            after.points - before.points, np.tile(0 * by if before.link == "LF_SHANK" else by, (len(before.points), 1)), atol=1e-12
+            after.points - before.points,
+            np.tile(0 * by if before.link == "LF_SHANK" else by, (len(before.points), 1)),
+            atol=1e-12,
         )
 
 

@@ -1,4 +1,6 @@
-"""Computations in a child process: what comes back, the limits, and that no thread of this process can hold one up."""
+"""Computations in a child process: what comes back, the limits, and that no thread of this process
+can hold one up.
+"""
 
 import functools
 import os
@@ -30,7 +32,9 @@ def test_values_and_errors_come_back(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert in_child(os.getcwd) == str(tmp_path)
 
 
-@pytest.mark.parametrize("work", [functools.partial(os._exit, 3), os.abort, functools.partial(bytes, 2**29)])
+@pytest.mark.parametrize(
+    "work", [functools.partial(os._exit, 3), os.abort, functools.partial(bytes, 2**29)]
+)
 def test_a_crash_or_a_large_answer_is_none(work: Callable[[], object]):
     """And the next one is computed."""
     assert in_child(work) is None
@@ -49,7 +53,9 @@ def test_memory_and_time_are_limited(monkeypatch: pytest.MonkeyPatch):
 
 def test_this_process_is_not_forked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Its threads may hold locks; the process that is forked has one thread."""
-    monkeypatch.setattr(os, "fork", lambda: pytest.fail("a fork of a process that may hold threads"))
+    monkeypatch.setattr(
+        os, "fork", lambda: pytest.fail("a fork of a process that may hold threads")
+    )
     assert loaded(tmp_path, TEXT, "dog.xml").mass > 0.0
     assert child._SERVER._process is not None
     if sys.platform == "linux":
@@ -61,7 +67,10 @@ def test_several_threads_load_robots(tmp_path: Path):
     masses, folders = [], [tmp_path / str(k) for k in range(4)]
     for folder in folders:
         folder.mkdir()
-    threads = [threading.Thread(target=lambda f=f: masses.append(loaded(f, TEXT, "dog.xml").mass)) for f in folders]
+    threads = [
+        threading.Thread(target=lambda f=f: masses.append(loaded(f, TEXT, "dog.xml").mass))
+        for f in folders
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -1,4 +1,6 @@
-"""Loops: rows added to the equation, independent coordinates (Eq. 7), and postures in which loops are closed."""
+"""Loops: rows added to the equation, independent coordinates (Eq. 7), and postures in which loops
+are closed.
+"""
 
 import dataclasses
 
@@ -9,7 +11,19 @@ import pytest
 from robot_texts import LIMIT, joint, link, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
+from shockpc import (
+    Closure,
+    Contact,
+    Joints,
+    LoopEnd,
+    Posture,
+    Scene,
+    SceneError,
+    Strike,
+    UnknownName,
+    resolve,
+    shock_profile,
+)
 from shockpc.evaluation.varied import varied_landings
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
 from shockpc.landing.constraints import row_jacobian
@@ -45,9 +59,13 @@ BENT = Posture(joints_deg={"a": 40.0, "b": -60.0, "c": 10.0})
 
 def four_bar(**changes):
     given = {
-        "robot": "four_bar.urdf", "contact": (Contact(frame=TIP.frame, offset=TIP.offset),), "closure": (LOOP,),
-        "assemble": ("b", "c"), "posture": BENT, "strike": FALL,
-    }  # fmt: skip
+        "robot": "four_bar.urdf",
+        "contact": (Contact(frame=TIP.frame, offset=TIP.offset),),
+        "closure": (LOOP,),
+        "assemble": ("b", "c"),
+        "posture": BENT,
+        "strike": FALL,
+    }
     return Scene(**(given | changes))
 
 
@@ -79,7 +97,9 @@ CASES = {
 
 def closure_rows(model, q, closure):
     """Relative velocity (3, nv) of the two ends of a closure of points, world axes, by Pinocchio."""
-    first, second = (dense.point_rows(model, q, place.frame, place.offset) for place in (closure.a, closure.b))
+    first, second = (
+        dense.point_rows(model, q, place.frame, place.offset) for place in (closure.a, closure.b)
+    )
     return first - second
 
 
@@ -88,9 +108,11 @@ def closure_rows(model, q, closure):
 
 @pytest.mark.parametrize("name", CASES)
 def test_rows_and_independent_coordinates_agree(name):
-    """Section 3.1.1: stacking the ties under the contact, or leaving dependent velocities out, gives the profile's jump.
+    """Section 3.1.1: stacking the ties under the contact, or leaving dependent velocities out,
+    gives the profile's jump.
 
-    Two of the three rows of a planar closure are independent; that is normal, and only the rank says so.
+    Two of the three rows of a planar closure are independent; that is normal, and only the rank
+    says so.
     """
     found, robot = CASES[name]()
     profile = shock_profile(found, robot)
@@ -98,12 +120,22 @@ def test_rows_and_independent_coordinates_agree(name):
     assert {warning.kind for warning in profile.health.warnings} <= {"drives"}
     model, q = robot.model, profile.q
     H = dense.inertia(model, q) + np.diag(profile.landing.joint_model.armature)
-    J = np.concatenate([dense.point_rows(model, q, contact.frame, contact.offset) for contact in found.contact])
+    J = np.concatenate(
+        [dense.point_rows(model, q, contact.frame, contact.offset) for contact in found.contact]
+    )
     b = np.concatenate([contact.approach for contact in profile.contacts])
     K = [closure_rows(model, q, closure) for closure in found.closure]
     for mimic in robot.mimics:
         rates = {mimic.joint: -1.0, **mimic.leaders}
-        K.append([[rates.get(joint.name, 0.0) for joint in robot.joints for _ in range(joint.v.start, joint.v.stop)]])
+        K.append(
+            [
+                [
+                    rates.get(joint.name, 0.0)
+                    for joint in robot.joints
+                    for _ in range(joint.v.start, joint.v.stop)
+                ]
+            ]
+        )
     K = np.concatenate(K)
     stacked, _ = dense.solve(H, np.concatenate([J, K]), np.concatenate([b, np.zeros(len(K))]))
     G = dense.nullspace(K)
@@ -114,9 +146,17 @@ def test_rows_and_independent_coordinates_agree(name):
 
 @pytest.mark.parametrize("again", ["beside", "swapped"])
 def test_what_holds_the_same_gives_the_same_shock(again):
-    """A hinge made of two points is that of one where the loop is planar; and the ends of a closure can be exchanged."""
-    beside = [dataclasses.replace(end, offset=(end.offset[0], 0.01, end.offset[2])) for end in (LOOP.a, LOOP.b)]
-    closures = {"beside": (LOOP, Closure(a=beside[0], b=beside[1])), "swapped": (Closure(a=LOOP.b, b=LOOP.a),)}[again]
+    """A hinge made of two points is that of one where the loop is planar; and the ends of a closure
+    can be exchanged.
+    """
+    beside = [
+        dataclasses.replace(end, offset=(end.offset[0], 0.01, end.offset[2]))
+        for end in (LOOP.a, LOOP.b)
+    ]
+    closures = {
+        "beside": (LOOP, Closure(a=beside[0], b=beside[1])),
+        "swapped": (Closure(a=LOOP.b, b=LOOP.a),),
+    }[again]
     np.testing.assert_allclose(closed(closure=closures).shock_com, closed().shock_com, atol=1e-12)
 
 
@@ -130,8 +170,14 @@ def test_a_loop_can_be_cut_anywhere():
 
 @pytest.mark.parametrize("e", [0.0, 0.7])
 def test_the_ends_of_a_loop_stay_together(e):
-    """Both ends have one velocity after the impact, which is −e of that before it, for they are the contact point."""
-    profile = closed(contact=Contact(frame=TIP.frame, offset=TIP.offset, restitution=e, restitution_along="directions"))
+    """Both ends have one velocity after the impact, which is −e of that before it, for they are the
+    contact point.
+    """
+    profile = closed(
+        contact=Contact(
+            frame=TIP.frame, offset=TIP.offset, restitution=e, restitution_along="directions"
+        )
+    )
     for place in (LOOP.a, LOOP.b):
         jump = dense.velocity(profile, profile.bodies.index(place.frame), place.offset)
         np.testing.assert_allclose(jump, -(1.0 + e) * np.array(FALL.velocity), atol=1e-12)
@@ -139,7 +185,9 @@ def test_the_ends_of_a_loop_stay_together(e):
 
 def test_a_frame_closure_welds_two_bodies():
     """A closure of kind "frame" between a rod and the link that it hangs on is a locked joint."""
-    weld = Closure(a=LoopEnd(frame="crank", offset=(0.0, 0.0, -0.2)), b=LoopEnd(frame="rod"), kind="frame")
+    weld = Closure(
+        a=LoopEnd(frame="crank", offset=(0.0, 0.0, -0.2)), b=LoopEnd(frame="rod"), kind="frame"
+    )
     posture = Posture(joints_deg={"a": 40.0, "b": 0.0, "c": 10.0})
     hand = {"contact": (Contact(frame="rod", offset=(0.0, 0.0, -0.3)),), "posture": posture}
     welded = closed(closure=(weld,), assemble=("b",), **hand)
@@ -163,55 +211,90 @@ SLOT = robot_from(
 
 @pytest.mark.parametrize("bodies", [(1, 2), (2, 1), (0, 2), (-1, 1), (1, -1)])
 def test_rows_of_a_closure_are_the_derivative_of_its_gap(bodies):
-    """Against central differences; also where the ends are apart along a direction that is left free, and while a loop is open."""
-    ends = {"a": LoopEnd(frame="bar", offset=(0.1, 0.2, 0.4)), "b": LoopEnd(frame="slider", offset=(-0.3, 0.1, -0.2))}
-    loop = loop_of(SLOT, Closure(**ends, directions=("x", (0.3, -0.5, 0.8))))._replace(bodies=bodies)
+    """Against central differences; also where the ends are apart along a direction that is left
+    free, and while a loop is open.
+    """
+    ends = {
+        "a": LoopEnd(frame="bar", offset=(0.1, 0.2, 0.4)),
+        "b": LoopEnd(frame="slider", offset=(-0.3, 0.1, -0.2)),
+    }
+    loop = loop_of(SLOT, Closure(**ends, directions=("x", (0.3, -0.5, 0.8))))._replace(
+        bodies=bodies
+    )
     model = SLOT.model
     q = pin.integrate(model, pin.neutral(model), np.random.default_rng(3).normal(size=model.nv))
     steps = 1e-6 * np.concatenate([np.eye(model.nv), -np.eye(model.nv)])
-    gaps = closure_gap(dynamics(SLOT, np.array([pin.integrate(model, q, step) for step in steps])), loop)
+    gaps = closure_gap(
+        dynamics(SLOT, np.array([pin.integrate(model, q, step) for step in steps])), loop
+    )
     K = row_jacobian(dynamics(SLOT, q[None]), [closure_block(loop)])[0]
     np.testing.assert_allclose(K.T, (gaps[: model.nv] - gaps[model.nv :]) / 2e-6, atol=1e-8)
 
 
 def test_a_slot_is_the_same_wherever_its_origin_lies_along_it():
-    """The slot's frame moved along the slot changes no number, and the momentum is what the contact gave."""
+    """The slot's frame moved along the slot changes no number, and the momentum is what the contact
+    gave.
+    """
     posture = Posture(joints={"j1": float(np.arctan2(-0.3, 0.2)), "j2": 0.2})
     tip = Contact(frame="slider", offset=(0.4, 0.0, -0.1))
     found = []
     for along in (0.0, 0.1, float(np.hypot(0.2, 0.3)), 1.0):
-        slot = Closure(a=LoopEnd(frame="bar", offset=(along, 0.0, 0.0)), b=LoopEnd(frame="slider"), directions=("z",))
-        profile = shock_profile(Scene(robot="slot.urdf", contact=(tip,), closure=(slot,), posture=posture), SLOT)
+        slot = Closure(
+            a=LoopEnd(frame="bar", offset=(along, 0.0, 0.0)),
+            b=LoopEnd(frame="slider"),
+            directions=("z",),
+        )
+        profile = shock_profile(
+            Scene(robot="slot.urdf", contact=(tip,), closure=(slot,), posture=posture), SLOT
+        )
         found.append(np.concatenate([profile.delta_omega, profile.delta_v]))
         linear, angular = dense.momentum(profile)
         np.testing.assert_allclose(linear, profile.contacts[0].impulse, atol=1e-12)
-        np.testing.assert_allclose(angular, np.cross(profile.contacts[0].point, profile.contacts[0].impulse), atol=1e-12)
-    np.testing.assert_allclose(found[1:], np.broadcast_to(found[0], (3, *found[0].shape)), atol=1e-11)
+        np.testing.assert_allclose(
+            angular, np.cross(profile.contacts[0].point, profile.contacts[0].impulse), atol=1e-12
+        )
+    np.testing.assert_allclose(
+        found[1:], np.broadcast_to(found[0], (3, *found[0].shape)), atol=1e-11
+    )
 
 
 # Closing the posture
 
 
 def test_the_posture_is_projected_onto_the_loop():
-    """The gap before, the joints that moved and by how much; joints that may not move do not, nor any where it is closed."""
+    """The gap before, the joints that moved and by how much; joints that may not move do not, nor
+    any where it is closed.
+    """
     profile = closed()
     loop, (gap, turn, moved) = loop_of(FOUR_BAR, LOOP), profile.assembly[1:4]
     before = np.array(profile.q)
     before[7:] = np.radians([40.0, -60.0, 10.0])
-    assert gap == pytest.approx(np.linalg.norm(closure_gap(dynamics(FOUR_BAR, before[None]), loop)), rel=1e-12)
+    assert gap == pytest.approx(
+        np.linalg.norm(closure_gap(dynamics(FOUR_BAR, before[None]), loop)), rel=1e-12
+    )
     assert turn == 0.0
     assert np.abs(closure_gap(profile.landing.state, loop)).max() < 1e-12
     step = pin.difference(FOUR_BAR.model, before, profile.q)
     assert step[6] == 0.0
-    assert moved == (("b", pytest.approx(step[7], rel=1e-9), "rad"), ("c", pytest.approx(step[8], rel=1e-9), "rad"))
-    again = closed(posture=Posture(joints=dict(zip("abc", map(float, profile.q[7:]), strict=True)))).assembly
+    assert moved == (
+        ("b", pytest.approx(step[7], rel=1e-9), "rad"),
+        ("c", pytest.approx(step[8], rel=1e-9), "rad"),
+    )
+    again = closed(
+        posture=Posture(joints=dict(zip("abc", map(float, profile.q[7:]), strict=True)))
+    ).assembly
     assert again.gap < 1e-12
     assert again.moved == ()
     # Without `assemble` all joints may move that the posture does not set.
-    assert {name for name, *_ in closed(assemble=(), posture=Posture(joints_deg={"a": 40.0})).assembly.moved} == {"b", "c"}
+    assert {
+        name
+        for name, *_ in closed(assemble=(), posture=Posture(joints_deg={"a": 40.0})).assembly.moved
+    } == {"b", "c"}
 
 
-WELD = Closure(a=LoopEnd(frame="rod"), b=LoopEnd(frame="crank", offset=(0.0, 0.0, -0.2)), kind="frame")
+WELD = Closure(
+    a=LoopEnd(frame="rod"), b=LoopEnd(frame="crank", offset=(0.0, 0.0, -0.2)), kind="frame"
+)
 """Where the rod hangs: its ends always meet, rotated against each other by joint b."""
 
 
@@ -232,11 +315,18 @@ def test_a_prismatic_joint_closes_a_loop_in_metres():
             joint("slide", "arm", "slider", "prismatic", axis="1 0 0"),
         )
     )
-    closure = Closure(a=LoopEnd(frame="slider"), b=LoopEnd(frame="ground", offset=(-0.03, 0.0, 0.04)), directions=("x", "z"))
+    closure = Closure(
+        a=LoopEnd(frame="slider"),
+        b=LoopEnd(frame="ground", offset=(-0.03, 0.0, 0.04)),
+        directions=("x", "z"),
+    )
     posture = Posture(joints={"turn": 0.0, "slide": -0.06})
     given = Scene(robot="t", contact="slider", closure=(closure,), assemble=("*",), posture=posture)
     found = resolve(given, robot).assembly
-    expected = (("turn", pytest.approx(np.arctan2(4, 3), rel=1e-9), "rad"), ("slide", pytest.approx(0.01, rel=1e-9), "m"))
+    expected = (
+        ("turn", pytest.approx(np.arctan2(4, 3), rel=1e-9), "rad"),
+        ("slide", pytest.approx(0.01, rel=1e-9), "m"),
+    )
     assert found.moved == expected
     assert found.gap == pytest.approx(0.05, rel=1e-12)
 
@@ -245,8 +335,20 @@ PARALLEL = robot_from(
     urdf(
         *map(link, ("ground", "crank", "rod", "rocker")),
         joint("a", "ground", "crank", axis="0 -1 0", more='<origin xyz="0.1 0 0"/>' + LIMIT),
-        joint("b", "crank", "rod", axis="0 -1 0", more='<origin xyz="0 0 -0.2"/><mimic joint="a" multiplier="-1"/>' + LIMIT),
-        joint("c", "ground", "rocker", axis="0 -1 0", more='<origin xyz="-0.1 0 0"/><mimic joint="a"/>' + LIMIT),
+        joint(
+            "b",
+            "crank",
+            "rod",
+            axis="0 -1 0",
+            more='<origin xyz="0 0 -0.2"/><mimic joint="a" multiplier="-1"/>' + LIMIT,
+        ),
+        joint(
+            "c",
+            "ground",
+            "rocker",
+            axis="0 -1 0",
+            more='<origin xyz="-0.1 0 0"/><mimic joint="a"/>' + LIMIT,
+        ),
         name="parallel",
     )
 )
@@ -254,11 +356,16 @@ PARALLEL = robot_from(
 
 
 def parallel(reach=0.2, **changes):
-    closure = Closure(a=LoopEnd(frame="rod", offset=(-0.2, 0.0, 0.0)), b=LoopEnd(frame="rocker", offset=(0.0, 0.0, -reach)))
+    closure = Closure(
+        a=LoopEnd(frame="rod", offset=(-0.2, 0.0, 0.0)),
+        b=LoopEnd(frame="rocker", offset=(0.0, 0.0, -reach)),
+    )
     given = {
-        "robot": "p.urdf", "contact": (Contact(frame="rocker", offset=(0.0, 0.0, -0.2)),), "closure": (closure,),
+        "robot": "p.urdf",
+        "contact": (Contact(frame="rocker", offset=(0.0, 0.0, -0.2)),),
+        "closure": (closure,),
         "posture": Posture(joints_deg={"a": 20.0}),
-    }  # fmt: skip
+    }
     return Scene(**(given | changes))
 
 
@@ -268,12 +375,28 @@ FAR = dataclasses.replace(LOOP, b=LoopEnd(frame="rocker", offset=(0.0, 0.0, -0.9
 @pytest.mark.parametrize(
     ("given", "robot", "gap", "parts"),
     [
-        # Crank and rod reach 0.5 m at most, the rocker's end is 0.9 m from its axis, which is 0.25 m beside the crank's.
-        (four_bar(closure=(FAR,)), FOUR_BAR, (100.0, 700.0), ('"rod–rocker"', 'move: "b", "c";', "--assemble")),
-        (four_bar(closure=(WELD,), assemble=("c",)), FOUR_BAR, (0.0, 1e-12), ('"rod–crank"', "60 deg", 'move: "c";')),
+        # Crank and rod reach 0.5 m at most, the rocker's end is 0.9 m from its axis, which is 0.25
+        # m beside the crank's.
+        (
+            four_bar(closure=(FAR,)),
+            FOUR_BAR,
+            (100.0, 700.0),
+            ('"rod–rocker"', 'move: "b", "c";', "--assemble"),
+        ),
+        (
+            four_bar(closure=(WELD,), assemble=("c",)),
+            FOUR_BAR,
+            (0.0, 1e-12),
+            ('"rod–crank"', "60 deg", 'move: "c";'),
+        ),
         # What follows a joint that may not move cannot close a loop, and is not offered.
         (parallel(0.25), PARALLEL, (49.99, 50.01), ('"rod–rocker"', "move: none;")),
-        (parallel(0.25, posture=Posture()), PARALLEL, (49.99, 50.01), ('"rod–rocker"', 'move: "a";')),
+        (
+            parallel(0.25, posture=Posture()),
+            PARALLEL,
+            (49.99, 50.01),
+            ('"rod–rocker"', 'move: "a";'),
+        ),
     ],
     ids=["out of reach", "rotated", "leader held", "followers"],
 )
@@ -284,20 +407,28 @@ def test_a_loop_that_cannot_be_closed_is_refused_with_its_gap(given, robot, gap,
 
 
 def three_rods(longer=0.0, tilt=0.0, armature=0.0):
-    """A body under three parallel bars of 0.1 m, which can swing; the third is longer, or its foot stands elsewhere [m]."""
+    """A body under three parallel bars of 0.1 m, which can swing; the third is longer, or its foot
+    stands elsewhere [m].
+    """
     bars = [(-0.03, 0.1, 0.0), (0.0, 0.1, 0.0), (0.05, 0.1 + longer, tilt)]
     joints = [
-        joint(f"bar{k}", "base", f"rod{k}", axis="0 1 0", more=f'<origin xyz="{x} 0 0"/>' + WIDE) for k, (x, *_) in enumerate(bars)
+        joint(f"bar{k}", "base", f"rod{k}", axis="0 1 0", more=f'<origin xyz="{x} 0 0"/>' + WIDE)
+        for k, (x, *_) in enumerate(bars)
     ]
-    joints.append(joint("hinge", "rod0", "foot", axis="0 1 0", more='<origin xyz="0 0 -0.1"/>' + WIDE))
+    joints.append(
+        joint("hinge", "rod0", "foot", axis="0 1 0", more='<origin xyz="0 0 -0.1"/>' + WIDE)
+    )
     ends = [
         Closure(
-            a=LoopEnd(frame=f"rod{k}", offset=(0.0, 0.0, -length)), b=LoopEnd(frame="foot", offset=(x + 0.03 + moved, 0.0, 0.0))
+            a=LoopEnd(frame=f"rod{k}", offset=(0.0, 0.0, -length)),
+            b=LoopEnd(frame="foot", offset=(x + 0.03 + moved, 0.0, 0.0)),
         )
         for k, (x, length, moved) in enumerate(bars)
         if k
     ]
-    robot = robot_from(urdf(*map(link, ("base", "rod0", "rod1", "rod2", "foot")), *joints, name="rods"))
+    robot = robot_from(
+        urdf(*map(link, ("base", "rod0", "rod1", "rod2", "foot")), *joints, name="rods")
+    )
     posture = Posture(joints_deg={"bar0": 20.0, "bar1": 20.0, "bar2": 20.0, "hinge": -20.0})
     return shock_profile(
         Scene(
@@ -313,14 +444,21 @@ def three_rods(longer=0.0, tilt=0.0, armature=0.0):
     )
 
 
-@pytest.mark.parametrize("fault", [{"tilt": 1e-10}, {"longer": 1e-11}, {"longer": 1e-12}, {"longer": 1e-6}])
+@pytest.mark.parametrize(
+    "fault", [{"tilt": 1e-10}, {"longer": 1e-11}, {"longer": 1e-12}, {"longer": 1e-6}]
+)
 def test_bars_that_are_parallel_to_the_digits_of_a_file_are_parallel(fault):
-    """They swing as exact ones do, with a warning; taken literally they would lock, and strain one another without bound."""
+    """They swing as exact ones do, with a warning; taken literally they would lock, and strain one
+    another without bound.
+    """
     exact, found = three_rods(), three_rods(**fault)
     assert not any("loops" in str(warning) for warning in exact.health.warnings)
     assert found.health.rank == exact.health.rank
     assert_close(found.delta_v, exact.delta_v, 1e-4)
-    most = {key: max(np.linalg.norm(load.force) for load in profile.loads) for key, profile in (("", exact), ("fault", found))}
+    most = {
+        key: max(np.linalg.norm(load.force) for load in profile.loads)
+        for key, profile in (("", exact), ("fault", found))
+    }
     assert most["fault"] < 2.0 * most[""]
     warnings = " ".join(str(warning) for warning in found.health.warnings)
     assert ("are taken as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
@@ -330,15 +468,19 @@ def test_bars_that_are_parallel_to_the_digits_of_a_file_are_parallel(fault):
 @pytest.mark.parametrize("tilt", [1e-10, 3e-10, 1e-9, 3e-9, 1e-6])
 def test_inertia_decides_no_redundancy(tilt):
     """Rows are the same rows with rotors of any inertia on the joints."""
-    ranks = {armature: three_rods(tilt=tilt, armature=armature).health.rank for armature in (0.0, 1e-4, 0.03, 10.0)}
+    ranks = {
+        armature: three_rods(tilt=tilt, armature=armature).health.rank
+        for armature in (0.0, 1e-4, 0.03, 10.0)
+    }
     assert len(set(ranks.values())) == 1, ranks
 
 
 def neck(armature=0.0, digits=8):
-    """A head on a body: two rods beside the head's bar turn a plate on it, held at two points each, as a motor does.
+    """A head on a body: two rods beside the head's bar turn a plate on it, held at two points each,
+    as a motor does.
 
-    The rods are as much longer and shorter as the plate is turned, so that the three bars meet in one point and the plate can move,
-    to the digits of the file.
+    The rods are as much longer and shorter as the plate is turned, so that the three bars meet in
+    one point and the plate can move, to the digits of the file.
     """
     bar = np.array([-0.03, 0.04])
     low, high = (0.008 * np.array([np.cos(angle), np.sin(angle)]) for angle in (0.3, 0.304))
@@ -359,21 +501,36 @@ def neck(armature=0.0, digits=8):
         rods += "</body>"
     light = inertia.format(0.003, *[1e-6] * 3)
     plate = f'<body name="plate" {at(bar)}><joint name="motor" axis="0 1 0"/>{light}{rods}</body>'
-    head = f'<body name="head"><joint name="pitch" axis="0 1 0"/>{inertia.format(0.15, *[1e-4] * 3)}{plate}</body>'
-    neck = f'<body name="yaw" pos="0.1 0 0.2"><joint name="yaw" axis="0 0 1"/>{light}{ends}{head}</body>'
+    head = (
+        f'<body name="head"><joint name="pitch" axis="0 1 '
+        f'0"/>{inertia.format(0.15, *[1e-4] * 3)}{plate}</body>'
+    )
+    neck = (
+        f'<body name="yaw" pos="0.1 0 0.2"><joint name="yaw" axis="0 0 '
+        f'1"/>{light}{ends}{head}</body>'
+    )
     body = f'<body name="body"><freejoint/>{inertia.format(1.1, *[3e-3] * 3)}{neck}</body>'
-    robot = robot_from(f'<mujoco model="neck"><worldbody>{body}</worldbody><equality>{ties}</equality></mujoco>', ".xml")
+    robot = robot_from(
+        f'<mujoco model="neck"><worldbody>{body}</worldbody><equality>{ties}</equality></mujoco>',
+        ".xml",
+    )
     joints = Joints(armature={"*": armature} if armature else {})
-    return shock_profile(Scene(robot="neck", contact="body", assemble=("*",), strike=FALL, joints=joints), robot)
+    return shock_profile(
+        Scene(robot="neck", contact="body", assemble=("*",), strike=FALL, joints=joints), robot
+    )
 
 
 @pytest.mark.parametrize("digits", [8, 6])
 def test_rods_beside_a_bar_carry_no_more_with_rotors_on_the_joints(digits):
-    """A neck that moves to the digits of its file does so with any inertia of its rotors; nothing undetermined is the headline."""
+    """A neck that moves to the digits of its file does so with any inertia of its rotors; nothing
+    undetermined is the headline.
+    """
     found = {armature: neck(armature, digits) for armature in (0.0, 1e-3, 0.03, 1.0)}
     assert len({profile.health.rank for profile in found.values()}) == 1
     for profile in found.values():
-        assert profile.value("joint_impulse", "joint").max() < 2.0 * np.linalg.norm(profile.total_impulse)
+        assert profile.value("joint_impulse", "joint").max() < 2.0 * np.linalg.norm(
+            profile.total_impulse
+        )
         headline = dict(landing_report(profile).body(False)[0].lines)["joint"]
         assert headline == "largest impulse: not determined, because rows are redundant"
 
@@ -385,7 +542,9 @@ def test_joints_that_strain_one_another_are_reported():
 
 
 def test_a_loop_is_followed_through_a_sweep():
-    """Every row of a five-bar leg keeps the side to which its knees are bent, also where a start far away would not."""
+    """Every row of a five-bar leg keeps the side to which its knees are bent, also where a start
+    far away would not.
+    """
     given = scene("five_bar")
     made = sweep(given, robot=robot_of(given), vary={"front_hip": "-90:30:25"}, prove=0)
     angles = []
@@ -395,7 +554,8 @@ def test_a_loop_is_followed_through_a_sweep():
         angles.append(q[[robot.joint(f"{side}_knee").q.start for side in ("front", "rear")]])
     front, rear = np.array(angles).T
     hips = np.linspace(np.radians(-90), np.radians(30), 25)
-    # Two equal legs: the knees stay symmetric, and the front one is stretched where the hips are equal.
+    # Two equal legs: the knees stay symmetric, and the front one is stretched where the hips are
+    # equal.
     np.testing.assert_allclose(rear, -front, atol=1e-9)
     assert np.all(np.diff(front) < 0.0)
     assert np.abs(np.diff(front)).max() < 0.1
@@ -404,22 +564,32 @@ def test_a_loop_is_followed_through_a_sweep():
 
 
 def test_another_start_closes_a_loop_with_a_warning():
-    """From knees bent the wrong way Gauss–Newton comes to no closed loop; from another start it does."""
+    """From knees bent the wrong way Gauss–Newton comes to no closed loop; from another start it
+    does.
+    """
     given = scene("five_bar")
-    posture = dataclasses.replace(given.posture, joints_deg={**given.posture.joints_deg, "front_hip": -70.0})
+    posture = dataclasses.replace(
+        given.posture, joints_deg={**given.posture.joints_deg, "front_hip": -70.0}
+    )
     profile = shock_profile(dataclasses.replace(given, posture=posture))
     assert profile.assembly.retried
-    assert any("perhaps assembled in another way" in str(warning) for warning in profile.health.warnings)
+    assert any(
+        "perhaps assembled in another way" in str(warning) for warning in profile.health.warnings
+    )
 
 
 def test_joints_to_assemble_without_a_loop_and_open_loops_are_reported():
-    """A warning for joints that had nothing to close, and for a linkage whose own scene would close it."""
+    """A warning for joints that had nothing to close, and for a linkage whose own scene would close
+    it.
+    """
     for name, frame, changes, parts in (
         ("leg", "lower_leg", {"assemble": ("*",)}, ('"knee"',)),
         ("skippy", scene("fig3").contact[0].frame, {}, ("fig3.toml",)),
         ("five_bar", scene("five_bar").contact[0].frame, {}, ("five_bar.toml",)),
     ):
-        (warning,) = resolve(Scene(robot=name, contact=frame, **changes), known_robot(name)).warnings
+        (warning,) = resolve(
+            Scene(robot=name, contact=frame, **changes), known_robot(name)
+        ).warnings
         assert warning.kind == "scene"
         assert all(part in str(warning) for part in parts)
 
@@ -430,17 +600,41 @@ def test_joints_to_assemble_without_a_loop_and_open_loops_are_reported():
 @pytest.mark.parametrize(
     ("closures", "error", "parts"),
     [
-        ([Closure(a=LoopEnd(frame="rod"), b=LoopEnd(frame="rod"))], SceneError, ('"rod–rod"', 'body "rod"')),
-        ([dataclasses.replace(LOOP, directions=((0.0, 0.0, 0.0),))], SceneError, ('"rod–rocker"', '"x", "y", "z"')),
+        (
+            [Closure(a=LoopEnd(frame="rod"), b=LoopEnd(frame="rod"))],
+            SceneError,
+            ('"rod–rod"', 'body "rod"'),
+        ),
+        (
+            [dataclasses.replace(LOOP, directions=((0.0, 0.0, 0.0),))],
+            SceneError,
+            ('"rod–rocker"', '"x", "y", "z"'),
+        ),
         ([dataclasses.replace(LOOP, directions=())], SceneError, ('"rod–rocker"', '"x", "y", "z"')),
-        ([dataclasses.replace(LOOP, a=LoopEnd(frame="rodd"))], UnknownName, ('"rodd"', '"four_bar"', '"rod"', "shockpc robots")),
+        (
+            [dataclasses.replace(LOOP, a=LoopEnd(frame="rodd"))],
+            UnknownName,
+            ('"rodd"', '"four_bar"', '"rod"', "shockpc robots"),
+        ),
         # The same two points once more, in either order and along whatever.
         *(
             ([LOOP, again], SceneError, ('"rod–rocker"', "same points"))
-            for again in (LOOP, Closure(a=LOOP.b, b=LOOP.a), dataclasses.replace(LOOP, directions=("y",)))
+            for again in (
+                LOOP,
+                Closure(a=LOOP.b, b=LOOP.a),
+                dataclasses.replace(LOOP, directions=("y",)),
+            )
         ),
     ],
-    ids=["to itself", "no length", "no direction", "no frame", "twice", "the other way round", "in another direction"],
+    ids=[
+        "to itself",
+        "no length",
+        "no direction",
+        "no frame",
+        "twice",
+        "the other way round",
+        "in another direction",
+    ],
 )
 def test_a_closure_that_cannot_be_is_refused(closures, error, parts):
     """The message names the closure and what would be valid."""
@@ -477,22 +671,33 @@ def test_one_rate_of_a_four_bar_sets_the_others(leader):
 
 
 def test_rates_that_are_not_given_are_the_least():
-    """A loop of five bars leaves one rate free: of all completions that keep it closed, the one of minimum norm is taken."""
+    """A loop of five bars leaves one rate free: of all completions that keep it closed, the one of
+    minimum norm is taken.
+    """
     found = scene("five_bar")
     robot = robot_of(found)
     given = next(name for name in robot.joint_names if name.startswith("rear"))
-    rates, K = rates_of(dataclasses.replace(found, strike=dataclasses.replace(found.strike, joint_velocities={given: 2.0})), robot)
+    rates, K = rates_of(
+        dataclasses.replace(
+            found, strike=dataclasses.replace(found.strike, joint_velocities={given: 2.0})
+        ),
+        robot,
+    )
     of_given = robot.joint(given).v.start
     others = [robot.joint(name).v.start for name in robot.joint_names if name != given]
     assert rates[of_given] == 2.0
-    np.testing.assert_allclose(rates[others], -np.linalg.pinv(K[:, others], rcond=1e-10) @ K[:, of_given] * 2.0, atol=1e-12)
+    np.testing.assert_allclose(
+        rates[others], -np.linalg.pinv(K[:, others], rcond=1e-10) @ K[:, of_given] * 2.0, atol=1e-12
+    )
     np.testing.assert_allclose(K @ rates, 0.0, atol=1e-13)
     assert len(others) > np.linalg.matrix_rank(K[:, others], 1e-9)
 
 
 @pytest.mark.parametrize("base", ["free", "planar"])
 def test_followers_move_with_their_leader_along_a_loop(base):
-    """The one rate of a parallelogram is given; its followers have no rate of their own to complete."""
+    """The one rate of a parallelogram is given; its followers have no rate of their own to
+    complete.
+    """
     rates, K = rates_of(parallel(base=base, strike=swinging(a=0.7)), PARALLEL)
     np.testing.assert_allclose(rates, [0.0] * 6 + [0.7, -0.7, 0.7], atol=1e-15)
     np.testing.assert_allclose(K @ rates, 0.0, atol=1e-15)
@@ -500,10 +705,17 @@ def test_followers_move_with_their_leader_along_a_loop(base):
 
 @pytest.mark.parametrize(
     ("rates", "locked"),
-    [({"a": 1.0, "b": 0.2}, ()), ({"a": 1.0, "b": 0.2, "c": 0.1}, ()), ({"a": 1.0, "c": 0.0}, ()), ({"a": 1.0}, ("b",))],
+    [
+        ({"a": 1.0, "b": 0.2}, ()),
+        ({"a": 1.0, "b": 0.2, "c": 0.1}, ()),
+        ({"a": 1.0, "c": 0.0}, ()),
+        ({"a": 1.0}, ("b",)),
+    ],
 )
 def test_rates_that_open_a_loop_are_refused(rates, locked):
-    """The message gives the speed that remains when the other joints help as far as they can; a locked joint does not."""
+    """The message gives the speed that remains when the other joints help as far as they can; a
+    locked joint does not.
+    """
     _, K = rates_of(four_bar(), FOUR_BAR)
     left = np.array([rates.get(name, 0.0) for name in "abc"])
     free = [k for k, name in enumerate("abc") if name not in rates and name not in locked]
@@ -512,20 +724,37 @@ def test_rates_that_open_a_loop_are_refused(rates, locked):
     # The speed is the largest over the closure's axes, which the rod carries.
     speed = np.abs(resolve(four_bar(), FOUR_BAR).state.rotation[0, 2].T @ K[:, 6:] @ left).max()
     parts = '"rod–rocker"', f"{speed:.3g} m/s"
-    refused(SceneError, parts, resolve, four_bar(strike=swinging(**rates), joints=Joints(locked=locked)), FOUR_BAR)
+    refused(
+        SceneError,
+        parts,
+        resolve,
+        four_bar(strike=swinging(**rates), joints=Joints(locked=locked)),
+        FOUR_BAR,
+    )
 
 
 @pytest.mark.parametrize(("name", "joint"), [("five_bar", "front_hip"), ("five_bar", "rear_hip")])
 def test_postures_beside_a_landing_have_its_number_of_independent_rows(name, joint):
-    """It is that of the same search started from each of them; and loops stay closed on the way there."""
+    """It is that of the same search started from each of them; and loops stay closed on the way
+    there.
+    """
     landing = resolve(case := scene(name), robot_of(case))
     value = landing.robot.joint(joint).value(landing.q)
-    beside = varied_landings(case, {joint: np.degrees(value + np.array([-2e-3, 1e-4, 2e-3]))}, robot=landing.robot)
+    beside = varied_landings(
+        case, {joint: np.degrees(value + np.array([-2e-3, 1e-4, 2e-3]))}, robot=landing.robot
+    )
     Q = np.array([resolve(*beside.case(row)).q for row in range(3)])
     state = dynamics(landing.robot, Q)
     blocks = landing.rows(state)
-    beside, anew = landing.most_independent(state, blocks), landing.mechanism.most_independent(blocks, state)
+    beside, anew = (
+        landing.most_independent(state, blocks),
+        landing.mechanism.most_independent(blocks, state),
+    )
     for k in range(3):
-        assert beside(k)[0] == anew(k)[0] == landing.most_independent(landing.state, landing.rows(landing.state))(0)[0]
+        assert (
+            beside(k)[0]
+            == anew(k)[0]
+            == landing.most_independent(landing.state, landing.rows(landing.state))(0)[0]
+        )
         assert beside(k)[1] == pytest.approx(anew(k)[1], rel=0.1)
     assert all(np.abs(closure_gap(state, loop)).max() < 1e-9 for loop in landing.loops)

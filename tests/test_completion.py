@@ -17,7 +17,9 @@ from shockpc.cli.entry import main
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_shell_completes(shell, here, capfd, monkeypatch):
-    """Commands, robots, options, contacts and joints of the robot that is typed, and quantities, as each shell asks for them."""
+    """Commands, robots, options, contacts and joints of the robot that is typed, and quantities, as
+    each shell asks for them.
+    """
     (here / "stick.toml").write_text('robot = "stick.urdf"\ncontact = "foot"\n')
     expected = {
         "sens": ["sensitivity"],
@@ -40,26 +42,39 @@ def test_a_shell_completes(shell, here, capfd, monkeypatch):
         monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
         assert main([]) == 0
         out, err = capfd.readouterr()
-        named = {"bash": "^(.+)$", "fish": "^([^\t\n]+)", "zsh": r'^(?:_arg.*?\(\()?"([^"]+)"'}[shell]
+        named = {"bash": "^(.+)$", "fish": "^([^\t\n]+)", "zsh": r'^(?:_arg.*?\(\()?"([^"]+)"'}[
+            shell
+        ]
         assert (re.findall(named, out, re.MULTILINE), err) == (completions, ""), typed
 
 
-HOSTILE_NAMES = ("hostile;touch RUN", r"hostile\$(touch RUN)", "hostile`touch RUN`", "hostile$(touch RUN)")
+HOSTILE_NAMES = (
+    "hostile;touch RUN",
+    r"hostile\$(touch RUN)",
+    "hostile`touch RUN`",
+    "hostile$(touch RUN)",
+)
 
 
 def hostile_robot(name: str) -> str:
     """A URDF with a foot, a second link of this name, and a joint that moves it."""
-    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+        'iyz="0"/></inertial>'
+    )
     links = "".join(f'<link name="{link}">{inertial}</link>' for link in ("base", "footpad", name))
     joints = "".join(
-        f'<joint name="j{k}" type="continuous"><parent link="base"/><child link="{link}"/><axis xyz="0 1 0"/></joint>'
+        f'<joint name="j{k}" type="continuous"><parent link="base"/><child link="{link}"/><axis '
+        f'xyz="0 1 0"/></joint>'
         for k, link in enumerate(("footpad", name))
     )
     return f'<robot name="r">{links}{joints}</robot>'
 
 
 def typed_in_a_shell(arguments, lines, folder):
-    """What an interactive shell prints when lines are typed one after another, each when the output rests."""
+    """What an interactive shell prints when lines are typed one after another, each when the output
+    rests.
+    """
     terminal, inside = pty.openpty()
     environment = {
         "PATH": f"{folder / 'bin'}:{os.environ['PATH']}",
@@ -69,7 +84,9 @@ def typed_in_a_shell(arguments, lines, folder):
     }
     # A shell that reads keys needs a terminal that controls its session.
     command = ["setsid", "--ctty", *arguments]
-    shell = subprocess.Popen(command, stdin=inside, stdout=inside, stderr=inside, cwd=folder, env=environment)
+    shell = subprocess.Popen(
+        command, stdin=inside, stdout=inside, stderr=inside, cwd=folder, env=environment
+    )
     os.close(inside)
     printed = b""
     with shell:
@@ -86,7 +103,9 @@ def typed_in_a_shell(arguments, lines, folder):
 
 @pytest.mark.parametrize("name", HOSTILE_NAMES)
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_names_of_a_file_that_a_shell_would_run_are_not_completed(shell, name, here, capfd, monkeypatch):
+def test_names_of_a_file_that_a_shell_would_run_are_not_completed(
+    shell, name, here, capfd, monkeypatch
+):
     (here / "hostile.urdf").write_text(hostile_robot(name))
     monkeypatch.setenv(ASKED, f"complete_{shell}")
     monkeypatch.setenv("COLUMNS", "80")
@@ -124,7 +143,8 @@ def test_no_shell_runs_a_name_of_a_robot_file(shell, tmp_path):
         "bash": (["bash", "--norc", "-i"], "source ./script\n"),
         "zsh": (
             ["zsh", "-f", "-i"],
-            "autoload -Uz compinit; compinit -u -D; source ./script; compdef _shockpc_completion shockpc\n",
+            "autoload -Uz compinit; compinit -u -D; source ./script; compdef _shockpc_completion "
+            "shockpc\n",
         ),
         "fish": (["fish", "--no-config", "-i"], "source ./script\n"),
     }[shell]
@@ -135,23 +155,35 @@ def test_no_shell_runs_a_name_of_a_robot_file(shell, tmp_path):
     (tmp_path / "bin").mkdir()
     wrapper = tmp_path / "bin" / "shockpc"
     path = os.pathsep.join(sys.path)
-    wrapper.write_text(f'#!/bin/sh\nPYTHONPATH={shlex.quote(path)} exec {shlex.join(command)} "$@"\n')
+    wrapper.write_text(
+        f'#!/bin/sh\nPYTHONPATH={shlex.quote(path)} exec {shlex.join(command)} "$@"\n'
+    )
     wrapper.chmod(0o755)
     for k, name in enumerate(HOSTILE_NAMES[:2]):
         (tmp_path / f"hostile{k}.urdf").write_text(hostile_robot(name))
     lines = [start[1]]
     for k in range(2):
-        lines += [f"shockpc analyze hostile{k}.urdf --contact {begin}\t\n" for begin in ("footp", "hos")]
+        lines += [
+            f"shockpc analyze hostile{k}.urdf --contact {begin}\t\n" for begin in ("footp", "hos")
+        ]
     printed = typed_in_a_shell(start[0], lines, tmp_path)
     assert "footpad" in printed
     assert not (tmp_path / "RUN").exists()
 
 
 def test_completion_is_shown_and_installed(tmp_path):
-    for option, file in (("--show-completion", None), ("--install-completion", ".bash_completions/shockpc.sh")):
-        # Typer looks for the shell among the parents of a process, which under make is no bash; for tests it takes its name.
+    for option, file in (
+        ("--show-completion", None),
+        ("--install-completion", ".bash_completions/shockpc.sh"),
+    ):
+        # Typer looks for the shell among the parents of a process, which under make is no bash; for
+        # tests it takes its name.
         words = [sys.executable, "-m", "shockpc", option, "bash"]
-        shell = {**os.environ, "HOME": str(tmp_path), "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+        shell = {
+            **os.environ,
+            "HOME": str(tmp_path),
+            "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
+        }
         done = subprocess.run(words, capture_output=True, text=True, check=True, env=shell)
         script = done.stdout if file is None else (tmp_path / file).read_text()
         assert f"{ASKED}=complete_bash" in script

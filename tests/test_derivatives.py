@@ -1,4 +1,6 @@
-"""Derivatives of shock maps by the posture: against balls, central differences and Pinocchio; and what maps give by name."""
+"""Derivatives of shock maps by the posture: against balls, central differences and Pinocchio; and
+what maps give by name.
+"""
 
 import numpy as np
 import pinocchio as pin
@@ -17,7 +19,9 @@ STRIKE = (0.3, 0.1, -1.0)
 def on(robot, *feet, **options):
     """A scene of feet of a robot; options of contacts, and of the scene."""
     contact = {name: options.pop(name) for name in ("kind", "at", "directions") if name in options}
-    return Scene(robot=robot, contact=tuple(Contact(frame=foot, **contact) for foot in feet), **options)
+    return Scene(
+        robot=robot, contact=tuple(Contact(frame=foot, **contact) for foot in feet), **options
+    )
 
 
 IN_SERIES = """<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><geom size=".2" mass="3" pos=".05 .1 0"/>
@@ -27,9 +31,13 @@ IN_SERIES = """<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><ge
 
 LANDINGS = {
     "one foot": on("anymal_b", "LF_FOOT"),
-    "two feet, geared": on("anymal_b", "LF_FOOT", "RH_FOOT", joints=Joints(armature={"*_KFE": 0.05})),
+    "two feet, geared": on(
+        "anymal_b", "LF_FOOT", "RH_FOOT", joints=Joints(armature={"*_KFE": 0.05})
+    ),
     "locked joints": on("anymal_b", "LF_FOOT", "RF_FOOT", joints=Joints(locked=("*_HAA", "RH*"))),
-    "all locked, redundant": on("anymal_b", "LF_FOOT", "LH_FOOT", "RF_FOOT", joints=Joints(model="locked")),
+    "all locked, redundant": on(
+        "anymal_b", "LF_FOOT", "LH_FOOT", "RF_FOOT", joints=Joints(model="locked")
+    ),
     "base in the plane": on("anymal_b", "LF_FOOT", base="planar", directions=("x", "z")),
     "base fixed": on("anymal_b", "LF_FOOT", base="fixed"),
     "sliding": on("anymal_b", "LF_FOOT", directions=("z",)),
@@ -58,30 +66,47 @@ def beside(landing, Q, k, steps):
 @pytest.mark.parametrize("name", LANDINGS)
 def test_derivatives_are_those_of_central_differences(name):
     scene = LANDINGS[name]
-    landing = resolve(scene, robot_from(IN_SERIES, ".xml") if scene.robot == IN_SERIES else known_robot(scene.robot))
+    landing = resolve(
+        scene,
+        robot_from(IN_SERIES, ".xml") if scene.robot == IN_SERIES else known_robot(scene.robot),
+    )
     robot, rng = landing.robot, np.random.default_rng(0)
     nv = robot.model.nv
-    Q = np.array([pin.integrate(robot.model, landing.q, 0.05 * rng.standard_normal(nv)) for _ in range(2)])
-    equation, solution, _ = impact_jumps(landing, dynamics(robot, Q, landing.joint_model), with_strike=False)
+    Q = np.array(
+        [pin.integrate(robot.model, landing.q, 0.05 * rng.standard_normal(nv)) for _ in range(2)]
+    )
+    equation, solution, _ = impact_jumps(
+        landing, dynamics(robot, Q, landing.joint_model), with_strike=False
+    )
     found = derivatives(landing, equation, solution)
     h, weights = 1e-4, np.array([-1.0, 8.0, -8.0, 1.0]) / 12.0
     for k in range(0, nv, 5 if nv > 30 else 1):
-        for derivative, values in zip(found, beside(landing, Q, k, h * np.array([2.0, 1.0, -1.0, -2.0])), strict=True):
+        for derivative, values in zip(
+            found, beside(landing, Q, k, h * np.array([2.0, 1.0, -1.0, -2.0])), strict=True
+        ):
             slope = np.tensordot(weights, values, 1) / h
             known = np.isfinite(derivative[..., k])  # impulses along redundant rows have none
             assert known.all() or derivative is found.impulse
             size = np.nanmax(np.abs(derivative), initial=1.0)
-            np.testing.assert_allclose(derivative[..., k][known], slope[known], rtol=0, atol=3e-9 * size)
+            np.testing.assert_allclose(
+                derivative[..., k][known], slope[known], rtol=0, atol=3e-9 * size
+            )
 
 
 def in_balls(landing, q, k, h):
-    """The derivative (nb, 6, 3) of the maps along velocity k from enclosures: central differences of the sixth order."""
+    """The derivative (nb, 6, 3) of the maps along velocity k from enclosures: central differences
+    of the sixth order.
+    """
     nv, total = landing.robot.model.nv, 0.0
     for step, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
         for sign in (1, -1):
-            posed = landing.at(pin.integrate(landing.robot.model, q, sign * step * h * np.eye(nv)[k]))
+            posed = landing.at(
+                pin.integrate(landing.robot.model, q, sign * step * h * np.eye(nv)[k])
+            )
             jumps = profile_of(posed).proof.jumps[..., :3].reshape(-1, 2, 3, 3)
-            total = total + sign * weight / (60.0 * h) * (posed.state.rotation[0][:, None] @ jumps).reshape(-1, 6, 3)
+            total = total + sign * weight / (60.0 * h) * (
+                posed.state.rotation[0][:, None] @ jumps
+            ).reshape(-1, 6, 3)
     return total
 
 
@@ -104,10 +129,16 @@ def test_derivatives_in_balls(name, columns):
 
 
 def pinocchio_contact(model, name):
-    """A contact that sticks, as Pinocchio's impulse dynamics takes it: data of the robot, models, their data, and settings."""
+    """A contact that sticks, as Pinocchio's impulse dynamics takes it: data of the robot, models,
+    their data, and settings.
+    """
     frame = model.frames[model.getFrameId(name)]
     contact = pin.RigidConstraintModel(
-        pin.ContactType.CONTACT_3D, model, frame.parentJoint, frame.placement, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        pin.ContactType.CONTACT_3D,
+        model,
+        frame.parentJoint,
+        frame.placement,
+        pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
     )
     data, models, datas = model.createData(), [contact], [contact.createData()]
     pin.initConstraintDynamics(model, data, models, datas)
@@ -116,11 +147,22 @@ def pinocchio_contact(model, name):
 
 def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
     axes = ("0 1 0", "1 0 0", "0 0.6 0.8")
-    joints = (joint(f"j{k}", f"l{k}", f"l{k + 1}", axis=axes[k % 3], more='<origin xyz="0.1 0 0.02"/>' + LIMIT) for k in range(39))
+    joints = (
+        joint(
+            f"j{k}",
+            f"l{k}",
+            f"l{k + 1}",
+            axis=axes[k % 3],
+            more='<origin xyz="0.1 0 0.02"/>' + LIMIT,
+        )
+        for k in range(39)
+    )
     robot = robot_from(urdf(*(link(f"l{k}") for k in range(40)), *joints))
     model, q = robot.model, robot.start.copy()
     q[7:] = 0.1 * np.sin(np.arange(model.nq - 7))
-    landing = resolve(Scene(robot=robot.label, base="free", contact=(Contact(frame=robot.links[-1]),)), robot)
+    landing = resolve(
+        Scene(robot=robot.label, base="free", contact=(Contact(frame=robot.links[-1]),)), robot
+    )
     equation, solution, _ = impact_jumps(landing, dynamics(robot, q[None]), with_strike=False)
     found = derivatives(landing, equation, solution)
     data, models, datas, settings = pinocchio_contact(model, robot.links[-1])
@@ -129,36 +171,55 @@ def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
         v[:3] = np.eye(3)[s]  # the base is not turned
         pin.impulseDynamics(model, data, q, v, models, datas, 0.0, settings)
         pin.computeImpulseDynamicsDerivatives(model, data, models, datas, 0.0, settings)
-        # Pinocchio holds q̇⁻ in the base's axes, which turn with it; the strike here is one of the world.
+        # Pinocchio holds q̇⁻ in the base's axes, which turn with it; the strike here is one of the
+        # world.
         columns = slice(6, None)
-        np.testing.assert_allclose(found.delta_qd[0, :, s, columns], data.ddq_dq[:, columns], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(
+            found.delta_qd[0, :, s, columns], data.ddq_dq[:, columns], rtol=0, atol=1e-8
+        )
 
 
 def test_names_give_what_the_maps_hold():
     robot = known_robot("anymal_b")
     landing = resolve(on("anymal_b", "LF_FOOT"), robot)
-    Q = np.array([pin.integrate(robot.model, landing.q, 0.1 * np.random.default_rng(k).standard_normal(18)) for k in range(3)])
+    Q = np.array(
+        [
+            pin.integrate(
+                robot.model, landing.q, 0.1 * np.random.default_rng(k).standard_normal(18)
+            )
+            for k in range(3)
+        ]
+    )
     maps = shock_maps(landing, Q, derivatives=True)
     place = "imu_link:0.1,0.02,0.03"
     np.testing.assert_array_equal(maps.delta_v(place, STRIKE), maps.at(place) @ STRIKE)
-    assert maps.shock("imu_link")[1] == pytest.approx(np.linalg.norm(maps.at("imu_link")[1, :, 2]), rel=1e-14)
+    assert maps.shock("imu_link")[1] == pytest.approx(
+        np.linalg.norm(maps.at("imu_link")[1, :, 2]), rel=1e-14
+    )
     profile = profile_of(landing.at(Q[0]))
     shock = profile.points  # the file's sensors
-    assert {one.frame: one.shock for one in shock}["imu_link"] == pytest.approx(maps.shock("imu_link")[0], rel=1e-12)
+    assert {one.frame: one.shock for one in shock}["imu_link"] == pytest.approx(
+        maps.shock("imu_link")[0], rel=1e-12
+    )
     worst = maps.worst(place, strikes := [(np.sin(a), 0.0, -np.cos(a)) for a in (-0.4, 0.0, 0.4)])
     every = [maps.shock(place, strike) for strike in strikes]
     np.testing.assert_array_equal(worst.shock, np.max(every, axis=0))
     h = 1e-5
     for k in (4, 8, 17):
         up, down = (
-            shock_maps(landing, np.array([pin.integrate(robot.model, q, step * np.eye(18)[k]) for q in Q])) for step in (h, -h)
+            shock_maps(
+                landing, np.array([pin.integrate(robot.model, q, step * np.eye(18)[k]) for q in Q])
+            )
+            for step in (h, -h)
         )
         for one, value in {
             f"shock@{place}": lambda m: m.shock(place),
             f"most_severe@{place}": lambda m: np.linalg.norm(m.at(place), 2, axis=(1, 2)),
             f"delta_v@{place}": lambda m: m.delta_v(place),
         }.items():
-            np.testing.assert_allclose(maps.gradient(one)[..., k], (value(up) - value(down)) / (2 * h), atol=2e-8)
+            np.testing.assert_allclose(
+                maps.gradient(one)[..., k], (value(up) - value(down)) / (2 * h), atol=2e-8
+            )
         slope = (up.worst(place, strikes).shock - down.worst(place, strikes).shock) / (2 * h)
         np.testing.assert_allclose(worst.gradient[:, k], slope, atol=2e-8)
 
@@ -166,7 +227,10 @@ def test_names_give_what_the_maps_hold():
 @pytest.mark.parametrize("e", [0.0, 0.3])
 def test_joint_jumps_and_impulses_are_those_of_pinocchio(e):
     robot = known_robot("anymal_b")
-    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT", restitution=e, restitution_along="directions"),))
+    scene = Scene(
+        robot="anymal_b",
+        contact=(Contact(frame="LF_FOOT", restitution=e, restitution_along="directions"),),
+    )
     maps = shock_maps(resolve(scene, robot), robot.start[None])
     model, q, v = robot.model, robot.start, np.random.default_rng(1).standard_normal(18)
     data, models, datas, settings = pinocchio_contact(model, "LF_FOOT")
@@ -179,11 +243,16 @@ def test_joint_jumps_and_impulses_are_those_of_pinocchio(e):
 
 
 def test_a_singular_posture_says_so():
-    """The stretched leg of a robot on a fixed base: its foot moves in one direction less than beside it."""
+    """The stretched leg of a robot on a fixed base: its foot moves in one direction less than
+    beside it.
+    """
     robot = known_robot("quadruped")
     scene = on("quadruped", "front_foot", base="fixed", directions=("x", "z"))
     bent, straight = (
-        resolve(Scene(**{**vars(scene), "posture": Posture(joints_deg={"front_knee": angle})}), robot) for angle in (20.0, 0.0)
+        resolve(
+            Scene(**{**vars(scene), "posture": Posture(joints_deg={"front_knee": angle})}), robot
+        )
+        for angle in (20.0, 0.0)
     )
     maps = shock_maps(bent, np.stack([bent.q, straight.q]), derivatives=True)
     assert maps.prove[1]
@@ -199,15 +268,21 @@ def test_a_lowest_point_that_jumps_says_so():
     scene = Scene(robot=robot.label, contact=(Contact(frame="box", at="lowest", kind="point"),))
     with pytest.raises(StudyError, match="several points are the lowest"):
         shock_maps(resolve(scene, robot), robot.start[None], derivatives=True).gradient("shock@box")
-    tilted = resolve(Scene(**{**vars(scene), "posture": Posture(base_rpy_deg=(3.0, 4.0, 0.0))}), robot)
-    assert np.isfinite(shock_maps(tilted, tilted.q[None], derivatives=True).gradient("shock@box:0.1,0,0")).all()
+    tilted = resolve(
+        Scene(**{**vars(scene), "posture": Posture(base_rpy_deg=(3.0, 4.0, 0.0))}), robot
+    )
+    assert np.isfinite(
+        shock_maps(tilted, tilted.q[None], derivatives=True).gradient("shock@box:0.1,0,0")
+    ).all()
 
 
 def test_maps_without_derivatives_or_of_other_quantities_say_what_to_do():
     robot = known_robot("anymal_b")
     scene = on("anymal_b", "LF_FOOT")
     maps = shock_maps(scene, robot.start[None])
-    np.testing.assert_array_equal(maps.at("imu_link"), shock_maps(resolve(scene, robot), robot.start[None]).at("imu_link"))
+    np.testing.assert_array_equal(
+        maps.at("imu_link"), shock_maps(resolve(scene, robot), robot.start[None]).at("imu_link")
+    )
     with pytest.raises(StudyError, match="derivatives=True"):
         maps.gradient("shock@imu_link")
     with pytest.raises(StudyError, match="valid are shock@PLACE"):
@@ -218,7 +293,10 @@ def test_maps_without_derivatives_or_of_other_quantities_say_what_to_do():
     ("call", "text"),
     [
         (lambda maps: maps.shock("imu_link", [1.0, 2.0]), "a strike is a velocity above zero"),
-        (lambda maps: maps.gradient("shock@imu_link", [0.0, 0.0, 0.0]), "a strike is a velocity above zero"),
+        (
+            lambda maps: maps.gradient("shock@imu_link", [0.0, 0.0, 0.0]),
+            "a strike is a velocity above zero",
+        ),
         (lambda maps: maps.delta_v("imu_link", [np.nan, 0.0, 0.0]), "give finite numbers"),
         (lambda maps: maps.worst("imu_link", "down"), "give finite numbers"),
         (lambda maps: maps.shock(13), "no body 13"),
@@ -228,7 +306,9 @@ def test_maps_without_derivatives_or_of_other_quantities_say_what_to_do():
 )
 def test_arguments_that_are_none_say_so(call, text):
     robot = known_robot("anymal_b")
-    maps = shock_maps(resolve(on("anymal_b", "LF_FOOT"), robot), robot.start[None], derivatives=True)
+    maps = shock_maps(
+        resolve(on("anymal_b", "LF_FOOT"), robot), robot.start[None], derivatives=True
+    )
     with pytest.raises(SceneError, match=text):
         call(maps)
     assert maps.worst(0, [STRIKE]).gradient.shape == (1, 18)

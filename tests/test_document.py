@@ -11,7 +11,18 @@ from commands import ROBOTS, python
 from pydantic import TypeAdapter
 
 import shockpc
-from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
+from shockpc import (
+    Closure,
+    Contact,
+    Joints,
+    LoopEnd,
+    Part,
+    Point,
+    Posture,
+    Scene,
+    Strike,
+    shock_profile,
+)
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_schema
 from shockpc.quantities.selection import QUANTITIES
@@ -23,7 +34,10 @@ from shockpc.text.printed import json_text
 
 pytestmark = pytest.mark.smoke
 
-DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
+DOG = {
+    "robot": str(ROBOTS / "dog" / "dog.urdf.xacro"),
+    "packages": {"dog_description": str(ROBOTS / "dog")},
+}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
 SCENES = {
     "dog on one foot": Scene(**DOG, contact=FEET[:1]),
@@ -32,7 +46,9 @@ SCENES = {
         **DOG,
         xacro={"payload": "1.5"},
         contact=Contact(frame="lf_foot", at="lowest", directions=("z",), restitution=0.5),
-        posture=Posture(reference="crouched", base_rpy_deg=(5.0, 15.0, 0.0), joints_deg={"rh_*": -30.0}),
+        posture=Posture(
+            reference="crouched", base_rpy_deg=(5.0, 15.0, 0.0), joints_deg={"rh_*": -30.0}
+        ),
         point=(Point(frame="trunk", offset=(0.1, 0.0, 0.05)),),
         strike=Strike(velocity=(0.5, 0.1, -1.0)),
     ),
@@ -41,7 +57,9 @@ SCENES = {
     "dog whose front legs are tied together": Scene(
         **DOG,
         posture=Posture(joints_deg={"lf_hip": 20.0}),
-        closure=(Closure(a=LoopEnd(frame="lf_foot"), b=LoopEnd(frame="rf_foot"), directions=("x", "z")),),
+        closure=(
+            Closure(a=LoopEnd(frame="lf_foot"), b=LoopEnd(frame="rf_foot"), directions=("x", "z")),
+        ),
         contact=FEET[:1],
         joints=Joints(armature={"*_hip": 0.01}, locked=("lh_hip",)),
         pulse="half-sine:5ms",
@@ -49,18 +67,30 @@ SCENES = {
         v_in="com",
         stance=("rh_foot",),
         part=(
-            Part(name="camera", at="trunk:0,0,0.1", rating="half-sine 1500 g 0.5 ms", natural_frequency=300.0),
+            Part(
+                name="camera",
+                at="trunk:0,0,0.1",
+                rating="half-sine 1500 g 0.5 ms",
+                natural_frequency=300.0,
+            ),
             Part(name="gear", joint="*_hip", momentary_torque=20.0),
         ),
     ),
     "talos on its soles": Scene(
-        robot="talos", contact=(Contact(frame="left_sole_link", kind="flat"), Contact(frame="right_sole_link")), plane="yz"
+        robot="talos",
+        contact=(Contact(frame="left_sole_link", kind="flat"), Contact(frame="right_sole_link")),
+        plane="yz",
     ),
-    "dog with friction": Scene(**DOG, contact=FEET[:1], friction=0.1, strike=Strike(strike_angle_deg=30.0)),
-    "dog on springs": Scene(**DOG, contact=FEET[:2], contact_stiffness=1e5, joints=Joints(armature={"*_hip": 0.01})),
+    "dog with friction": Scene(
+        **DOG, contact=FEET[:1], friction=0.1, strike=Strike(strike_angle_deg=30.0)
+    ),
+    "dog on springs": Scene(
+        **DOG, contact=FEET[:2], contact_stiffness=1e5, joints=Joints(armature={"*_hip": 0.01})
+    ),
     "dog on all feet, locked": Scene(**DOG, contact=FEET, joints=Joints(model="locked")),
     "beam that is pulled": Scene(
-        robot="beam", contact=tuple(Contact(frame=frame, directions=("z",)) for frame in ("percussion", "tip"))
+        robot="beam",
+        contact=tuple(Contact(frame=frame, directions=("z",)) for frame in ("percussion", "tip")),
     ),
 }
 
@@ -96,12 +126,20 @@ def misfits(kind: str, value: object, place: str = "document") -> list[str]:
     if kind.endswith("*") or kind in LISTS:
         if not isinstance(value, list) or (kind in LISTS and len(value) != 3):
             return [f"{place} is {value}"]
-        return [fault for k, part in enumerate(value) for fault in misfits(LISTS.get(kind, kind[:-1]), part, f"{place}[{k}]")]
+        return [
+            fault
+            for k, part in enumerate(value)
+            for fault in misfits(LISTS.get(kind, kind[:-1]), part, f"{place}[{k}]")
+        ]
     if kind in RECORDS:
         keys = dict(word.split(":") for word in RECORDS[kind].split())
         if not isinstance(value, dict) or list(value) != list(keys):
             return [f"{place} is {value}"]
-        return [fault for key, part in keys.items() for fault in misfits(part, value[key], f"{place}.{key}")]
+        return [
+            fault
+            for key, part in keys.items()
+            for fault in misfits(part, value[key], f"{place}.{key}")
+        ]
     right = type(value).__name__ == kind and (kind != "float" or math.isfinite(value))
     return [] if right else [f"{place} is {value!r}"]
 
@@ -118,61 +156,116 @@ def test_document_fits_its_schema(profile):
     assert written.endswith("}\n")
 
 
-TABLES = {"robot": "landing", "body": "bodies", "point": "points", "joint": "joints", "part": "parts", "contact": "contacts"}
+TABLES = {
+    "robot": "landing",
+    "body": "bodies",
+    "point": "points",
+    "joint": "joints",
+    "part": "parts",
+    "contact": "contacts",
+}
 
 
 def test_tables_hold_every_quantity(profile):
-    """To the last bit, at every place; one that no place has is left out. Beside them are robot, assembly and warnings."""
-    read, robot, assembly = json.loads(json_text(document(profile))), profile.robot, profile.assembly
-    assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/2", shockpc.__version__, PINOCCHIO)
-    size = {"name": robot.name, "file": robot.label, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
+    """To the last bit, at every place; one that no place has is left out.
+
+    Beside them are robot, assembly and warnings.
+    """
+    read, robot, assembly = (
+        json.loads(json_text(document(profile))),
+        profile.robot,
+        profile.assembly,
+    )
+    assert (read["schema"], read["shockpc"], read["pinocchio"]) == (
+        "shockpc.profile/2",
+        shockpc.__version__,
+        PINOCCHIO,
+    )
+    size = {
+        "name": robot.name,
+        "file": robot.label,
+        "n_bodies": len(robot.bodies),
+        "nv": robot.model.nv,
+    }
     assert (read["robot"], read["joint_model"]) == (size, profile.joint_model)
     for quantity in QUANTITIES:
         if quantity.of == "part":
             continue
         values, tables = profile.values(quantity), read["tables"]
-        rows = [read["health"]] if (quantity.of, quantity.on) == ("robot", "health") else tables.get(TABLES[quantity.of], [])
+        rows = (
+            [read["health"]]
+            if (quantity.of, quantity.on) == ("robot", "health")
+            else tables.get(TABLES[quantity.of], [])
+        )
         if quantity.key.startswith(("most_severe", "least_severe")):
             rows = tables.get("directions", [])
             rows = rows[: len(robot.bodies)] if quantity.of == "body" else rows[len(robot.bodies) :]
         keys = [f"{quantity.key}_{axis}" for axis in "xyz"] if quantity.vector else [quantity.key]
         for row, value in zip(rows, values, strict=False):  # the contacts end with their total
-            known = [None if not np.isfinite(x) and not np.isposinf(x) else x for x in np.atleast_1d(value)]
+            known = [
+                None if not np.isfinite(x) and not np.isposinf(x) else x
+                for x in np.atleast_1d(value)
+            ]
             found = [float(x) if isinstance(x, str) else x for x in map(row.get, keys)]
             assert found == known, quantity.key
-    assert [(body["body"], tuple(body["links"])) for body in read["bodies"]] == [(body.name, body.links) for body in robot.bodies]
+    assert [(body["body"], tuple(body["links"])) for body in read["bodies"]] == [
+        (body.name, body.links) for body in robot.bodies
+    ]
     assert [body["rotation"] for body in read["bodies"]] == profile.rotation.tolist()
-    standing = [row["contact"] for row in read["tables"]["contacts"] if "stance" in (row["what"] or "")]
+    standing = [
+        row["contact"] for row in read["tables"]["contacts"] if "stance" in (row["what"] or "")
+    ]
     assert standing == [foot.frame for foot in profile.stance]
     bracket = [(row.free, row.as_modelled, row.locked) for row in profile.bracket]
     keys = ("shock_free", "shock", "shock_locked")
     assert [tuple(map(row.get, keys)) for row in read["tables"]["shocks"]] == bracket
-    assert [tuple(warning.values()) for warning in read["health"]["warnings"]] == list(profile.health.warnings)
-    moved = None if assembly is None else [{"joint": name, "by": by} for name, by, _ in assembly.moved]
+    assert [tuple(warning.values()) for warning in read["health"]["warnings"]] == list(
+        profile.health.warnings
+    )
+    moved = (
+        None if assembly is None else [{"joint": name, "by": by} for name, by, _ in assembly.moved]
+    )
     assert read["assembly"] == (
         assembly
-        and {"gap": assembly.gap, "turn": assembly.turn, "left": assembly.left, "retried": assembly.retried, "moved": moved}
+        and {
+            "gap": assembly.gap,
+            "turn": assembly.turn,
+            "left": assembly.left,
+            "retried": assembly.retried,
+            "moved": moved,
+        }
     )
 
 
 def test_nulls_stand_where_things_do_not_exist():
-    """Centres of what only translates; impulses, moments and loads that are not unique; friction where the ground would pull."""
+    """Centres of what only translates; impulses, moments and loads that are not unique; friction
+    where the ground would pull.
+    """
     names = "beam that translates", "dog on all feet, locked", "beam that is pulled"
     beam, dog, pulled = (document(shock_profile(SCENES[name])) for name in names)
     keys = ("copc_x", "copc_world_x", "ropc", "pitch", "shock_max")
     assert [beam["tables"]["bodies"][0].get(key) for key in keys] == [None, None, "inf", None, 1.0]
-    assert (dog["loads_unique"], pulled["loads_unique"], dog["health"]["rank"], dog["health"]["rows"]) == (False, True, 6, 12)
+    assert (
+        dog["loads_unique"],
+        pulled["loads_unique"],
+        dog["health"]["rank"],
+        dog["health"]["rows"],
+    ) == (False, True, 6, 12)
     assert [row["what"] for row in dog["tables"]["contacts"]] == ["not unique"] * 4 + [None]
-    assert [row["impulse_z"] for row in pulled["tables"]["contacts"]] == pytest.approx([1.5, -0.5, 1.0])
+    assert [row["impulse_z"] for row in pulled["tables"]["contacts"]] == pytest.approx(
+        [1.5, -0.5, 1.0]
+    )
     assert [row["friction_needed"] for row in pulled["tables"]["contacts"]] == [0.0, None, None]
 
 
 @pytest.mark.slow
 def test_scene_in_the_document_is_the_whole_scene(profile):
-    """Its `scene` alone computes the same again; strike, base and posture are there even if nobody named them.
+    """Its `scene` alone computes the same again; strike, base and posture are there even if nobody
+    named them.
 
-    What was chosen is stated in this scene, and so no longer among what it takes for granted. The twist that a sole needs is known
-    where its corners are, which a contact of a given kind does not look for.
+    What was chosen is stated in this scene, and so no longer among what it takes for granted. The
+    twist that a sole needs is known where its corners are, which a contact of a given kind does not
+    look for.
     """
     read = json.loads(json_text(document(profile)))
     assert {"robot", "base", "plane", "posture", "strike", "contact"} <= set(read["scene"])
@@ -190,7 +283,16 @@ def test_scene_in_the_document_is_the_whole_scene(profile):
 def test_same_bytes_every_time():
     """Two processes, with other hash seeds, write the same bytes."""
     code = "import sys; from shockpc.cli.entry import main; main(sys.argv[1:])"
-    words = ("analyze", "anymal_b", "--contact", "*_FOOT", "--strike-angle", "30", "--format", "json")
+    words = (
+        "analyze",
+        "anymal_b",
+        "--contact",
+        "*_FOOT",
+        "--strike-angle",
+        "30",
+        "--format",
+        "json",
+    )
     first, second = (python(code, *words, PYTHONHASHSEED=seed) for seed in ("1", "2"))
     assert (first.returncode, first.stderr) == (0, "")
     assert first.stdout == second.stdout
@@ -205,7 +307,9 @@ def test_text_of_numbers(profile):
     assert "-0.0," not in text.replace("\n", ",")
     read = json.loads(text)
     assert json_text(read) == text
-    records = [body for body in read["bodies"] if f"\n  {json.dumps(body, ensure_ascii=False)}" in text]
+    records = [
+        body for body in read["bodies"] if f"\n  {json.dumps(body, ensure_ascii=False)}" in text
+    ]
     assert records == read["bodies"]  # a record a line
 
 
@@ -213,7 +317,18 @@ def test_health_without_a_number_is_null():
     """What was not computed, or is without bound, is null; warnings are objects."""
     profile = shock_profile(SCENES["beam that is pulled"])
     warning = Diagnostic("sensor", "imu", math.inf, "beyond its range")
-    warned = health(error_bound=math.inf, body_error_bounds=(math.inf,), data_sensitivity=None, warnings=(warning,))
+    warned = health(
+        error_bound=math.inf,
+        body_error_bounds=(math.inf,),
+        data_sensitivity=None,
+        warnings=(warning,),
+    )
     found = headed("profile", content(Altered(profile, health=warned)))["health"]
-    assert [found[key] for key in ("error_bound", "body_error_bounds", "data_sensitivity")] == [None, [None], None]
-    assert found["warnings"] == [{"kind": "sensor", "subject": "imu", "value": None, "text": "beyond its range"}]
+    assert [found[key] for key in ("error_bound", "body_error_bounds", "data_sensitivity")] == [
+        None,
+        [None],
+        None,
+    ]
+    assert found["warnings"] == [
+        {"kind": "sensor", "subject": "imu", "value": None, "text": "beyond its range"}
+    ]

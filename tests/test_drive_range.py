@@ -1,4 +1,6 @@
-"""The range of a number over the drives: the law by full solutions, its ends by all corners and by draws, and what has none."""
+"""The range of a number over the drives: the law by full solutions, its ends by all corners and by
+draws, and what has none.
+"""
 
 import itertools
 from dataclasses import replace
@@ -36,7 +38,9 @@ ARM = """<robot name="mono">
 
 
 class _Dense:
-    """A robot of random numbers that strikes with three rows: an oracle that solves the whole of Eq. 4 for each set of drives."""
+    """A robot of random numbers that strikes with three rows: an oracle that solves the whole of
+    Eq. 4 for each set of drives.
+    """
 
     def __init__(self, rng, n):
         nv = n + 6
@@ -70,14 +74,19 @@ class _Dense:
 
 
 def _random_box(rng, dense):
-    low, high = dense.armature * rng.uniform(0.0, 1.0, dense.n), dense.armature * rng.uniform(1.0, 4.0, dense.n)
+    low, high = (
+        dense.armature * rng.uniform(0.0, 1.0, dense.n),
+        dense.armature * rng.uniform(1.0, 4.0, dense.n),
+    )
     low[rng.random(dense.n) < 0.3], high[rng.random(dense.n) < 0.3] = 0.0, np.inf
     return low, high
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_another_inertia_is_one_line_of_the_same_solution(seed):
-    """Y + B w is the full solution with other inertias, less or more, and with joints that are held."""
+    """Y + B w is the full solution with other inertias, less or more, and with joints that are
+    held.
+    """
     rng = np.random.default_rng(seed)
     dense = _Dense(rng, 5)
     box, Y, B = dense.box(*_random_box(rng, dense))
@@ -90,7 +99,9 @@ def test_another_inertia_is_one_line_of_the_same_solution(seed):
 
 @pytest.mark.parametrize("climbed", [False, True], ids=["all corners", "climbed"])
 def test_the_largest_is_at_a_corner_and_the_smallest_below_every_draw(climbed, monkeypatch):
-    """Of 15 boxes no draw is above the largest corner, which nearly every climb finds, by full solutions."""
+    """Of 15 boxes no draw is above the largest corner, which nearly every climb finds, by full
+    solutions.
+    """
     monkeypatch.setattr("shockpc.core.drive_box.ALL_CORNERS", 0 if climbed else 8)
     missed, lower = 0, 0
     for seed in range(15):
@@ -98,7 +109,10 @@ def test_the_largest_is_at_a_corner_and_the_smallest_below_every_draw(climbed, m
         dense = _Dense(rng, 4)
         low, high = _random_box(rng, dense)
         box, Y, B = dense.box(low, high)
-        corners = max(dense.value(np.array(corner)) for corner in itertools.product(*zip(low, high, strict=True)))
+        corners = max(
+            dense.value(np.array(corner))
+            for corner in itertools.product(*zip(low, high, strict=True))
+        )
         smallest, largest = (dense.value(dense.armature + change) for change in box.lengths(Y, B))
         top = np.where(np.isinf(high), 1e3, high)
         draws = [dense.value(low + rng.random(4) ** 3 * (top - low)) for _ in range(100)]
@@ -116,13 +130,20 @@ def test_a_component_has_both_ends_at_corners():
     dense = _Dense(rng, 4)
     low, high = _random_box(rng, dense)
     box, Y, B = dense.box(low, high)
-    corners = [(dense.point[:1] @ dense.solved(np.array(c)))[0] for c in itertools.product(*zip(low, high, strict=True))]
+    corners = [
+        (dense.point[:1] @ dense.solved(np.array(c)))[0]
+        for c in itertools.product(*zip(low, high, strict=True))
+    ]
     for change, wanted in zip(box.values(Y[:1], B[:1]), (min(corners), max(corners)), strict=True):
-        assert (dense.point[:1] @ dense.solved(dense.armature + change))[0] == pytest.approx(wanted, rel=1e-9)
+        assert (dense.point[:1] @ dense.solved(dense.armature + change))[0] == pytest.approx(
+            wanted, rel=1e-9
+        )
 
 
 def test_contacts_that_need_a_joint_leave_it_free():
-    """Of joints that the contacts drive all cannot be held: the corner is left out, and no false number comes of it."""
+    """Of joints that the contacts drive all cannot be held: the corner is left out, and no false
+    number comes of it.
+    """
     J = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
     H, b = np.diag([1.0, 2.0, 3.0]), np.array([1.0, 0.0])
     X = np.linalg.solve(H, J.T)
@@ -130,11 +151,15 @@ def test_contacts_that_need_a_joint_leave_it_free():
     box = DriveBox(C, x, np.zeros(3), np.full(3, np.inf), 1.0 / np.diagonal(H))
     assert np.isinf(box.most).tolist() == [True, False, False]
     # With one joint held the rows decide all: −1 or 0, 0 or −1, 1 or 0.
-    assert np.abs(x + C @ box.impulses(box.lengths(x[1:2], C[1:2])[1]))[1] == pytest.approx(1.0, rel=1e-9)
+    assert np.abs(x + C @ box.impulses(box.lengths(x[1:2], C[1:2])[1]))[1] == pytest.approx(
+        1.0, rel=1e-9
+    )
 
 
 def test_a_joint_whose_hold_makes_a_number_zero_is_held_in_spite_of_rounding():
-    """The number is zero where the only joint is held: there the inverse of its inertia is zero up to rounding."""
+    """The number is zero where the only joint is held: there the inverse of its inertia is zero up
+    to rounding.
+    """
     rng = np.random.default_rng(0)
     for _ in range(60):
         C, x, B = rng.uniform(0.5, 2.0, (1, 1)), rng.normal(size=1), rng.normal(size=(3, 1))
@@ -146,7 +171,9 @@ def test_a_joint_whose_hold_makes_a_number_zero_is_held_in_spite_of_rounding():
 @pytest.fixture(scope="module")
 def a1():
     part = Part(name="board", at="imu_link", critical_velocity_change=0.2)
-    return profile_of_scene(Scene(robot="a1", contact=(Contact(frame="FL_foot"),), pulse="half-sine:5ms", part=(part,)))
+    return profile_of_scene(
+        Scene(robot="a1", contact=(Contact(frame="FL_foot"),), pulse="half-sine:5ms", part=(part,))
+    )
 
 
 def _place(profile, kind, name):
@@ -167,11 +194,15 @@ def _place(profile, kind, name):
     ],
 )
 def test_numbers_of_a_landing_follow_without_solving_again(a1, metric, kind, name):
-    """At the ends of a range, and anywhere, a number is that of the landing resolved with these inertias."""
+    """At the ends of a range, and anywhere, a number is that of the landing resolved with these
+    inertias.
+    """
     landing, selection, place = a1.landing, select(metric), _place(a1, kind, name)
     rng = np.random.default_rng(1)
     ((_, ends),) = drive_range._searched(landing, selection, [place])
-    some = np.where(landing.joint_model.unknown, rng.uniform(0.0, 0.05, landing.robot.model.nv), 0.0)
+    some = np.where(
+        landing.joint_model.unknown, rng.uniform(0.0, 0.05, landing.robot.model.nv), 0.0
+    )
     for change in (*(change for change, _ in ends), some):
         (anew,) = drive_range._values_of(with_inertias(landing, change), selection, [place])
         ((read,),) = drive_range._followed(landing, selection, [place], [change])
@@ -182,13 +213,25 @@ def test_numbers_of_a_landing_follow_without_solving_again(a1, metric, kind, nam
 
 
 def test_what_a_robot_with_unknown_drives_may_show(a1):
-    """The struck leg's drives decide whether a1's IMU feels 0.0009 or 0.71; the margin is its inverse."""
+    """The struck leg's drives decide whether a1's IMU feels 0.0009 or 0.71; the margin is its
+    inverse.
+    """
     place = _place(a1, "point", "imu_link")
     shock = range_of(a1, select("shock"), place)
-    assert (shock.smallest, shock.largest) == (pytest.approx(8.657e-4, rel=1e-3), pytest.approx(0.7145, rel=1e-3))
-    assert set(deciding_joints(a1, select("shock"), place)) <= {"FL_hip_joint", "FL_thigh_joint", "FL_calf_joint"}
+    assert (shock.smallest, shock.largest) == (
+        pytest.approx(8.657e-4, rel=1e-3),
+        pytest.approx(0.7145, rel=1e-3),
+    )
+    assert set(deciding_joints(a1, select("shock"), place)) <= {
+        "FL_hip_joint",
+        "FL_thigh_joint",
+        "FL_calf_joint",
+    }
     margin = range_of(a1, select("part_margin"), _place(a1, "part", "board"))
-    assert (margin.smallest, margin.largest) == (pytest.approx(0.2 / shock.largest), pytest.approx(0.2 / shock.smallest))
+    assert (margin.smallest, margin.largest) == (
+        pytest.approx(0.2 / shock.largest),
+        pytest.approx(0.2 / shock.smallest),
+    )
 
 
 def test_neither_free_nor_locked_joints_bound_a_shock(tmp_path):
@@ -199,11 +242,18 @@ def test_neither_free_nor_locked_joints_bound_a_shock(tmp_path):
     unknown = landing.joint_model._replace(high=np.where(driven, np.inf, 0.0))
     profile = profile_of(replace(landing, joint_model=unknown))
     place = _place(profile, "point", "imu_link")
-    found, locked = range_of(profile, select("shock"), place), profile.numbers(select("shock_locked"), [place])[0]
+    found, locked = (
+        range_of(profile, select("shock"), place),
+        profile.numbers(select("shock_locked"), [place])[0],
+    )
     assert locked == pytest.approx(0.8731, abs=1e-4)
     assert found.largest == pytest.approx(1.0346, abs=1e-4)
     (tmp_path / "arm.urdf").write_text(ARM)
-    scene = Scene(robot=str(tmp_path / "arm.urdf"), contact=(Contact(frame="toe"),), point=(Point(frame="imu"),))
+    scene = Scene(
+        robot=str(tmp_path / "arm.urdf"),
+        contact=(Contact(frame="toe"),),
+        point=(Point(frame="imu"),),
+    )
     profile = profile_of_scene(replace(scene, posture={"joints_deg": {"hip": 60.0, "knee": -80.0}}))
     place = _place(profile, "point", "imu")
     found = range_of(profile, select("shock"), place)
@@ -218,9 +268,19 @@ def test_neither_free_nor_locked_joints_bound_a_shock(tmp_path):
 
 
 def test_effective_masses_only_grow_with_inertia(a1):
-    """Those of 40 random sets of armatures lie between those of free and of locked joints, which are the ends."""
-    selection, place, rng = select("effective_mass"), a1.places("contact")[0], np.random.default_rng(2)
-    found, all_contacts, nv = range_of(a1, selection, place), effective_mass_range(a1), a1.robot.model.nv
+    """Those of 40 random sets of armatures lie between those of free and of locked joints, which
+    are the ends.
+    """
+    selection, place, rng = (
+        select("effective_mass"),
+        a1.places("contact")[0],
+        np.random.default_rng(2),
+    )
+    found, all_contacts, nv = (
+        range_of(a1, selection, place),
+        effective_mass_range(a1),
+        a1.robot.model.nv,
+    )
     assert found.kind == all_contacts.kind == "exact"
     assert found[:2] == pytest.approx(all_contacts[:2], rel=1e-9)
     assert found.smallest == pytest.approx(a1.effective_mass, rel=1e-9)
@@ -231,14 +291,29 @@ def test_effective_masses_only_grow_with_inertia(a1):
 
 
 def test_ranges_of_several_sensors_are_those_of_each_and_follow_from_the_jumps(a1):
-    """Peaks of sensors at samples of the drives are those of landings resolved with these; so are motions, all at once."""
-    share, scene = select("range_share"), replace(a1.scene, range_g=16.0, point=(Point(frame="FL_calf"), Point(frame="trunk")))
-    for given in ({"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e6}, {"pulse": "half-sine:5ms", "friction": 0.3}):
+    """Peaks of sensors at samples of the drives are those of landings resolved with these; so are
+    motions, all at once.
+    """
+    share, scene = (
+        select("range_share"),
+        replace(a1.scene, range_g=16.0, point=(Point(frame="FL_calf"), Point(frame="trunk"))),
+    )
+    for given in (
+        {"pulse": "half-sine:5ms"},
+        {"contact_stiffness": 1e6},
+        {"pulse": "half-sine:5ms", "friction": 0.3},
+    ):
         profile = profile_of_scene(replace(scene, **given), a1.robot)
         landing, places = profile.landing, profile.places("point")
-        searched, found = drive_range._searched(landing, share, places), drive_range.ranges_of(profile, share, places)
+        searched, found = (
+            drive_range._searched(landing, share, places),
+            drive_range.ranges_of(profile, share, places),
+        )
         for place, (kind, ends), ranges in zip(places, searched, found, strict=True):
-            anew = [drive_range._values_of(with_inertias(landing, change), share, [place])[0] for change, _ in ends]
+            anew = [
+                drive_range._values_of(with_inertias(landing, change), share, [place])[0]
+                for change, _ in ends
+            ]
             assert [value for _, value in ends] == pytest.approx(anew, rel=1e-8)
             assert (kind, len(ends) >= 2) == ("samples", True)
             alone = range_of(profile_of_scene(replace(scene, **given), a1.robot), share, place)
@@ -246,7 +321,9 @@ def test_ranges_of_several_sensors_are_those_of_each_and_follow_from_the_jumps(a
 
 
 def test_what_every_drive_decides_has_a_range_of_samples(a1):
-    """Numbers of another kind are computed anew at some corners, and all where end stops act; the words are in the range."""
+    """Numbers of another kind are computed anew at some corners, and all where end stops act; the
+    words are in the range.
+    """
     assert range_of(a1, select("shock_max"), _place(a1, "body", "base")).kind == "samples"
     stopped = profile_of_scene(replace(a1.scene, stops=True), a1.robot)
     place = _place(stopped, "point", "imu_link")
@@ -257,13 +334,21 @@ def test_what_every_drive_decides_has_a_range_of_samples(a1):
 
 
 def test_another_face_of_a_sole_makes_a_range_one_of_samples():
-    """G1's sole carries with an edge where its joints are stiff: its range has what locked joints give with their own face."""
-    landing = landing_of(Scene(robot="g1", contact=(Contact(frame="left_ankle_roll_link"),)), load_robot("g1"))
+    """G1's sole carries with an edge where its joints are stiff: its range has what locked joints
+    give with their own face.
+    """
+    landing = landing_of(
+        Scene(robot="g1", contact=(Contact(frame="left_ankle_roll_link"),)), load_robot("g1")
+    )
     model = landing.joint_model
-    wide = model._replace(low=0.0 * model.low, high=np.where(landing.robot.actuated_dofs, np.inf, 0.0))
+    wide = model._replace(
+        low=0.0 * model.low, high=np.where(landing.robot.actuated_dofs, np.inf, 0.0)
+    )
     profile = profile_of(replace(landing, joint_model=wide))
     place = profile.bracketed[1]
-    found, narrow = (range_of(one, select("shock"), place) for one in (profile, profile_of(landing)))
+    found, narrow = (
+        range_of(one, select("shock"), place) for one in (profile, profile_of(landing))
+    )
     locked = profile.numbers(select("shock_locked"), [place])[0]
     assert (found.kind, narrow.kind) == ("samples", "corners")
     assert found.smallest <= narrow.smallest
@@ -272,7 +357,9 @@ def test_another_face_of_a_sole_makes_a_range_one_of_samples():
 
 
 def test_no_range_where_drives_are_given_or_do_not_count(a1):
-    """Exact drives, free joints, points fixed to the world and numbers of other joint models have none."""
+    """Exact drives, free joints, points fixed to the world and numbers of other joint models have
+    none.
+    """
     place = _place(a1, "point", "imu_link")
     free = profile_of_scene(replace(a1.scene, joints={"model": "free"}), a1.robot)
     assert range_of(free, select("shock"), place) is None
@@ -283,17 +370,25 @@ def test_no_range_where_drives_are_given_or_do_not_count(a1):
 
 @pytest.mark.parametrize("name", ["a1", "go1", "cassie", "panda"])
 def test_the_scenes_of_both_ends_are_landings_with_these_inertias(name):
-    """Scenes state what changed joint models do: of held joints, rotors that links carry, springs, fingers."""
+    """Scenes state what changed joint models do: of held joints, rotors that links carry, springs,
+    fingers.
+    """
     robot = robot_of(Scene(robot=name))
     (scene, *_) = with_default_landings({"": Scene(robot=name)}, robot).values()
     landing = landing_of(scene, robot)
     model = landing.joint_model
     changes = {"smallest": model.low - model.armature, "largest": model.high - model.armature}
-    found = at_drive_ends(profile_of(landing), {"": (scene, robot)}, lambda scenes: profile_of_scene(scenes[""], robot))
+    found = at_drive_ends(
+        profile_of(landing),
+        {"": (scene, robot)},
+        lambda scenes: profile_of_scene(scenes[""], robot),
+    )
     assert list(found) == ["smallest", "largest"]
     for end, change in changes.items():
         expected = profile_of(with_inertias(landing, change)).value("shock_com", "body")
-        np.testing.assert_allclose(found[end].value("shock_com", "body"), expected, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(
+            found[end].value("shock_com", "body"), expected, rtol=1e-12, atol=1e-15
+        )
         if not np.any(change):
             continue  # which is the landing as modelled
         again = at_drive_ends(None, {"": (found[end].scene, robot)}, lambda scenes: None)

@@ -1,4 +1,6 @@
-"""Names that files give, at every exit of every command: terminal, Markdown, CSV, JSON, JUnit and annotations."""
+"""Names that files give, at every exit of every command: terminal, Markdown, CSV, JSON, JUnit and
+annotations.
+"""
 
 import csv
 import json
@@ -15,12 +17,48 @@ from shockpc.show.html import plotly
 from shockpc.show.html.charts import history
 
 NAMES = (
-    "::error::x", "  ::add-mask::x", "##[error]x", "##vso[task.complete]x", "\x85::error::x", "\x9b31mred", "\u202eright", "\u200b",
-    "\ufeffx", "a\rb", "\r=1+1", "\n::error::x", "\n=1+1", "\u2028x", "=1+1", " =1+1", "+x", "-x", "@SUM(1)", "＝1+1", "\t=1",
-    "[x]: http://evil.example", "](http://evil.example)[", "![x](http://evil.example)", "<img src=x onerror=alert(1)>", "a|b",
-    "`x`", "*b*", "__x__", "~~x~~", "$x^2$", "# x", "- x", "http://evil.example", "www.evil.example", "\\", '"', "a,b;c", "%s{}",
-)  # fmt: skip
-"""Each would be a command, an escape sequence, a formula, markup, or the end of a line or a cell."""
+    "::error::x",
+    "  ::add-mask::x",
+    "##[error]x",
+    "##vso[task.complete]x",
+    "\x85::error::x",
+    "\x9b31mred",
+    "\u202eright",
+    "\u200b",
+    "\ufeffx",
+    "a\rb",
+    "\r=1+1",
+    "\n::error::x",
+    "\n=1+1",
+    "\u2028x",
+    "=1+1",
+    " =1+1",
+    "+x",
+    "-x",
+    "@SUM(1)",
+    "＝1+1",
+    "\t=1",
+    "[x]: http://evil.example",
+    "](http://evil.example)[",
+    "![x](http://evil.example)",
+    "<img src=x onerror=alert(1)>",
+    "a|b",
+    "`x`",
+    "*b*",
+    "__x__",
+    "~~x~~",
+    "$x^2$",
+    "# x",
+    "- x",
+    "http://evil.example",
+    "www.evil.example",
+    "\\",
+    '"',
+    "a,b;c",
+    "%s{}",
+)
+"""Each would be a command, an escape sequence, a formula, markup, or the end of a line or a cell.
+"""
 
 
 def robot():
@@ -46,7 +84,10 @@ def robot():
 
 def quoted(name):
     """A name in an attribute of XML."""
-    return "".join(f"&#{ord(sign)};" if ord(sign) < 32 or sign in '<&"' or ord(sign) > 126 else sign for sign in name)
+    return "".join(
+        f"&#{ord(sign)};" if ord(sign) < 32 or sign in '<&"' or ord(sign) > 126 else sign
+        for sign in name
+    )
 
 
 def called(k, more=""):
@@ -63,7 +104,8 @@ COMMANDS = {
     "robots": ("odd.urdf",),
     "batch": ("odd.urdf", "--contact", called(7), "--contact", called(LAST)),
     "compare": ("odd.urdf", "odd.urdf", *LANDING[1:], *SENSORS),
-    "sensitivity": (*LANDING, *SENSORS[:2], "--strike-angle", "20"),  # straight on, nothing changes it to first order
+    # straight on, nothing changes it to first order
+    "sensitivity": (*LANDING, *SENSORS[:2], "--strike-angle", "20"),
     "limits": (*LANDING, "--joint", called(LAST, "j"), *SENSORS[:2], "--max", "99", "--step", "20"),
     "place": (*LANDING, "--body", called(21), "--alternatives", "0", *SENSORS),
     "sweep": (*LANDING, "--vary", f"joint:{called(0, 'j')}=0:1:2", *SENSORS),
@@ -79,7 +121,9 @@ def here(tmp_path, monkeypatch):
 
 
 def check_text(text, workflow=False):
-    """What is printed, or a file as text, holds nothing that a terminal or a CI runner would interpret."""
+    """What is printed, or a file as text, holds nothing that a terminal or a CI runner would
+    interpret.
+    """
     assert [sign for sign in text if not (sign.isprintable() or sign == "\n")] == []
     assert not re.search(r"(?i)##(\[|vso\[)", text)
     commands = [line for line in text.splitlines() if line.lstrip().startswith("::")]
@@ -88,10 +132,14 @@ def check_text(text, workflow=False):
 
 
 def check_csv(text):
-    """All rows have as many cells, and no spreadsheet computes one of them; a lone "-", the unit of 1, is text there."""
+    """All rows have as many cells, and no spreadsheet computes one of them; a lone "-", the unit of
+    1, is text there.
+    """
     rows = list(csv.reader(text.splitlines()))
     assert len({len(row) for row in rows}) == 1
-    assert [cell for row in rows for cell in row if re.match(r"\s*[=+@＝]|\s*-(?![\d.]|$)", cell)] == []
+    assert [
+        cell for row in rows for cell in row if re.match(r"\s*[=+@＝]|\s*-(?![\d.]|$)", cell)
+    ] == []
 
 
 def check_markdown(text):
@@ -99,7 +147,10 @@ def check_markdown(text):
     without_images = re.sub(r"!\[[^\n]*\]\(\w+\.svg\)\n", "", text)
     for markup in (r"\](?=[(:\[])", "<(?!!)", r"(?<=http):(?=//)", r"(?<=www)\.", r"\$", "`", r"~"):
         assert not re.search(
-            r"(?<!\\)" + markup, "".join(line for line in without_images.splitlines(True) if not line.startswith("    "))
+            r"(?<!\\)" + markup,
+            "".join(
+                line for line in without_images.splitlines(True) if not line.startswith("    ")
+            ),
         )
 
 
@@ -109,13 +160,23 @@ def check_html(text):
     tags, attributes = [], []
     page.handle_starttag = lambda tag, attrs: (tags.append(tag), attributes.extend(attrs))
     page.feed(text)
-    assert tags.count("script") in (1, 5, 7)  # of tables; with landings; with sliders of the posture
+    # of tables; with landings; with sliders of the posture
+    assert tags.count("script") in (1, 5, 7)
     assert not {"a", "iframe", "link", "object", "form", "base"} & set(tags)
-    assert all(value.startswith("data:image/svg+xml;base64,") for name, value in attributes if name in ("src", "href"))
+    assert all(
+        value.startswith("data:image/svg+xml;base64,")
+        for name, value in attributes
+        if name in ("src", "href")
+    )
     assert [name for name, _ in attributes if name.startswith("on")] == []
 
 
-CHECKS = {"markdown": check_markdown, "csv": check_csv, "json": json.loads, "junit": ElementTree.fromstring}
+CHECKS = {
+    "markdown": check_markdown,
+    "csv": check_csv,
+    "json": json.loads,
+    "junit": ElementTree.fromstring,
+}
 SUFFIXES = {
     ".md": check_markdown,
     ".csv": check_csv,
@@ -138,12 +199,17 @@ SLOW = ("compare", "sensitivity", "place", "robots", "limits")
 @pytest.mark.parametrize(
     ("command", "format_"),
     [
-        *(pytest.param(command, "table", marks=[pytest.mark.slow] * (command in SLOW)) for command in COMMANDS),
+        *(
+            pytest.param(command, "table", marks=[pytest.mark.slow] * (command in SLOW))
+            for command in COMMANDS
+        ),
         *(("analyze", format_) for format_ in ("markdown", "csv", "json")),
     ],
 )
 def test_names_of_a_robot(capfd, here, command, format_):
-    """Whatever a robot's file calls its parts, every output is what its format says, on both streams and in every file."""
+    """Whatever a robot's file calls its parts, every output is what its format says, on both
+    streams and in every file.
+    """
     formats = () if format_ == "table" else ("--format", format_)
     out = ("--out", "out") if format_ == "table" and command != "robots" else ()
     outcome = run(capfd, command, *COMMANDS[command], *formats, *out)
@@ -161,13 +227,20 @@ def test_names_of_a_robot(capfd, here, command, format_):
 def test_names_of_budgets(capfd, here):
     """Cases, places and the file of budgets have such names; all formats are of one run."""
     cases = "".join(
-        f'[[case]]\nname = {json.dumps(name)}\nrobot = "odd.urdf"\n[[case.contact]]\nframe = {FRAME}\n' for name in NAMES[:9]
+        f'[[case]]\nname = {json.dumps(name)}\nrobot = "odd.urdf"\n[[case.contact]]\nframe = '
+        f"{FRAME}\n"
+        for name in NAMES[:9]
     )
-    budgets = "".join(f'[[budget]]\nat = {json.dumps(name)}\nmetric = "shock"\nmax = 1e-30\n' for name in SENSORS[1::2])
+    budgets = "".join(
+        f'[[budget]]\nat = {json.dumps(name)}\nmetric = "shock"\nmax = 1e-30\n'
+        for name in SENSORS[1::2]
+    )
     (here / "::a\u202e##[b].toml").write_text(cases + budgets, encoding="utf-8")
     formats = ("json", "csv", "markdown", "junit", "github")
     words = [word for format_ in formats for word in ("--format", f"{format_}=printed.{format_}")]
-    outcome = run(capfd, "check", "::a\u202e##[b].toml", "--format", "table", *words, "--out", "out")
+    outcome = run(
+        capfd, "check", "::a\u202e##[b].toml", "--format", "table", *words, "--out", "out"
+    )
     assert outcome.code == 1, outcome.err
     check_text(outcome.out)
     check_text(outcome.err)

@@ -57,9 +57,13 @@ def test_interrupt_ends_what_still_runs():
     assert time.monotonic() - start < 30.0
 
 
-@pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9], ids=["silent", "other"])
+@pytest.mark.parametrize(
+    "answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9], ids=["silent", "other"]
+)
 def test_a_server_that_is_no_scheduler_is_one_message(monkeypatch, answer):
-    """Also one that accepts the connection and says nothing, or what is read as the size of a huge message."""
+    """Also one that accepts the connection and says nothing, or what is read as the size of a huge
+    message.
+    """
     monkeypatch.setattr("shockpc.evaluation.executor.PATIENCE", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as server:
         held = []
@@ -103,7 +107,10 @@ def test_workers_end_with_a_killed_parent():
     ("text", "parts"),
     [
         (None, ('needs the package "distributed"', "pip install distributed pyarrow")),
-        ("import dask_that_is_lost", ("installed but cannot be imported", "No module named 'dask_that_is_lost'")),
+        (
+            "import dask_that_is_lost",
+            ("installed but cannot be imported", "No module named 'dask_that_is_lost'"),
+        ),
         (
             "raise ImportError('cannot import name x\\nfrom dask')",
             ("installed but cannot be imported", "cannot import name x from dask"),
@@ -111,7 +118,9 @@ def test_workers_end_with_a_killed_parent():
     ],
 )
 def test_why_a_cluster_cannot_be_used(tmp_path, monkeypatch, text, parts):
-    """The package is missing, or it is there and one that it imports is missing or of another version."""
+    """The package is missing, or it is there and one that it imports is missing or of another
+    version.
+    """
     monkeypatch.delitem(sys.modules, "distributed", raising=False)
     if text is None:
         monkeypatch.setitem(sys.modules, "distributed", None)
@@ -128,8 +137,14 @@ def test_workers_with_other_code_are_refused_by_name():
     """Those that are there before the first row, and those that join later, with their first part."""
     same = version_of_code()
     executor_module._refuse_other_code({"tcp://a:1": same, "tcp://b:2": same})
-    for other in ("0.0.9 " + same.split()[1], same[:-1] + "x", AttributeError("no version_of_code")):
-        with pytest.raises(StudyError, match='"tcp://b:2" of the cluster has another version or other code'):
+    for other in (
+        "0.0.9 " + same.split()[1],
+        same[:-1] + "x",
+        AttributeError("no version_of_code"),
+    ):
+        with pytest.raises(
+            StudyError, match='"tcp://b:2" of the cluster has another version or other code'
+        ):
             executor_module._refuse_other_code({"tcp://a:1": same, "tcp://b:2": other})
     assert executor_module._by_the_same_code(same, divmod, 7, 2) == (3, 1)
     with pytest.raises(StudyError, match="another version or other code"):

@@ -1,4 +1,6 @@
-"""xacro: expanded without ROS in a child process with limits, which reads nothing outside the open folders."""
+"""xacro: expanded without ROS in a child process with limits, which reads nothing outside the open
+folders.
+"""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -38,9 +40,13 @@ def test_arguments_and_their_defaults(folder: Path):
 
 
 def test_xacro_by_content(tmp_path: Path):
-    """A file with expressions is expanded whatever its suffix; a URDF that only declares the namespace is left as it is."""
+    """A file with expressions is expanded whatever its suffix; a URDF that only declares the
+    namespace is left as it is.
+    """
     assert '<mass value="1.5"/>' in read(tmp_path, PAYLOAD).xml
-    macro = xacro('<xacro:macro name="base">', link("base", mass="2"), "</xacro:macro><xacro:base/>")
+    macro = xacro(
+        '<xacro:macro name="base">', link("base", mass="2"), "</xacro:macro><xacro:base/>"
+    )
     assert '<mass value="2"/>' in read(tmp_path, macro).xml
     assert "xmlns:xacro" in read(tmp_path, xacro(link("base", mass="2"))).xml
     assert read(tmp_path, arm(), NAME).robot_name == "r"
@@ -49,7 +55,12 @@ def test_xacro_by_content(tmp_path: Path):
 @pytest.mark.parametrize("text", [arm(), xacro(link("base"))], ids=["undeclared", "declared"])
 def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
     """They are ignored with a warning where the links are complete without them."""
-    source = read(tmp_path, text.replace("</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'))
+    source = read(
+        tmp_path,
+        text.replace(
+            "</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'
+        ),
+    )
     (warning,) = source.warnings
     assert says(warning, "dog.urdf", "<xacro:include>, <xacro:wheel> ignored", ".xacro")
 
@@ -64,14 +75,19 @@ def test_xacro_elements_left_in_a_shape(tmp_path: Path):
 
 
 def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Includes and YAML are found beside the file, in its package and in a given one, whatever the current folder.
+    """Includes and YAML are found beside the file, in its package and in a given one, whatever the
+    current folder.
 
-    What a file calls optional may be missing, and $(dirname) is the folder of the file that says it.
+    What a file calls optional may be missing, and $(dirname) is the folder of the file that says
+    it.
     """
     monkeypatch.chdir(tmp_path)
     (folder / "package.xml").write_text("<package><name>dog_description</name></package>")
     (folder / "parts.xacro").write_text(
-        xacro('<xacro:arg name="m" default="2"/>', '<xacro:macro name="part" params="n"><link name="${n}"/></xacro:macro>')
+        xacro(
+            '<xacro:arg name="m" default="2"/>',
+            '<xacro:macro name="part" params="n"><link name="${n}"/></xacro:macro>',
+        )
     )
     (folder / "numbers.yaml").write_text("mass: 3\n")
     (tmp_path / "other").mkdir()
@@ -82,7 +98,8 @@ def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: p
         '<xacro:include filename="$(find other)/more.xacro"/>',
         '<xacro:include filename="none.xacro" optional="true"/>',
         '<xacro:property name="again" value="${xacro.load_yaml(\'$(dirname)/numbers.yaml\')}"/>',
-        '<xacro:property name="numbers" value="${xacro.load_yaml(\'$(find dog_description)/numbers.yaml\')}"/>',
+        '<xacro:property name="numbers" value="${xacro.load_yaml(\'$(find '
+        "dog_description)/numbers.yaml')}\"/>",
         link("base", mass="${numbers.mass * again.mass * $(arg m)}", more=mesh),
         '<xacro:part n="hand"/>',
     )
@@ -94,7 +111,9 @@ def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: p
 
 def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
     """Messages of xacro become warnings, each once, and nothing is printed."""
-    text = PAYLOAD.replace("<link", '<xacro:property name="pi" value="3"/>${xacro.message(\'built for dogs\')}<link', 1)
+    text = PAYLOAD.replace(
+        "<link", '<xacro:property name="pi" value="3"/>${xacro.message(\'built for dogs\')}<link', 1
+    )
     assert read(folder, text, NAME).warnings == (
         "dog.urdf.xacro: xacro: redefining global symbol: pi",
         "dog.urdf.xacro: xacro: built for dogs",
@@ -108,26 +127,34 @@ def included(name: str) -> str:
 
 
 OUTSIDE = (
-    'leads to "{top}/secret.{kind}", outside the folders that may be read ("{dog}"). If it belongs to the robot, name the folder'
+    'leads to "{top}/secret.{kind}", outside the folders that may be read ("{dog}"). If it belongs '
+    "to the robot, name the folder"
 )
 CANNOT = "xacro cannot expand it: "
 ENDLESS = "xacro does not come to an end; a macro or an include calls itself"
 TEXT = "an argument or property holds a text where arithmetic needs a number: "
 DOUBLED = "".join(
-    f'<xacro:macro name="m{k}" params="n"><xacro:m{k - 1} n="${{n}}a"/><xacro:m{k - 1} n="${{n}}b"/></xacro:macro>'
+    f'<xacro:macro name="m{k}" params="n"><xacro:m{k - 1} n="${{n}}a"/><xacro:m{k - 1} '
+    f'n="${{n}}b"/></xacro:macro>'
     for k in range(1, 12)
 )
 REFUSED = {
-    xacro(link("base", mass="$(arg payload)")): 'xacro argument "payload" has no value; give: --xacro payload:=VALUE',
+    xacro(
+        link("base", mass="$(arg payload)")
+    ): 'xacro argument "payload" has no value; give: --xacro payload:=VALUE',
     xacro(link("base", mass="$(arg payload)"), link("leg", mass="$(arg leg)")): (
-        'xacro arguments "payload", "leg" have no value; give: --xacro payload:=VALUE --xacro leg:=VALUE'
+        'xacro arguments "payload", "leg" have no value; give: --xacro payload:=VALUE --xacro '
+        "leg:=VALUE"
     ),
     # What follows from a missing argument is not the cause.
     xacro(f"<xacro:if value=\"${{xacro.arg('a') * 2}}\"/>{included('../$(arg b)/$(arg c)')}"): (
-        'xacro arguments "a", "b", "c" have no value; give: --xacro a:=VALUE --xacro b:=VALUE --xacro c:=VALUE'
+        'xacro arguments "a", "b", "c" have no value; give: --xacro a:=VALUE --xacro b:=VALUE '
+        "--xacro c:=VALUE"
     ),
     **{
-        xacro(link("base", mass=text)): "contains a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
+        xacro(
+            link("base", mass=text)
+        ): "contains a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
         for text in (
             "${'a\\0'}",
             "${'\\ud800'}",
@@ -153,25 +180,38 @@ REFUSED = {
         }.items()
     },
     included("none.xacro"): 'dog.urdf.xacro includes "{dog}/none.xacro", which does not exist',
-    included("$(find cat)/a.xacro"): '$(find cat): no package "cat" among those given, in ROS_PACKAGE_PATH or above the file',
+    included(
+        "$(find cat)/a.xacro"
+    ): '$(find cat): no package "cat" among those given, in ROS_PACKAGE_PATH or above the file',
     xacro('<xacro:dog legs="4"/>'): CANNOT + "unknown macro name: xacro:dog",
-    xacro(link("base", mass="${payload}")): CANNOT + "name 'payload' is not defined when evaluating expression 'payload'",
+    xacro(link("base", mass="${payload}")): CANNOT
+    + "name 'payload' is not defined when evaluating expression 'payload'",
     xacro(link("base", mass="$(eval open)")): CANNOT + "name 'open' is not defined",
-    xacro(link("base", mass="${1 +}")): CANNOT + "invalid syntax (<expression>, line 1) when evaluating expression '1 +'",
-    xacro(link("base", mass="${1 / 0}")): CANNOT + "division by zero when evaluating expression '1 / 0'",
+    xacro(link("base", mass="${1 +}")): CANNOT
+    + "invalid syntax (<expression>, line 1) when evaluating expression '1 +'",
+    xacro(link("base", mass="${1 / 0}")): CANNOT
+    + "division by zero when evaluating expression '1 / 0'",
     xacro('<xacro:macro name="dog"><xacro:dog/></xacro:macro><xacro:dog/>'): ENDLESS,
     included("dog.urdf.xacro"): ENDLESS,
     xacro("<xacro:if value=\"${xacro.fatal('too many legs')}\"/>"): CANNOT + "too many legs",
     xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): "has no <link>",
     # A macro that doubles itself would give millions.
-    xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', DOUBLED, '<xacro:m11 n="l"/>'): (
-        CANNOT + "it has 2048 links, more than 2000"
-    ),
+    xacro(
+        '<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>',
+        DOUBLED,
+        '<xacro:m11 n="l"/>',
+    ): (CANNOT + "it has 2048 links, more than 2000"),
     # At once, after some seconds, or when it takes more memory or more text than it may have.
     **{
         xacro(link("base", mass=endless)): "grows without end"
         for endless in (
-            *("${9**9**9}", "${1 &lt;&lt; 10**9}", "${len('ab' * 3 * 10**9)}", "${len([0] * 10**9)}", "${range(10**7)}"),
+            *(
+                "${9**9**9}",
+                "${1 &lt;&lt; 10**9}",
+                "${len('ab' * 3 * 10**9)}",
+                "${len([0] * 10**9)}",
+                "${range(10**7)}",
+            ),
             *(
                 "${[0 for a in range(2000) for b in range(2000)]}",
                 "${math.factorial(10**7)}",
@@ -181,7 +221,9 @@ REFUSED = {
         )
     },
     included("broken.xacro"): "broken.xacro: line 2, column 9: mismatched tag",
-    included("entity.xacro"): "entity.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here",
+    included(
+        "entity.xacro"
+    ): "entity.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here",
     # No include, YAML or glob leads out of the open folders, whether the file exists or not.
     **{
         included(name): f'dog.urdf.xacro: "{called}" {OUTSIDE}'.replace("{kind}", "xacro")
@@ -191,11 +233,17 @@ REFUSED = {
             '../secret.xacro" optional="true': "{dog}/../secret.xacro",
         }.items()
     },
-    included("../sec*.xacro"): '"{dog}/../sec*.xacro" leads to "{top}", outside the folders that may be read',
-    included("/*/*/*/*/*/*/*.xacro"): '"/*/*/*/*/*/*/*.xacro" leads to "/*/*/*/*/*/*", outside the folders that may be read',
+    included(
+        "../sec*.xacro"
+    ): '"{dog}/../sec*.xacro" leads to "{top}", outside the folders that may be read',
+    included(
+        "/*/*/*/*/*/*/*.xacro"
+    ): '"/*/*/*/*/*/*/*.xacro" leads to "/*/*/*/*/*/*", outside the folders that may be read',
     included("../none.xacro"): OUTSIDE.replace("secret.{kind}", "none.xacro"),
     **{
-        xacro(f"<link name=\"${{{module}load_yaml('../secret.yaml')}}\"/>"): OUTSIDE.replace("{kind}", "yaml")
+        xacro(f"<link name=\"${{{module}load_yaml('../secret.yaml')}}\"/>"): OUTSIDE.replace(
+            "{kind}", "yaml"
+        )
         for module in ("", "xacro.")
     },
 }
@@ -204,10 +252,16 @@ REFUSED = {
 @pytest.mark.slow
 @pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
 def test_what_cannot_be_expanded(
-    text: str, folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    text: str,
+    folder: Path,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ):
     """Each failure is one line that names the file, within some seconds, and nothing is printed."""
-    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0 if "without end" in REFUSED[text] else 10.0)
+    monkeypatch.setattr(
+        shockpc.robot.xacro, "SECONDS", 1.0 if "without end" in REFUSED[text] else 10.0
+    )
     (folder / "text.yaml").write_text('"\\0"')
     (folder / "broken.xacro").write_text("<robot>\n<link></robot>")
     (folder / "entity.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')
@@ -222,7 +276,11 @@ def test_what_cannot_be_expanded(
 @pytest.mark.parametrize(
     ("text", "name", "said"),
     [
-        (PAYLOAD, "payloda", 'has no xacro argument "payloda"; nearest: "payload". It has "payload"'),
+        (
+            PAYLOAD,
+            "payloda",
+            'has no xacro argument "payloda"; nearest: "payload". It has "payload"',
+        ),
         (PAYLOAD, "legs", 'has no xacro argument "legs". It has "payload"'),
         (xacro(link("base")), "m", 'has no xacro argument "m". It has none, so leave it out'),
     ],
@@ -234,16 +292,26 @@ def test_unknown_argument(text: str, name: str, said: str, folder: Path):
 
 @pytest.mark.parametrize(
     "child",
-    ["os.abort()", "print('[1]')", "print('{\"urdf\": 3}')", "print('{\"read\": null}')", "while True: print(end='a' * 10**6)"],
+    [
+        "os.abort()",
+        "print('[1]')",
+        "print('{\"urdf\": 3}')",
+        "print('{\"read\": null}')",
+        "while True: print(end='a' * 10**6)",
+    ],
 )
-def test_a_child_that_crashes_is_an_error(child: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_child_that_crashes_is_an_error(
+    child: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     """Whatever ends it, or whatever it answers: there is no result, and one message says so."""
     (tmp_path / "child.py").write_text(f"import os\n{child}\n")
     monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
     assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro gave no result")
 
 
-def test_the_limit_of_time_is_that_of_the_clock(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_limit_of_time_is_that_of_the_clock(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     """A child that only waits uses no time of the processor, and is ended all the same."""
     (tmp_path / "child.py").write_text("import time\ntime.sleep(60.0)\n")
     monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
@@ -257,8 +325,13 @@ def test_threads_do_not_mix(folder: Path):
     """Two robots expanded at once keep their arguments."""
     path, payloads = written(folder, PAYLOAD, NAME), [str(1 + k % 4) for k in range(12)]
     with ThreadPoolExecutor(4) as pool:
-        found = pool.map(lambda payload: read_source(path, xacro={"payload": payload}).xml, payloads)
-        assert all(f'<mass value="{payload}"/>' in text for payload, text in zip(payloads, found, strict=True))
+        found = pool.map(
+            lambda payload: read_source(path, xacro={"payload": payload}).xml, payloads
+        )
+        assert all(
+            f'<mass value="{payload}"/>' in text
+            for payload, text in zip(payloads, found, strict=True)
+        )
 
 
 @pytest.mark.parametrize("expression", ["python.hash('leg')", "list(python.set(list('abcdefgh')))"])
@@ -281,10 +354,14 @@ def test_expressions_compute(folder: Path):
     }
     (folder / "units.yaml").write_text("angle: !degrees 90 * 2\n")
     properties = (
-        '<xacro:arg name="payload" default="1.5"/><xacro:property name="n" value="3"/><xacro:property name="f" value="${len}"/>'
+        '<xacro:arg name="payload" default="1.5"/><xacro:property name="n" '
+        'value="3"/><xacro:property name="f" value="${len}"/>'
     )
     for expression, value in numbers.items():
-        assert f'<mass value="{value}"/>' in read(folder, xacro(properties, link("base", mass=expression)), NAME).xml
+        assert (
+            f'<mass value="{value}"/>'
+            in read(folder, xacro(properties, link("base", mass=expression)), NAME).xml
+        )
 
 
 LEGAL = """
@@ -301,10 +378,14 @@ python.any([0, 1]) ¦ xacro.message('') ¦ python.list(python.enumerate('ab')) �
 """
 
 
-@pytest.mark.parametrize("expression", [part.strip() for line in LEGAL.strip().splitlines() for part in line.split("¦")])
+@pytest.mark.parametrize(
+    "expression", [part.strip() for line in LEGAL.strip().splitlines() for part in line.split("¦")]
+)
 def test_expressions_have_the_value_that_xacro_gives(expression: str):
     """That of Python's evaluation, in type and value."""
-    robot = library.YamlDictWrapper(leg={"mass": 2.5}, feet=[{"name": "lf", "size": 1}, {"name": "rf", "size": 2}])
+    robot = library.YamlDictWrapper(
+        leg={"mass": 2.5}, feet=[{"name": "lf", "size": 1}, {"name": "rf", "size": 2}]
+    )
 
     def names() -> dict[str, object]:
         return {**library._global_symbols, "n": 3, "words": ["one", "three"], "robot": robot}
@@ -347,7 +428,13 @@ ATTACKS = {
     ),
     **dict.fromkeys(
         [
-            *("${__import__('os')}", "${__builtins__}", "${open('{secret}')}", "${python.open('{secret}')}", "${math.__loader__}"),
+            *(
+                "${__import__('os')}",
+                "${__builtins__}",
+                "${open('{secret}')}",
+                "${python.open('{secret}')}",
+                "${math.__loader__}",
+            ),
             *(
                 "${python.type(1)}",
                 "${python.vars(str)}",
@@ -368,22 +455,40 @@ ATTACKS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("expression", ATTACKS)
-def test_expressions_run_nothing(expression: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Each is refused for what it says: no file is opened, made or removed, no process is started, no environment is read."""
+def test_expressions_run_nothing(
+    expression: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Each is refused for what it says: no file is opened, made or removed, no process is started,
+    no environment is read.
+    """
     monkeypatch.setenv("SECRET", "classified")
     secret, made = tmp_path / "secret.yaml", tmp_path / "made"
-    written = expression.replace("{secret}", str(secret)).replace("{made}", str(made)).replace("&", "&amp;").replace('"', "&quot;")
+    written = (
+        expression.replace("{secret}", str(secret))
+        .replace("{made}", str(made))
+        .replace("&", "&amp;")
+        .replace('"', "&quot;")
+    )
     robot = '<xacro:property name="robot" value="${xacro.dotify(dict(a=1))}"/>'
-    message = refusal(folder, xacro(link("base"), robot, f'<link name="{written}"/>', joint("j", "base", "x", "fixed")), NAME)
+    message = refusal(
+        folder,
+        xacro(link("base"), robot, f'<link name="{written}"/>', joint("j", "base", "x", "fixed")),
+        NAME,
+    )
     reasons = ATTACKS[expression]
-    assert any(reason in message.lower() for reason in (reasons if isinstance(reasons, tuple) else [reasons.lower()])), message
+    assert any(
+        reason in message.lower()
+        for reason in (reasons if isinstance(reasons, tuple) else [reasons.lower()])
+    ), message
     assert "classified" not in message
     assert secret.exists()
     assert not made.exists()
 
 
 def test_the_time_of_a_text_in_which_no_element_ends_is_linear(folder: Path):
-    """100 000 beginnings of an argument within a comment: each would be followed to the end of the text."""
+    """100 000 beginnings of an argument within a comment: each would be followed to the end of the
+    text.
+    """
     text = PAYLOAD.replace("</robot>", f"<!-- {'<xacro:arg ' * 100_000} --></robot>")
     start = time.process_time()
     assert '<mass value="2.5"/>' in read(folder, text, NAME, xacro={"payload": "2.5"}).xml

@@ -1,4 +1,6 @@
-"""Code of landings: compiled and run, against proven landings; what it says of itself; and that wrong code is not written."""
+"""Code of landings: compiled and run, against proven landings; what it says of itself; and that
+wrong code is not written.
+"""
 
 import errno
 import html
@@ -17,16 +19,25 @@ from shockpc.studies.export import code
 from shockpc.studies.export.report import export_report
 
 LEG = urdf(
-    link("trunk", "3"), link("thigh"), link("shank"),
-    joint("hip */ evil", "trunk", "thigh", more='<origin xyz="0.1 0 -0.1" rpy="0.2 0 0"/><limit lower="-1" upper="1"/>'),
+    link("trunk", "3"),
+    link("thigh"),
+    link("shank"),
+    joint(
+        "hip */ evil",
+        "trunk",
+        "thigh",
+        more='<origin xyz="0.1 0 -0.1" rpy="0.2 0 0"/><limit lower="-1" upper="1"/>',
+    ),
     joint("knee", "thigh", "shank", "continuous", "0 0.6 0.8", '<origin xyz="0 0.02 -0.3"/>'),
-)  # fmt: skip
+)
 
 
 @pytest.fixture(scope="module")
 def leg():
     robot = robot_from(LEG)
-    return Scene(robot=robot.label, contact=(Contact(frame="shank", offset=(0.05, 0.0, -0.3)),)), robot
+    return Scene(
+        robot=robot.label, contact=(Contact(frame="shank", offset=(0.05, 0.0, -0.3)),)
+    ), robot
 
 
 RUN = {"c": ("cc", "make"), "js": ("node",)}
@@ -38,7 +49,12 @@ RUN = {"c": ("cc", "make"), "js": ("node",)}
 def test_code_is_that_of_proven_landings(leg, lang, before):
     scene, robot = leg
     found = export(
-        scene, ["shock_com@trunk", "copc@thigh", "joint_moment", "impulse"], robot=robot, lang=lang, before=before, sample=5
+        scene,
+        ["shock_com@trunk", "copc@thigh", "joint_moment", "impulse"],
+        robot=robot,
+        lang=lang,
+        before=before,
+        sample=5,
     )
     assert found.error < 1e-11
     if all(map(shutil.which, RUN.get(lang, ()))):
@@ -57,12 +73,15 @@ def test_pieces_compile_without_warnings_and_compute_the_same(leg, tmp_path, siz
     if not shutil.which("cc"):
         return
     scene, robot = leg
-    program = export(scene, ["shock_com@trunk"], robot=robot, lang="casadi", sample=1).symbols.program
+    program = export(
+        scene, ["shock_com@trunk"], robot=robot, lang="casadi", sample=1
+    ).symbols.program
     inputs = {"q": robot.model.nq, "strike": 3}
     bodies, slots = code.pieces(program, inputs, code.C, "const double", size)
     assert len(bodies) == -(-len(program.operation) // size)
     functions = "".join(
-        f"static void p{k}(const double *q, const double *strike) {{ (void)q; (void)strike;\n{b}\n}}\n"
+        f"static void p{k}(const double *q, const double *strike) {{ (void)q; "
+        f"(void)strike;\n{b}\n}}\n"
         for k, b in enumerate(bodies)
     )
     x = np.concatenate([robot.start, (0.3, 0.1, -1.0)])
@@ -72,14 +91,22 @@ def test_pieces_compile_without_warnings_and_compute_the_same(leg, tmp_path, siz
 int main(void) {{ const double x[] = {{{given}}};\n{calls}printf("%.17g %.17g %.17g\\n", out[0], out[1], out[2]); return 0; }}"""
     (tmp_path / "t.c").write_text(source)
     subprocess.run(
-        ["cc", "-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-o", "t", "t.c", "-lm"], cwd=tmp_path, check=True
+        ["cc", "-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-o", "t", "t.c", "-lm"],
+        cwd=tmp_path,
+        check=True,
     )
     printed = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=True).stdout
-    np.testing.assert_allclose([float(word) for word in printed.split()], program(x[None])[0], rtol=1e-13)
+    np.testing.assert_allclose(
+        [float(word) for word in printed.split()], program(x[None])[0], rtol=1e-13
+    )
 
 
 def test_names_that_are_the_same_in_code_are_refused():
-    same = urdf(*map(link, ("a-b", "a_b", "A_B")), joint("j", "a-b", "a_b", more=LIMIT), joint("k", "a-b", "A_B", more=LIMIT))
+    same = urdf(
+        *map(link, ("a-b", "a_b", "A_B")),
+        joint("j", "a-b", "a_b", more=LIMIT),
+        joint("k", "a-b", "A_B", more=LIMIT),
+    )
     robot = robot_from(same)
     scene = Scene(robot=robot.label, contact=(Contact(frame="A_B", offset=(0.1, 0.0, -0.3)),))
     for other in ("a_b", "A_B"):
@@ -94,7 +121,9 @@ def test_names_are_data_in_code(tmp_path, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")  # in which node colours numbers
     ending = "</script><script>document.title=1</script><!--*/"
     name = html.escape(ending)
-    robot = robot_from(urdf(link("trunk"), link("²x"), joint("j", "trunk", "²x", more=LIMIT), name=name))
+    robot = robot_from(
+        urdf(link("trunk"), link("²x"), joint("j", "trunk", "²x", more=LIMIT), name=name)
+    )
     scene = Scene(robot=robot.label, contact=(Contact(frame="²x", offset=(0.1, 0.0, -0.3)),))
     for lang, file in (("js", "landing.mjs"), ("c", "landing.h")):
         found = export(scene, ["shock@²x"], robot=robot, lang=lang, sample=1)
@@ -146,9 +175,18 @@ def test_the_command_writes_code_of_a_sole(capfd, tmp_path):
     asked = ("--quantity", "shock_com@pelvis", "--lang", "js", "--sample", "2", "--out", str(out))
     code, printed, err = run(capfd, "export", "g1", *sole, *asked)
     assert (code, "maximum error" in printed) == (0, True), err
-    assert {"landing.mjs", "landing_test.mjs", "landing.toml"} <= {file.name for file in out.iterdir()}
+    assert {"landing.mjs", "landing_test.mjs", "landing.toml"} <= {
+        file.name for file in out.iterdir()
+    }
     if shutil.which("node"):
-        assert float(subprocess.run(["node", "landing_test.mjs"], cwd=out, capture_output=True, check=True).stdout) < 1e-11
+        assert (
+            float(
+                subprocess.run(
+                    ["node", "landing_test.mjs"], cwd=out, capture_output=True, check=True
+                ).stdout
+            )
+            < 1e-11
+        )
 
 
 def test_report_has_inputs_outputs_and_the_scene(leg, tmp_path):
@@ -156,8 +194,20 @@ def test_report_has_inputs_outputs_and_the_scene(leg, tmp_path):
     found = export(scene, ["copc@thigh"], robot=robot, lang="c", before="velocity", sample=2)
     report = export_report(found)
     files = report.files(tmp_path)
-    assert {"landing.c", "landing.h", "landing_test.c", "Makefile", "landing.toml", "export.json", "outputs.csv"} <= files.keys()
+    assert {
+        "landing.c",
+        "landing.h",
+        "landing_test.c",
+        "Makefile",
+        "landing.toml",
+        "export.json",
+        "outputs.csv",
+    } <= files.keys()
     document = json.loads(files["export.json"])
     assert document["tables"]["inputs"][-1]["joint"] == "knee sine"
-    assert [row["output"] for row in document["tables"]["outputs"]][:3] == ["copc_thigh_x", "copc_thigh_y", "copc_thigh_z"]
+    assert [row["output"] for row in document["tables"]["outputs"]][:3] == [
+        "copc_thigh_x",
+        "copc_thigh_y",
+        "copc_thigh_z",
+    ]
     assert document["before"] == "velocity"

@@ -1,4 +1,6 @@
-"""Files: complete or not at all, as readable as any other, without those of an earlier run, in a folder that was checked before."""
+"""Files: complete or not at all, as readable as any other, without those of an earlier run, in a
+folder that was checked before.
+"""
 
 import csv
 import errno
@@ -44,9 +46,13 @@ def test_file_is_as_readable_as_any_other(tmp_path):
     assert os.umask(before) == before
 
 
-@pytest.mark.parametrize("stop", [failure(errno.ENOSPC), KeyboardInterrupt(), ValueError("a bug")], ids=repr)
+@pytest.mark.parametrize(
+    "stop", [failure(errno.ENOSPC), KeyboardInterrupt(), ValueError("a bug")], ids=repr
+)
 def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
-    """A full disk, Ctrl-C or a bug before the new file gets its name: the old one is as it was, and nothing lies beside it."""
+    """A full disk, Ctrl-C or a bug before the new file gets its name: the old one is as it was, and
+    nothing lies beside it.
+    """
     path = tmp_path / "a.txt"
     path.write_text("old")
 
@@ -76,8 +82,14 @@ REFUSED = [
     (lambda: write_file(Path("file/d.txt"), "d"), ("file/d.txt", "File exists")),
     (lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}, "check"), ("b.csv", "a folder")),
     (lambda: write_folder(Path(), {"a.csv": "1", "pipe": "2"}, "check"), ("pipe", ODD)),
-    (lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}, "check"), ("to_file", "out of its folder")),
-    (lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}, "check"), ("to_folder/c", "out of its folder")),
+    (
+        lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}, "check"),
+        ("to_file", "out of its folder"),
+    ),
+    (
+        lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}, "check"),
+        ("to_folder/c", "out of its folder"),
+    ),
 ]
 
 
@@ -89,12 +101,19 @@ def _state(path):
 
 @pytest.mark.parametrize(("act", "parts"), REFUSED, ids=range(len(REFUSED)))
 def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeypatch, act, parts):
-    """What is no file in the place of a file, or a file in that of a folder, stops before anything is written."""
+    """What is no file in the place of a file, or a file in that of a folder, stops before anything
+    is written.
+    """
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
     (tmp_path / "b.csv").mkdir()
     os.mkfifo(tmp_path / "pipe")
-    for name, target in {"to_pipe": "pipe", "loop": "loop", "to_file": "file", "to_folder": "/"}.items():
+    for name, target in {
+        "to_pipe": "pipe",
+        "loop": "loop",
+        "to_file": "file",
+        "to_folder": "/",
+    }.items():
         (tmp_path / name).symlink_to(target)
     before = {path.name: _state(path) for path in tmp_path.iterdir()}
     with pytest.raises(OutputError) as refusal:
@@ -110,7 +129,9 @@ def test_a_link_remains_and_its_target_is_written(tmp_path):
     for text in ("old", "new"):
         write_file(tmp_path / "link.txt", text)
         assert (tmp_path / "link.txt").readlink() == Path("there/a.txt")
-        assert [(path.name, path.read_text()) for path in (tmp_path / "there").iterdir()] == [("a.txt", text)]
+        assert [(path.name, path.read_text()) for path in (tmp_path / "there").iterdir()] == [
+            ("a.txt", text)
+        ]
 
 
 def test_what_a_command_reads_it_does_not_replace(tmp_path):
@@ -150,23 +171,39 @@ def listing(folder: Path) -> set[str]:
 
 
 def test_files_of_the_last_run_are_replaced_or_removed_and_no_others(tmp_path):
-    """What the last run of the same kind left does not stay beside the new files, unless somebody changed it; all else does."""
+    """What the last run of the same kind left does not stay beside the new files, unless somebody
+    changed it; all else does.
+    """
     out = tmp_path / "out"
     write_folder(out, {"check.csv": "1"}, "check")
-    write_folder(out, {"shock.svg": "1", "joints.csv": "2", "time.svg": "3", "lf/joints.csv": "4"}, "profile")
+    write_folder(
+        out, {"shock.svg": "1", "joints.csv": "2", "time.svg": "3", "lf/joints.csv": "4"}, "profile"
+    )
     (out / "mine.txt").write_text("mine")
     (out / "time.svg").write_text("edited")
-    assert subprocess.run(["sha256sum", "--check", "--quiet", ".check.sha256"], cwd=out).returncode == 0
+    assert (
+        subprocess.run(["sha256sum", "--check", "--quiet", ".check.sha256"], cwd=out).returncode
+        == 0
+    )
     write_folder(out, {"shock.svg": "5"}, "profile")
-    left = {"shock.svg": "5", "check.csv": "1", "time.svg": "edited", "mine.txt": "mine", "lf/joints.csv": "4"}
+    left = {
+        "shock.svg": "5",
+        "check.csv": "1",
+        "time.svg": "edited",
+        "mine.txt": "mine",
+        "lf/joints.csv": "4",
+    }
     manifests = {".check.sha256", ".profile.sha256"}
     assert {name: (out / name).read_text() for name in listing(out) - manifests} == left
-    write_folder(out, {"shock.svg": "5", "lf/bodies.csv": "6"}, "profile")  # which knows the landing of the run before the last
+    # which knows the landing of the run before the last
+    write_folder(out, {"shock.svg": "5", "lf/bodies.csv": "6"}, "profile")
     assert listing(out) - manifests == (left.keys() - {"lf/joints.csv"}) | {"lf/bodies.csv"}
 
 
 def test_only_files_of_the_folder_that_were_not_read_are_removed(tmp_path):
-    """Neither what lies behind a link, nor a folder or a pipe, nor an input of the command; whatever the list says."""
+    """Neither what lies behind a link, nor a folder or a pipe, nor an input of the command;
+    whatever the list says.
+    """
     kept = [tmp_path / "shock.svg", tmp_path / "out/read.csv", tmp_path / "out/folder/a"]
     (tmp_path / "out/folder").mkdir(parents=True)
     for path in kept:
@@ -175,9 +212,22 @@ def test_only_files_of_the_folder_that_were_not_read_are_removed(tmp_path):
     (tmp_path / "out/behind").symlink_to(tmp_path)
     (tmp_path / "out/link.svg").symlink_to(kept[0])
     read_file(kept[1], "table", OutputError)
-    names = ("../shock.svg", str(kept[0]), "behind/shock.svg", "link.svg", "read.csv", "pipe", "folder", "", ".", "lost.csv")
+    names = (
+        "../shock.svg",
+        str(kept[0]),
+        "behind/shock.svg",
+        "link.svg",
+        "read.csv",
+        "pipe",
+        "folder",
+        "",
+        ".",
+        "lost.csv",
+    )
     digest = hashlib.sha256(b"mine").hexdigest()
-    (tmp_path / "out/.limits.sha256").write_text("".join(f"{digest}  {name}\n" for name in names) + "no line of a list\n\xff")
+    (tmp_path / "out/.limits.sha256").write_text(
+        "".join(f"{digest}  {name}\n" for name in names) + "no line of a list\n\xff"
+    )
     write_folder(tmp_path / "out", {"limits.csv": "1"}, "limits")
     assert all(path.read_text() == "mine" for path in kept)
     assert (tmp_path / "out/link.svg").is_symlink()
@@ -192,7 +242,9 @@ def profile():
     dog = ROBOTS / "dog"
     foot = Contact(frame="lf_foot", directions=("z",))
     robot = str(dog / "dog.urdf.xacro")
-    return shock_profile(Scene(robot=robot, packages={"dog_description": str(dog)}, contact=(foot,), base="fixed"))
+    return shock_profile(
+        Scene(robot=robot, packages={"dog_description": str(dog)}, contact=(foot,), base="fixed")
+    )
 
 
 def rows(path: Path) -> list[list[str]]:
@@ -216,12 +268,16 @@ FILES = {
 
 
 def test_folder_of_a_landing(tmp_path, profile):
-    """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
+    """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do
+    not move.
+    """
     folder = tmp_path / "new" / "out"
     write_report_folder(folder, analyze_report({"lf_foot": profile}))
     assert listing(folder) == FILES | {".profile.sha256"}
     assert (folder / "profile.json").read_text(encoding="utf-8") == json_text(document_of(profile))
-    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).files()["report.md"]
+    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).files()[
+        "report.md"
+    ]
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(json_text(document_of(profile)))
     bodies = rows(folder / "bodies.csv")
@@ -238,9 +294,14 @@ def test_folder_of_a_landing(tmp_path, profile):
 
 @pytest.mark.slow
 def test_several_landings_and_then_one(tmp_path, profile):
-    """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
+    """A folder for each and a summary; one landing later, the files of its names are new and the
+    others as they were.
+    """
     write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
-    of_each, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "landings.csv", "summary.md"}
+    of_each, shared = (
+        FILES - {"report.html"},
+        {"report.html", "summary.csv", "landings.csv", "summary.md"},
+    )
     several = {f"{name}/{file}" for name in "ab" for file in of_each} | shared | {".summary.sha256"}
     assert listing(tmp_path) == several
     page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))
@@ -254,7 +315,9 @@ def test_several_landings_and_then_one(tmp_path, profile):
 
 
 def test_a_user_without_a_home_gets_one_message_and_no_folder(capfd, monkeypatch, tmp_path):
-    """Containers run programs under numbers of users that have no name; nothing is kept there between runs."""
+    """Containers run programs under numbers of users that have no name; nothing is kept there
+    between runs.
+    """
 
     def nobody(_):
         raise KeyError("uid not found")
@@ -265,7 +328,11 @@ def test_a_user_without_a_home_gets_one_message_and_no_folder(capfd, monkeypatch
         monkeypatch.setattr(f"pwd.{name}", nobody)
     monkeypatch.chdir(tmp_path)
     assert cached("name", lambda: b"made") == b"made"
-    for word in ("~/r.urdf", "go2 --contact FL_foot --drives ~/d.toml", "go2 --contact FL_foot --out ~/o"):
+    for word in (
+        "~/r.urdf",
+        "go2 --contact FL_foot --drives ~/d.toml",
+        "go2 --contact FL_foot --out ~/o",
+    ):
         code, out, err = run(capfd, "analyze", *word.split())
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert "begins with the home of a user whom this computer does not have" in err

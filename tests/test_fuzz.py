@@ -15,7 +15,9 @@ from shockpc.cli.app import COMMANDS
 def fuzzed(*words):
     """What the fuzzer prints; a separate process, which forks."""
     command = [sys.executable, "fuzz.py", *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parent)
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, cwd=Path(__file__).parent
+    )
     assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
     return done.stdout
 
@@ -31,7 +33,9 @@ def test_every_command_gets_hostile_inputs():
 
 
 def test_a_case_is_a_function_of_its_number(monkeypatch):
-    """Tables are written anew for each case, so a case that is repeated by its number has the same bytes."""
+    """Tables are written anew for each case, so a case that is repeated by its number has the same
+    bytes.
+    """
     for folder in hostile.CONTINUED:
         monkeypatch.setitem(hostile.UNFINISHED, f"{folder}/rows.csv", b"1,2")
     for number in range(60):
@@ -39,13 +43,19 @@ def test_a_case_is_a_function_of_its_number(monkeypatch):
 
 
 def test_a_command_leaves_nothing_to_the_next(capfd, tmp_path, monkeypatch):
-    """The fuzzer's commands have a process each; in one process, what others have read or refused changes nothing."""
+    """The fuzzer's commands have a process each; in one process, what others have read or refused
+    changes nothing.
+    """
     monkeypatch.chdir(shutil.copytree(ROBOTS / "stick", tmp_path / "stick"))
     urdf, more = (
         "analyze robot.urdf --contact",
         ("foot --joints locked", "foot", "nothing", "arm --contact-point lowest --format json"),
     )
-    lines = ["analyze scene.toml --all", "analyze robot.xml --contact foot", *(f"{urdf} {end}" for end in more)]
+    lines = [
+        "analyze scene.toml --all",
+        "analyze robot.xml --contact foot",
+        *(f"{urdf} {end}" for end in more),
+    ]
     first = [run(capfd, *line.split()) for line in lines]
     assert [outcome.code for outcome in first] == [0, 0, 0, 0, 2, 0]
     assert [run(capfd, *line.split()) for line in reversed(lines)] == first[::-1]
@@ -53,12 +63,23 @@ def test_a_command_leaves_nothing_to_the_next(capfd, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("script", ["soak.py", "fuzz.py"])
 def test_what_a_script_needs_is_named_where_it_is_missing(script: str):
-    """A package of the tests that is not installed: exit code 2, the package and what installs it, no traceback."""
+    """A package of the tests that is not installed: exit code 2, the package and what installs it,
+    no traceback.
+    """
     path = str(Path(__file__).with_name(script))
-    absent = "import sys, runpy; sys.modules['numpy'] = None; sys.path.insert(0, sys.argv[1].rpartition('/')[0])"
+    absent = (
+        "import sys, runpy; sys.modules['numpy'] = None; sys.path.insert(0, "
+        "sys.argv[1].rpartition('/')[0])"
+    )
     done = subprocess.run(
         [sys.executable, "-c", f"{absent}; runpy.run_path(sys.argv[1], run_name='__main__')", path],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.returncode, done.stdout) == (2, "")
-    assert (done.stderr.count("\n"), done.stderr.split()[0], "pip install '.[dev]'" in done.stderr) == (1, "numpy", True)
+    assert (
+        done.stderr.count("\n"),
+        done.stderr.split()[0],
+        "pip install '.[dev]'" in done.stderr,
+    ) == (1, "numpy", True)

@@ -1,4 +1,6 @@
-"""Landings with friction and on contacts of finite stiffness, from the command line: closed forms, consistency and refusals."""
+"""Landings with friction and on contacts of finite stiffness, from the command line: closed forms,
+consistency and refusals.
+"""
 
 import gc
 import json
@@ -11,7 +13,20 @@ import pytest
 from commands import good, run, says, vector
 from robot_texts import body, floating, joint, link, mjcf, urdf
 
-from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Part,
+    Point,
+    Rotor,
+    Scene,
+    SceneError,
+    SolveError,
+    Strike,
+    load_robot,
+    resolve,
+    shock_profile,
+)
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.paper.panel_landings import scene as paper_scene
@@ -40,20 +55,45 @@ def document(capfd, *words):
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 def test_a_body_that_slides(capfd, here, mu):
-    """v_n = −1 is stopped by λ = 1 / (1/m + (x² + µ x z) / I), with friction −µ λ against the slip, which stays forward."""
+    """v_n = −1 is stopped by λ = 1 / (1/m + (x² + µ x z) / I), with friction −µ λ against the slip,
+    which stays forward.
+    """
     (here / "box.urdf").write_text(BOX)
-    words = ("box.urdf", "--contact", "box", "--offset", "0.3,0,-0.1", "--velocity", "5,0,-1", "--friction", mu)
+    words = (
+        "box.urdf",
+        "--contact",
+        "box",
+        "--offset",
+        "0.3,0,-0.1",
+        "--velocity",
+        "5,0,-1",
+        "--friction",
+        mu,
+    )
     whole = document(capfd, *words)
     found, tables = whole["friction"], whole["tables"]
     normal = 1.0 / (1.0 / 2.0 + (0.3**2 - 0.3 * 0.1 * mu) / 0.1)
     (contact,) = tables["contacts"]
-    assert (contact["contact"], contact["state"], found["solutions"], found["unchanged"]) == ("box", "slides", 1, False)
-    np.testing.assert_allclose(vector(contact, "impulse_friction"), [-mu * normal, 0.0, normal], atol=1e-13)
+    assert (contact["contact"], contact["state"], found["solutions"], found["unchanged"]) == (
+        "box",
+        "slides",
+        1,
+        False,
+    )
+    np.testing.assert_allclose(
+        vector(contact, "impulse_friction"), [-mu * normal, 0.0, normal], atol=1e-13
+    )
     turn = (-0.1 * -mu * normal - 0.3 * normal) / 0.1
-    np.testing.assert_allclose(vector(contact, "slip"), [5.0 - mu * normal / 2.0 - 0.1 * turn, 0.0, 0.0], atol=1e-12)
-    np.testing.assert_allclose(vector(tables["bodies"][0], "delta_omega_friction"), [0.0, turn, 0.0], atol=1e-12)
+    np.testing.assert_allclose(
+        vector(contact, "slip"), [5.0 - mu * normal / 2.0 - 0.1 * turn, 0.0, 0.0], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        vector(tables["bodies"][0], "delta_omega_friction"), [0.0, turn, 0.0], atol=1e-12
+    )
     before, after = 26.0, (5.0 - mu * normal / 2.0) ** 2 + (normal / 2.0 - 1.0) ** 2
-    assert tables["landing"][0]["energy_lost_friction"] == pytest.approx(before - after - 0.05 * turn**2, abs=1e-12)
+    assert tables["landing"][0]["energy_lost_friction"] == pytest.approx(
+        before - after - 0.05 * turn**2, abs=1e-12
+    )
     text = good(capfd, "analyze", *words)
     assert f"contacts with friction {mu:g} (world axes; double precision, not proven)" in text
     assert "all other tables are without it, for contacts that stick" in text
@@ -66,23 +106,40 @@ def test_a_contact_sticks_from_the_friction_that_it_needs():
         profile = shock_profile(replace(ANYMAL, friction=factor * needed))
         assert profile.friction.state == (state,)
         assert (profile.friction.impact is None) == (state == "sticks")
-        assert (profile.value("shock_friction", "point") == profile.value("shock", "point")).all() == (state == "sticks")
+        assert (
+            profile.value("shock_friction", "point") == profile.value("shock", "point")
+        ).all() == (state == "sticks")
 
 
 @pytest.mark.parametrize("base", ["free", "planar", "fixed"])
 def test_the_jump_of_the_contact_point_is_its_change_of_velocity(base):
-    """The bodies' jumps by Eqs. 8 and 9 against the Delassus matrix; joints that are free carry nothing."""
+    """The bodies' jumps by Eqs. 8 and 9 against the Delassus matrix; joints that are free carry
+    nothing.
+    """
     contacts = (*FOOT, Contact(frame="RH_FOOT", restitution=0.4))
     feet = tuple(Point(frame=contact.frame) for contact in contacts)
     armature = Joints(armature={"*_KFE": 0.02})
-    profile = shock_profile(replace(ANYMAL, contact=contacts, point=feet, friction=0.2, base=base, joints=armature))
+    profile = shock_profile(
+        replace(ANYMAL, contact=contacts, point=feet, friction=0.2, base=base, joints=armature)
+    )
     assert "slides" in profile.friction.state
     for k, place in list(enumerate(profile.places("point")))[-2:]:
-        jump = profile.rotation[place.body] @ place.axes @ profile.value("delta_v_friction", "point")[k]
+        jump = (
+            profile.rotation[place.body]
+            @ place.axes
+            @ profile.value("delta_v_friction", "point")[k]
+        )
         index = [contact.frame for contact in contacts].index(place.name)
-        np.testing.assert_allclose(jump, profile.value("slip", "contact")[index] - profile.approach[index], atol=1e-12)
-    rate, along = profile.value("delta_qd_friction", "joint"), profile.value("along_friction", "joint")
-    knee = np.array([name.endswith("KFE") for name in (place.name for place in profile.places("joint"))])
+        np.testing.assert_allclose(
+            jump, profile.value("slip", "contact")[index] - profile.approach[index], atol=1e-12
+        )
+    rate, along = (
+        profile.value("delta_qd_friction", "joint"),
+        profile.value("along_friction", "joint"),
+    )
+    knee = np.array(
+        [name.endswith("KFE") for name in (place.name for place in profile.places("joint"))]
+    )
     np.testing.assert_allclose(along, -0.02 * knee * rate, atol=1e-13)
 
 
@@ -91,12 +148,19 @@ def test_loops_stay_closed_while_a_contact_slides(name):
     """Free joints carry nothing, which needs the impulses of the loop; both of its ends move alike."""
     scene = paper_scene(name)
     ends = scene.closure[0]
-    scene = replace(scene, friction=0.01, point=(Point(frame=ends.a.frame), Point(frame=ends.b.frame)), joints=Joints())
+    scene = replace(
+        scene,
+        friction=0.01,
+        point=(Point(frame=ends.a.frame), Point(frame=ends.b.frame)),
+        joints=Joints(),
+    )
     profile = shock_profile(replace(scene, strike=Strike(strike_angle_deg=40.0)))
     assert profile.friction.state == ("slides",)
     moved = [
         profile.rotation[place.body] @ place.axes @ jump
-        for place, jump in zip(profile.places("point"), profile.value("delta_v_friction", "point"), strict=True)
+        for place, jump in zip(
+            profile.places("point"), profile.value("delta_v_friction", "point"), strict=True
+        )
     ][-2:]
     np.testing.assert_allclose(moved[0], moved[1], atol=1e-12)
     assert np.linalg.norm(moved[0]) > 0.01
@@ -105,11 +169,15 @@ def test_loops_stay_closed_while_a_contact_slides(name):
 
 @pytest.mark.parametrize("along", ["normal", "directions"])
 def test_restitution_acts_along_the_normal_alone(along):
-    """Eq. 4 reverses the velocity along the ground too; with friction a contact that sticks stays where it is."""
+    """Eq. 4 reverses the velocity along the ground too; with friction a contact that sticks stays
+    where it is.
+    """
     contact = Contact(frame="LF_FOOT", restitution=0.5, restitution_along=along)
     profile = shock_profile(replace(ANYMAL, contact=(contact,), friction=5.0))
     assert profile.friction.state == ("sticks",)
-    np.testing.assert_allclose(profile.value("slip", "contact")[0], [0.0, 0.0, -0.5 * profile.approach[0, 2]], atol=1e-12)
+    np.testing.assert_allclose(
+        profile.value("slip", "contact")[0], [0.0, 0.0, -0.5 * profile.approach[0, 2]], atol=1e-12
+    )
     assert (profile.friction.impact is None) == (along == "normal")
     assert profile.value("friction_solutions", "robot").tolist() == [1.0]
 
@@ -117,7 +185,16 @@ def test_restitution_acts_along_the_normal_alone(along):
 def test_an_answer_that_gains_energy_is_refused(capfd, here):
     """Slip that reverses with a high restitution (Kane and Levinson 1985)."""
     (here / "box.urdf").write_text(BOX)
-    words = ("--contact", "box", "--offset", "-0.4,0,-0.6", "--velocity", "0.5,0,-1", "--friction", 0.6)
+    words = (
+        "--contact",
+        "box",
+        "--offset",
+        "-0.4,0,-0.6",
+        "--velocity",
+        "0.5,0,-1",
+        "--friction",
+        0.6,
+    )
     outcome = run(capfd, "analyze", "box.urdf", *words, "--restitution", 0.9)
     assert (outcome.code, outcome.out) == (3, "")
     assert "would gain 0.192 J of kinetic energy" in outcome.err
@@ -128,14 +205,18 @@ def test_an_answer_that_gains_energy_is_refused(capfd, here):
 
 
 def loaded(e):
-    """ω T of a mass on a spring, T the time of 99 % of its impulse: (1 − cos ωt) of it while loaded, then e sin (ωt/e)."""
+    """ω T of a mass on a spring, T the time of 99 % of its impulse: (1 − cos ωt) of it while
+    loaded, then e sin (ωt/e).
+    """
     rest = 0.99 * (1.0 + e) - 1.0
     return math.pi / 2.0 + e * math.asin(rest / e) if rest > 0.0 else math.acos(-rest)
 
 
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.005, 0.0])
 def test_a_point_mass_on_a_spring(capfd, here, e):
-    """Force v √(k m) after a quarter of a period; unloaded in e quarters of it, and not at all with e = 0."""
+    """Force v √(k m) after a quarter of a period; unloaded in e quarters of it, and not at all with
+    e = 0.
+    """
     (here / "box.urdf").write_text(BOX)
     words = (
         "box.urdf",
@@ -156,7 +237,9 @@ def test_a_point_mass_on_a_spring(capfd, here, e):
     assert found["landing"][0]["stiffness_difference"] < 1e-9
     (contact,), (point,) = found["contacts"], found["points"]
     values = [contact[key] for key in ("duration", "peak_force", "peak_force_time")]
-    np.testing.assert_allclose(values, [loaded(e) / omega, 6.0 * omega, math.pi / 2.0 / omega], rtol=1e-9)
+    np.testing.assert_allclose(
+        values, [loaded(e) / omega, 6.0 * omega, math.pi / 2.0 / omega], rtol=1e-9
+    )
     values = [point["peak_acceleration"], point["peak_acceleration_time"]]
     np.testing.assert_allclose(values, [3.0 * omega / GRAVITY, math.pi / 2.0 / omega], rtol=1e-9)
     text = good(capfd, "analyze", *words)
@@ -165,27 +248,66 @@ def test_a_point_mass_on_a_spring(capfd, here, e):
 
 
 def test_two_laws_of_restitution_differ_at_every_stiffness(capfd):
-    """The difference from the impulse model does not shrink on stiffer contacts, and the line says why."""
-    words = ("go2", "--contact", "FL_foot", "--restitution", 0.5, "--no-gravity", "--contact-stiffness")
-    soft, stiff = (document(capfd, *words, k)["tables"]["landing"][0]["stiffness_difference"] for k in (1e6, 1e10))
+    """The difference from the impulse model does not shrink on stiffer contacts, and the line says
+    why.
+    """
+    words = (
+        "go2",
+        "--contact",
+        "FL_foot",
+        "--restitution",
+        0.5,
+        "--no-gravity",
+        "--contact-stiffness",
+    )
+    soft, stiff = (
+        document(capfd, *words, k)["tables"]["landing"][0]["stiffness_difference"]
+        for k in (1e6, 1e10)
+    )
     assert soft == pytest.approx(stiff, rel=1e-3)
     assert stiff > 0.01
-    assert "part of the difference is between two laws of restitution" in good(capfd, "analyze", *words, 1e8)
+    assert "part of the difference is between two laws of restitution" in good(
+        capfd, "analyze", *words, 1e8
+    )
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.01])
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
 def test_a_point_mass_falls_on_a_spring(capfd, here, e, speed):
-    """Under gravity: F = √(k m v² + (m g)²) + m g, first at (π − atan(ω v / g)) / ω; it leaves at e v, or stands with m g."""
+    """Under gravity: F = √(k m v² + (m g)²) + m g, first at (π − atan(ω v / g)) / ω; it leaves at e
+    v, or stands with m g.
+    """
     (here / "box.urdf").write_text(BOX)
-    words = ("box.urdf", "--contact", "box", "--speed", speed, "--restitution", e, "--contact-stiffness", K, "--at", "box")
+    words = (
+        "box.urdf",
+        "--contact",
+        "box",
+        "--speed",
+        speed,
+        "--restitution",
+        e,
+        "--contact-stiffness",
+        K,
+        "--at",
+        "box",
+    )
     found = document(capfd, *words)["tables"]
     omega, weight = math.sqrt(K / 2.0), 2.0 * GRAVITY
     (contact,), (point,) = found["contacts"], found["points"]
-    force, when = math.hypot(2.0 * speed * omega, weight) + weight, (math.pi - math.atan(omega * speed / GRAVITY)) / omega
-    np.testing.assert_allclose([contact["peak_force"], contact["peak_force_time"]], [force, when], rtol=1e-7)
+    force, when = (
+        math.hypot(2.0 * speed * omega, weight) + weight,
+        (math.pi - math.atan(omega * speed / GRAVITY)) / omega,
+    )
+    np.testing.assert_allclose(
+        [contact["peak_force"], contact["peak_force_time"]], [force, when], rtol=1e-7
+    )
     assert point["peak_acceleration"] == pytest.approx(force / 2.0 / GRAVITY, rel=1e-9)
-    scene = Scene(robot="box.urdf", contact=Contact(frame="box", restitution=e), strike=Strike(speed=speed), contact_stiffness=K)
+    scene = Scene(
+        robot="box.urdf",
+        contact=Contact(frame="box", restitution=e),
+        strike=Strike(speed=speed),
+        contact_stiffness=K,
+    )
     motion = shock_profile(scene).stiffness.motion
     last = motion.at([motion.duration])
     assert last.jump[0, 2] == pytest.approx(speed * (1.0 + e), rel=1e-7)
@@ -197,9 +319,11 @@ def test_a_point_mass_falls_on_a_spring(capfd, here, e, speed):
 
 
 def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
-    """On four feet without restitution, with standing torques, nothing moves any more, and joint rates are the impulse's.
+    """On four feet without restitution, with standing torques, nothing moves any more, and joint
+    rates are the impulse's.
 
-    Without torques the robot collapses, and its feet carry little. A torque that is given goes over the standing one.
+    Without torques the robot collapses, and its feet carry little. A torque that is given goes over
+    the standing one.
     """
     feet = tuple(Contact(frame=f"{foot}_foot") for foot in ("FL", "FR", "RL", "RR"))
     scene = Scene(robot="go2", contact=feet, contact_stiffness=K, joints=Joints(motors="standing"))
@@ -208,7 +332,9 @@ def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
 
     def end(profile):
         found = CompliantLanding(profile.landing, until=0.02)
-        return found.motion.at([0.02]).force[0][found.motion.elements.normal].sum(), found.impact_at(0.02).delta_qd[0, :, 0]
+        return found.motion.at([0.02]).force[0][
+            found.motion.elements.normal
+        ].sum(), found.impact_at(0.02).delta_qd[0, :, 0]
 
     force, jump = end(profile)
     assert force == pytest.approx(weight, rel=1e-6)
@@ -216,7 +342,9 @@ def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
     force, jump = end(shock_profile(replace(scene, joints=Joints())))
     assert force < 0.5 * weight
     assert np.abs(jump[6:] - profile.values(rates, profile.places("joint"))).max() > 0.1
-    given = shock_profile(replace(scene, joints=Joints(motors="standing", torque={"FL_calf_joint": 2.0})))
+    given = shock_profile(
+        replace(scene, joints=Joints(motors="standing", torque={"FL_calf_joint": 2.0}))
+    )
     loads = [one.stiffness.motion.elements.load[12:] for one in (profile, given)]
     assert loads[1][2] == 2.0
     np.testing.assert_array_equal(np.delete(loads[0], 2), np.delete(loads[1], 2))
@@ -227,37 +355,51 @@ def test_constant_forces_do_not_change_the_impulse(kind):
     """Their share falls with 1/√k, as the duration does."""
     joints, differences = Joints(motors=kind), []
     for k in (1e6, 1e8, 1e10):
-        profile = shock_profile(Scene(robot="go2", contact="FL_foot", contact_stiffness=k, joints=joints))
+        profile = shock_profile(
+            Scene(robot="go2", contact="FL_foot", contact_stiffness=k, joints=joints)
+        )
         differences.append(profile.stiffness.difference)
     np.testing.assert_allclose(np.array(differences[:2]) / differences[1:], 10.0, rtol=0.05)
 
 
 def test_a_motor_behind_a_spring_turns_its_joint():
-    """Behind a stiff spring as rigidly joined: the same velocities after 10 ms, to the share of a vibration of that spring."""
+    """Behind a stiff spring as rigidly joined: the same velocities after 10 ms, to the share of a
+    vibration of that spring.
+    """
     torque = {"*_calf_joint": 5.0, "*_thigh_joint": -1.0}
     rotors, rates = [Rotor(inertia=1e-4, gear_ratio=6.33, stiffness=k) for k in (1e6, None)], []
     for rotor, torques in ((rotors[0], torque), (rotors[1], torque), (rotors[1], {})):
         joints = Joints(rotor={"*": rotor}, torque=torques)
-        profile = shock_profile(Scene(robot="go2", contact="FL_foot", contact_stiffness=1e4, joints=joints))
+        profile = shock_profile(
+            Scene(robot="go2", contact="FL_foot", contact_stiffness=1e4, joints=joints)
+        )
         rates.append(profile.stiffness.impact_at(0.01).delta_qd[0, 6:, 0])
     sprung, rigid, without = rates
     assert np.abs(sprung - rigid).max() < 0.03 * np.abs(rigid - without).max()
 
 
 def test_a_loaded_spring_of_a_file_pushes(here):
-    """MJCF springref: a leg of 3 kg on a spring of 4000 N/m, deflected by 1 cm, is pushed with 40 N from the start."""
+    """MJCF springref: a leg of 3 kg on a spring of 4000 N/m, deflected by 1 cm, is pushed with 40 N
+    from the start.
+    """
     slide = '<joint name="leg" type="slide" axis="0 0 1" stiffness="4000" springref="0.01"/>'
     (here / "hopper.xml").write_text(mjcf(floating(body("b", joints=slide))))
     contact = Contact(frame="base", directions=("z",))
     forces = [
-        shock_profile(Scene(robot="hopper.xml", contact=contact, contact_stiffness=K, gravity=gravity)).stiffness.motion.at([0.0])
+        shock_profile(
+            Scene(robot="hopper.xml", contact=contact, contact_stiffness=K, gravity=gravity)
+        ).stiffness.motion.at([0.0])
         for gravity in (True, False)
     ]
-    np.testing.assert_allclose([one.force[0] for one in forces], [[0.0, 40.0], [0.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(
+        [one.force[0] for one in forces], [[0.0, 40.0], [0.0, 0.0]], atol=1e-9
+    )
 
 
 def test_a_damper_beside_the_spring(capfd, here):
-    """ζ = c / (2 √(k m)): the force k x + c ẋ starts at c v, and turns at ω_d t = 3 acos ζ mod π; the mass returns at e v."""
+    """ζ = c / (2 √(k m)): the force k x + c ẋ starts at c v, and turns at ω_d t = 3 acos ζ mod π;
+    the mass returns at e v.
+    """
     (here / "box.urdf").write_text(BOX)
     words = ("box.urdf", "--contact", "box", "--contact-stiffness", K, "--no-gravity")
     zeta = 300.0 / (2.0 * math.sqrt(K * 2.0))
@@ -268,18 +410,28 @@ def test_a_damper_beside_the_spring(capfd, here):
     omega, angle = math.sqrt(K / 2.0), math.acos(zeta)
     damped = omega * math.sqrt(1.0 - zeta**2)
     turn = (3.0 * angle) % math.pi / damped
-    force = 2.0 * omega**2 / damped * math.exp(-zeta * omega * turn) * abs(math.sin(damped * turn - 2.0 * angle))
+    force = (
+        2.0
+        * omega**2
+        / damped
+        * math.exp(-zeta * omega * turn)
+        * abs(math.sin(damped * turn - 2.0 * angle))
+    )
     assert contact["peak_force"] == pytest.approx(force, rel=1e-9)
     assert contact["peak_force_time"] == pytest.approx(turn, rel=1e-6)
     (strong,) = document(capfd, *words, "--contact-damping", 3000)["tables"]["contacts"]
-    assert (strong["peak_force"], strong["peak_force_time"]) == (pytest.approx(3000.0, rel=1e-9), 0.0)
+    assert (strong["peak_force"], strong["peak_force_time"]) == (
+        pytest.approx(3000.0, rel=1e-9),
+        0.0,
+    )
     text = good(capfd, "analyze", *words, "--contact-damping", 300)
     assert f"the damping makes a restitution of {e:.3g} at box" in text
     assert "contacts of 100000 N/m, 300 N s/m" in text
 
 
 def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
-    """MJCF springref, without gravity: what balances k (springref − q) still does, so the motion is that of a relaxed spring.
+    """MJCF springref, without gravity: what balances k (springref − q) still does, so the motion is
+    that of a relaxed spring.
 
     A deflection that is rounding of a keyframe is no load.
     """
@@ -288,11 +440,28 @@ def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
     for x in (0.01, 1e-7):
         (here / "hopper.xml").write_text(mjcf(floating(body("b", joints=slide.format(x)))))
         profile = shock_profile(
-            Scene(robot="hopper.xml", contact=(Contact(frame="base", directions=("z",)),), contact_stiffness=K, gravity=False)
+            Scene(
+                robot="hopper.xml",
+                contact=(Contact(frame="base", directions=("z",)),),
+                contact_stiffness=K,
+                gravity=False,
+            )
         )
-        motions.append(profile.stiffness.motion.at(np.linspace(0.0, profile.stiffness.motion.duration, 9)).force)
+        motions.append(
+            profile.stiffness.motion.at(
+                np.linspace(0.0, profile.stiffness.motion.duration, 9)
+            ).force
+        )
         text = good(capfd, "analyze", "hopper.xml", "--contact", "base", "--slide")
-        loads.append([note in text for note in ("leg is loaded by its spring with 40 N at touchdown", "is loaded by its spring")])
+        loads.append(
+            [
+                note in text
+                for note in (
+                    "leg is loaded by its spring with 40 N at touchdown",
+                    "is loaded by its spring",
+                )
+            ]
+        )
     np.testing.assert_array_equal(*motions)
     assert loads == [[True, True], [False, False]]
 
@@ -307,12 +476,27 @@ def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
     ids=["free", "geared", "locked"],
 )
 def test_a_column_of_two_masses(capfd, here, words, mass, share):
-    """With a reflected inertia a between them the foot feels m₁ + a m₂ / (a + m₂); the joint carries what moves the upper mass."""
+    """With a reflected inertia a between them the foot feels m₁ + a m₂ / (a + m₂); the joint
+    carries what moves the upper mass.
+    """
     (here / "column.urdf").write_text(COLUMN)
-    words = ("column.urdf", "--contact", "foot", "--slide", "--restitution", 1, "--contact-stiffness", K, "--no-gravity", *words)
+    words = (
+        "column.urdf",
+        "--contact",
+        "foot",
+        "--slide",
+        "--restitution",
+        1,
+        "--contact-stiffness",
+        K,
+        "--no-gravity",
+        *words,
+    )
     found = document(capfd, *words)["tables"]
     force = math.sqrt(K * mass)
-    assert found["contacts"][0]["duration"] == pytest.approx(loaded(1.0) * math.sqrt(mass / K), rel=1e-9)
+    assert found["contacts"][0]["duration"] == pytest.approx(
+        loaded(1.0) * math.sqrt(mass / K), rel=1e-9
+    )
     assert found["contacts"][0]["peak_force"] == pytest.approx(force, rel=1e-9)
     (joint,) = found["joints"]
     assert joint["peak_torque"] == pytest.approx(force / mass * share, rel=1e-9)
@@ -323,25 +507,38 @@ def test_a_column_of_two_masses(capfd, here, words, mass, share):
 @pytest.mark.parametrize("damping", [1.0, 20.0])
 @pytest.mark.parametrize("kind", ["urdf", "xml"])
 def test_the_damping_of_joints_is_left_out_with_a_warning(here, damping, kind):
-    """The foot stops in a quarter period in which the body moves on: −d Δq is an impulse on both, of d v √(m/k) (π/2 − 1)."""
-    foot, upper = (f'<inertial pos="0 0 0" mass="{mass}" diaginertia=".1 .1 .1"/>' for mass in (0.5, 3))
+    """The foot stops in a quarter period in which the body moves on: −d Δq is an impulse on both,
+    of d v √(m/k) (π/2 − 1).
+    """
+    foot, upper = (
+        f'<inertial pos="0 0 0" mass="{mass}" diaginertia=".1 .1 .1"/>' for mass in (0.5, 3)
+    )
     slide = f'<joint name="slide" type="slide" axis="0 0 1" damping="{damping}"/>'
     text = mjcf(f'<body name="foot"><freejoint/>{foot}{body("body", upper, slide, "")}</body>')
     if kind == "urdf":
         text = COLUMN.replace("<limit", f'<dynamics damping="{damping}"/><limit')
     (here / f"column.{kind}").write_text(text)
-    profile = shock_profile(Scene(robot=f"column.{kind}", contact="foot", contact_stiffness=K, gravity=False))
+    profile = shock_profile(
+        Scene(robot=f"column.{kind}", contact="foot", contact_stiffness=K, gravity=False)
+    )
     impulse = damping * math.sqrt(0.5 / K) * (math.pi / 2.0 - 1.0)
     share = impulse * math.sqrt(1.0 / 0.5 + 1.0 / 3.0) / math.sqrt(0.5)
     warned = [one for one in profile.health.warnings if one.subject == "damping"]
-    assert [one.value for one in warned] == ([pytest.approx(share, rel=1e-6)] if share > 0.01 else [])
+    assert [one.value for one in warned] == (
+        [pytest.approx(share, rel=1e-6)] if share > 0.01 else []
+    )
     assert all("the damping of slide in the robot's file is left out" in one.text for one in warned)
 
 
 @pytest.mark.parametrize("kind", ["ball", "planar"])
 def test_a_joint_of_several_axes_has_a_peak_force_but_no_torque_along_an_axis(here, kind):
-    """It carries what moves the upper mass, (m₂ / (m₁ + m₂)) √(K (m₁ + m₂)); a ball joint has no moment."""
-    foot, upper = ('<inertial pos="0 0 {}" mass="{}" diaginertia=".1 .1 .1"/>'.format(*one) for one in ((0, 0.5), (0.2, 3)))
+    """It carries what moves the upper mass, (m₂ / (m₁ + m₂)) √(K (m₁ + m₂)); a ball joint has no
+    moment.
+    """
+    foot, upper = (
+        '<inertial pos="0 0 {}" mass="{}" diaginertia=".1 .1 .1"/>'.format(*one)
+        for one in ((0, 0.5), (0.2, 3))
+    )
     carried = body("body", upper, '<joint name="slide" type="ball"/>', 'pos="0 0 .1"')
     ball = f'<body name="foot"><freejoint/>{foot}{carried}</body>'
     text = mjcf(ball) if kind == "ball" else COLUMN.replace("prismatic", "planar")
@@ -349,16 +546,25 @@ def test_a_joint_of_several_axes_has_a_peak_force_but_no_torque_along_an_axis(he
     (here / "column.urdf").write_text(text)
     contact = Contact(frame="foot", directions=("z",), restitution=1.0)
     profile = shock_profile(
-        Scene(robot=f"column.{'xml' if kind == 'ball' else 'urdf'}", contact=(contact,), contact_stiffness=K, gravity=False)
+        Scene(
+            robot=f"column.{'xml' if kind == 'ball' else 'urdf'}",
+            contact=(contact,),
+            contact_stiffness=K,
+            gravity=False,
+        )
     )
     for key in ("peak_torque", "joint_torque_share", "along"):
         np.testing.assert_array_equal(profile.value(key, "joint"), [np.nan])
-    assert profile.value("peak_joint_force", "joint") == pytest.approx(math.sqrt(K * 3.5) * 3.0 / 3.5, rel=1e-9)
+    assert profile.value("peak_joint_force", "joint") == pytest.approx(
+        math.sqrt(K * 3.5) * 3.0 / 3.5, rel=1e-9
+    )
     assert profile.value("peak_joint_moment", "joint") == pytest.approx(0.0, abs=1e-8)
 
 
 LOCKED = Joints(locked=("*_HFE",), armature={"*_KFE": 0.1})
-RATES = Strike(strike_angle_deg=10.0, joint_velocities={"LF_HFE": 2.0, "RH_HFE": -1.0, "LF_KFE": 3.0})
+RATES = Strike(
+    strike_angle_deg=10.0, joint_velocities={"LF_HFE": 2.0, "RH_HFE": -1.0, "LF_KFE": 3.0}
+)
 
 
 @pytest.mark.parametrize(
@@ -377,15 +583,25 @@ def test_one_direction_is_the_impulse_times_a_half_sine(changes):
 
     Also where motors hold the rates of joints, and where the contact has a velocity.
     """
-    profile = shock_profile(replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K, "gravity": False} | changes))
+    profile = shock_profile(
+        replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K, "gravity": False} | changes)
+    )
     found, (contact,), (sensor,) = profile.stiffness, profile.contacts, profile.points
     length = math.pi * math.sqrt(contact.mass_frictionless / K)
     assert found.difference < 1e-9
-    assert profile.value("duration", "contact")[0] == pytest.approx(loaded(1.0) / math.pi * length, rel=1e-9)
+    assert profile.value("duration", "contact")[0] == pytest.approx(
+        loaded(1.0) / math.pi * length, rel=1e-9
+    )
     half_sine = math.pi / 2.0 / length
-    assert profile.value("peak_force", "contact")[0] == pytest.approx(half_sine * contact.impulse[2], rel=1e-9)
+    assert profile.value("peak_force", "contact")[0] == pytest.approx(
+        half_sine * contact.impulse[2], rel=1e-9
+    )
     # Of springs before rotors of unknown inertia no torque is known.
-    torque = np.where(profile.landing.joint_model.rotor_unknown[6:], np.nan, half_sine * np.abs(profile.value("along", "joint")))
+    torque = np.where(
+        profile.landing.joint_model.rotor_unknown[6:],
+        np.nan,
+        half_sine * np.abs(profile.value("along", "joint")),
+    )
     np.testing.assert_allclose(profile.value("peak_torque", "joint"), torque, rtol=1e-8, atol=1e-9)
     peak = half_sine * float(np.linalg.norm(sensor.delta_v)) / GRAVITY
     assert profile.value("peak_acceleration", "point")[0] == pytest.approx(peak, rel=1e-8)
@@ -400,20 +616,33 @@ def test_without_restitution_the_jumps_are_those_of_the_impulse_model(name):
 
 @pytest.mark.parametrize("name", ["fig3", "five_bar"])
 def test_torques_in_a_loop(name):
-    """A drive carries what accelerates its rotor, and a free joint nothing, which needs the forces that close the loop."""
+    """A drive carries what accelerates its rotor, and a free joint nothing, which needs the forces
+    that close the loop.
+    """
     scene = paper_scene(name)
     profile = shock_profile(replace(scene, contact_stiffness=K, gravity=False, joints=Joints()))
     np.testing.assert_array_equal(profile.value("peak_torque", "joint"), 0.0)
     names = [place.name for place in profile.places("joint")]
-    profile = shock_profile(replace(scene, contact_stiffness=K, gravity=False, joints=Joints(armature={names[0]: 0.01})))
+    profile = shock_profile(
+        replace(scene, contact_stiffness=K, gravity=False, joints=Joints(armature={names[0]: 0.01}))
+    )
     rate = quantity("joint", "delta_qd").compute
-    expected = np.where(np.arange(len(names)) == 0, 0.01 * profile.stiffness.peaks(rate, profile.places("joint"))[0], 0.0)
+    expected = np.where(
+        np.arange(len(names)) == 0,
+        0.01 * profile.stiffness.peaks(rate, profile.places("joint"))[0],
+        0.0,
+    )
     np.testing.assert_allclose(profile.value("peak_torque", "joint"), expected, rtol=1e-8)
 
 
 def test_peaks_of_every_segment_are_refined():
-    """A sample where one segment ends exceeds the samples of the next, but not its maximum: no time has more than the peak."""
-    feet = tuple(Contact(frame=frame, restitution=1.0, restitution_along="directions") for frame in ("FL_foot", "RR_foot"))
+    """A sample where one segment ends exceeds the samples of the next, but not its maximum: no time
+    has more than the peak.
+    """
+    feet = tuple(
+        Contact(frame=frame, restitution=1.0, restitution_along="directions")
+        for frame in ("FL_foot", "RR_foot")
+    )
     scene = Scene(
         robot="go2",
         contact=feet,
@@ -431,18 +660,26 @@ def test_peaks_of_every_segment_are_refined():
 
 def with_drives(profile, **drives):
     """The landing of a profile with springs and rotors in its joints (nv,)."""
-    return CompliantLanding(replace(profile.landing, joint_model=profile.landing.joint_model._replace(**drives)))
+    return CompliantLanding(
+        replace(profile.landing, joint_model=profile.landing.joint_model._replace(**drives))
+    )
 
 
 @pytest.mark.parametrize("spring", [1e-2, 1.0, 1e3, 1e6, 1e12])
 @pytest.mark.parametrize("rotor", [1e-9, 1e-3, 1e3])
 def test_springs_and_rotors_in_the_joints_of_a_robot(spring, rotor):
-    """Energy is kept while the contact is loaded, momentum is what the ground gives, and a spring gives what moves its rotor."""
+    """Energy is kept while the contact is loaded, momentum is what the ground gives, and a spring
+    gives what moves its rotor.
+    """
     lossless = Contact(frame="LF_FOOT", restitution=1.0, restitution_along="directions")
-    profile = shock_profile(replace(ANYMAL, contact=(lossless,), contact_stiffness=K, gravity=False))
+    profile = shock_profile(
+        replace(ANYMAL, contact=(lossless,), contact_stiffness=K, gravity=False)
+    )
     moving = np.arange(18) >= 6
     stiffness, springs = np.where(moving, 50.0, 0.0), np.where(moving, spring, np.inf)
-    found = with_drives(profile, stiffness=stiffness, drive_stiffness=springs, rotor=np.where(moving, rotor, 0.0))
+    found = with_drives(
+        profile, stiffness=stiffness, drive_stiffness=springs, rotor=np.where(moving, rotor, 0.0)
+    )
     motion, H = found.motion, profile.landing.state.H[0]
     first = min(event.time for event in motion.events)
     t = np.linspace(0.0, 0.999 * first, 50)
@@ -453,10 +690,14 @@ def test_springs_and_rotors_in_the_joints_of_a_robot(spring, rotor):
     M = np.zeros((30, 30))
     M[:18, :18], M[18:, 18:] = H, rotor * np.eye(12)
     rates = start + history.jump
-    energy = np.einsum("ti,ij,tj->t", rates, M, rates) / 2.0 + history.force**2 @ (0.5 / motion.elements.stiffness)
+    energy = np.einsum("ti,ij,tj->t", rates, M, rates) / 2.0 + history.force**2 @ (
+        0.5 / motion.elements.stiffness
+    )
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
     np.testing.assert_allclose(
-        history.acceleration @ M, history.force @ motion.elements.rows, atol=1e-8 * np.abs(history.force).max()
+        history.acceleration @ M,
+        history.force @ motion.elements.rows,
+        atol=1e-8 * np.abs(history.force).max(),
     )
 
 
@@ -470,17 +711,22 @@ def test_a_rotor_behind_a_spring_is_free_or_rigid_at_the_ends():
         found = with_drives(free, drive_stiffness=np.where(moving, spring, np.inf), rotor=rotor)
         force = found.peaks(quantity("contact", "impulse").compute, found.landing.contact_places)[0]
         np.testing.assert_allclose(force, same.value("peak_force", "contact"), rtol=tolerance)
-        np.testing.assert_allclose(found.duration, same.value("duration", "contact"), rtol=tolerance)
+        np.testing.assert_allclose(
+            found.duration, same.value("duration", "contact"), rtol=tolerance
+        )
 
 
 def contact_warnings(**changes):
     """Texts about contacts, of Go2 on one foot."""
-    profile = shock_profile(replace(Scene(robot="go2", contact=(Contact(frame="FL_foot"),)), **changes))
+    profile = shock_profile(
+        replace(Scene(robot="go2", contact=(Contact(frame="FL_foot"),)), **changes)
+    )
     return [text.text for text in profile.health.warnings if text.kind == "contact"]
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "gravity", "deep"), [(1e-12, True, True), (1e2, True, True), (1e4, True, False), (1e6, False, False)]
+    ("stiffness", "gravity", "deep"),
+    [(1e-12, True, True), (1e2, True, True), (1e4, True, False), (1e6, False, False)],
 )
 def test_gravity_and_the_compression_are_left_out_with_a_warning(stiffness, gravity, deep):
     warnings = contact_warnings(contact_stiffness=stiffness, gravity=False)
@@ -493,29 +739,53 @@ def test_the_share_of_gravity(capfd, here, speed, share):
     """The share g T / v of a mass on a spring, whose time T does not depend on the speed."""
     (here / "box.urdf").write_text(BOX)
     k = 2.0 * (loaded(0.0) / (share / 100.0 * speed / GRAVITY)) ** 2
-    words = ("box.urdf", "--contact", "box", "--speed", speed, "--contact-stiffness", k, "--no-gravity")
+    words = (
+        "box.urdf",
+        "--contact",
+        "box",
+        "--speed",
+        speed,
+        "--contact-stiffness",
+        k,
+        "--no-gravity",
+    )
     text = good(capfd, "analyze", *words)
     assert (f"({share:.2g} %): real peak forces are larger" in text) == (share > 5.0)
 
 
 def test_a_headline_that_finite_stiffness_contradicts():
-    """Rotors behind springs count within the contact; behind a very stiff spring they are rigid, not free."""
-    soft, stiff = (Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=spring)}) for spring in (100.0, 1e12))
+    """Rotors behind springs count within the contact; behind a very stiff spring they are rigid,
+    not free.
+    """
+    soft, stiff = (
+        Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=spring)})
+        for spring in (100.0, 1e12)
+    )
     warnings = contact_warnings(joints=soft, contact_stiffness=K, gravity=False)
     assert any(says(text, "imu", "0.0425", "100000 N/m", "0.0024") for text in warnings)
     assert any(says(text, "6.6 ms", "20.5 ms") for text in warnings)
     assert contact_warnings(joints=soft) == []
     assert any("acts as rigid" in text for text in contact_warnings(joints=stiff))
-    assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6, gravity=False))
+    assert not any(
+        "shock at" in text for text in contact_warnings(contact_stiffness=1e6, gravity=False)
+    )
 
 
 def test_the_rebound_hardly_depends_on_a_small_restitution():
-    """Rotors behind springs press the foot on the ground for 20 ms after its compression; it opens between for an instant."""
+    """Rotors behind springs press the foot on the ground for 20 ms after its compression; it opens
+    between for an instant.
+    """
     soft = Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=100.0)})
     shocks = []
     for e in (0.0, 1e-3, 0.01, 0.1, 0.2, 0.5):
         profile = shock_profile(
-            Scene(robot="go2", contact=(Contact(frame="FL_foot", restitution=e),), joints=soft, contact_stiffness=K, gravity=False)
+            Scene(
+                robot="go2",
+                contact=(Contact(frame="FL_foot", restitution=e),),
+                joints=soft,
+                contact_stiffness=K,
+                gravity=False,
+            )
         )
         shocks.append(profile.value("shock_com_separated", "body")[0])
         assert 0.019 < profile.value("duration", "contact")[0] < 0.024
@@ -523,7 +793,9 @@ def test_the_rebound_hardly_depends_on_a_small_restitution():
 
 
 def test_a_foot_that_stays_on_the_ground_without_force_brings_no_warning(capfd):
-    """Of 19.5 ms in which a foot is closed, the last 15.8 ms carry 1 % of the impulse: gravity and springs count for less."""
+    """Of 19.5 ms in which a foot is closed, the last 15.8 ms carry 1 % of the impulse: gravity and
+    springs count for less.
+    """
     words = (
         "go2",
         "--contact",
@@ -542,9 +814,21 @@ def test_a_foot_that_stays_on_the_ground_without_force_brings_no_warning(capfd):
 
 
 def test_springs_before_unknown_rotors_are_left_out_with_a_warning(capfd):
-    """With a rotor of 0.25 kg m² at the joint, ANYmal's foot stays on the ground nine times as long."""
-    words = ("analyze", "anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", K, "--no-gravity")
-    left_out = "springs at LF_HAA, LF_HFE and 10 more joints are left out on contacts of finite stiffness"
+    """With a rotor of 0.25 kg m² at the joint, ANYmal's foot stays on the ground nine times as
+    long.
+    """
+    words = (
+        "analyze",
+        "anymal_b",
+        "--contact",
+        "LF_FOOT",
+        "--contact-stiffness",
+        K,
+        "--no-gravity",
+    )
+    left_out = (
+        "springs at LF_HAA, LF_HFE and 10 more joints are left out on contacts of finite stiffness"
+    )
     assert left_out in (out := good(capfd, *words))
     assert "see the jumps at the end of contact" not in out
     assert left_out not in good(capfd, *words, "--rotor", "*=1e-4:50:180.9")
@@ -552,15 +836,21 @@ def test_springs_before_unknown_rotors_are_left_out_with_a_warning(capfd):
 
 
 def test_many_changes_of_the_contacts_are_a_warning():
-    """Joint springs of 2e9 N m/rad open and close the contact hundreds of times; without them it opens once."""
+    """Joint springs of 2e9 N m/rad open and close the contact hundreds of times; without them it
+    opens once.
+    """
     many = contact_warnings(contact_stiffness=K, gravity=False, joints=Joints(stiffness={"*": 2e9}))
     assert any("durations are not reliable" in text for text in many)
-    assert not any("durations" in text for text in contact_warnings(contact_stiffness=K, gravity=False))
+    assert not any(
+        "durations" in text for text in contact_warnings(contact_stiffness=K, gravity=False)
+    )
 
 
 def test_the_force_over_time_ends_at_zero():
     """A contact without restitution opens at its largest force."""
-    profile = shock_profile(Scene(robot="go2", contact=(Contact(frame="FL_foot"),), contact_stiffness=K, gravity=False))
+    profile = shock_profile(
+        Scene(robot="go2", contact=(Contact(frame="FL_foot"),), contact_stiffness=K, gravity=False)
+    )
     force = draw_time(profile).axes[0].lines[0].get_ydata()
     assert force[-1] == 0.0
     assert force[-2] > 10.0
@@ -568,22 +858,59 @@ def test_the_force_over_time_ends_at_zero():
 
 @pytest.mark.slow
 def test_files_over_time(capfd, here):
-    """With a contact stiffness a folder has a figure over time; the spectrum of a point below the pulse's frequency is 2π f Δv."""
-    words = ("anymal_b", "--contact", "LF_FOOT", "--slide", "--restitution", 1, "--contact-stiffness", "4e6:1e6", "--no-gravity")
+    """With a contact stiffness a folder has a figure over time; the spectrum of a point below the
+    pulse's frequency is 2π f Δv.
+    """
+    words = (
+        "anymal_b",
+        "--contact",
+        "LF_FOOT",
+        "--slide",
+        "--restitution",
+        1,
+        "--contact-stiffness",
+        "4e6:1e6",
+        "--no-gravity",
+    )
     good(capfd, "analyze", *words, "--spectrum", "--out", "out")
     assert {"time.svg", "spectrum.svg"} <= {path.name for path in (here / "out").iterdir()}
     read = json.loads((here / "out/profile.json").read_text())
     spectra, (point,) = read["stiffness"]["spectra"], read["tables"]["points"]
-    expected = 2.0 * math.pi * spectra["frequencies"][0] * max(map(abs, vector(point, "delta_v"))) / GRAVITY
+    expected = (
+        2.0
+        * math.pi
+        * spectra["frequencies"][0]
+        * max(map(abs, vector(point, "delta_v")))
+        / GRAVITY
+    )
     assert spectra["points"][0]["response"][0][0] == pytest.approx(expected, rel=1e-3)
-    assert json.loads(good(capfd, "analyze", *words, "--format", "json"))["stiffness"]["spectra"] is None
-    assert json.loads(good(capfd, "analyze", *words, "--spectrum", "--format", "json"))["stiffness"]["spectra"] == spectra
+    assert (
+        json.loads(good(capfd, "analyze", *words, "--format", "json"))["stiffness"]["spectra"]
+        is None
+    )
+    assert (
+        json.loads(good(capfd, "analyze", *words, "--spectrum", "--format", "json"))["stiffness"][
+            "spectra"
+        ]
+        == spectra
+    )
 
 
 @pytest.mark.parametrize("stiffness", ["1e-3", "1e-30"])
 def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiffness):
-    """Its samples grow with the duration, 69 s to 2e15 s of contact; the other results do not need it."""
-    words = ("anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", stiffness, "--no-gravity", "--format", "json")
+    """Its samples grow with the duration, 69 s to 2e15 s of contact; the other results do not need
+    it.
+    """
+    words = (
+        "anymal_b",
+        "--contact",
+        "LF_FOOT",
+        "--contact-stiffness",
+        stiffness,
+        "--no-gravity",
+        "--format",
+        "json",
+    )
     assert json.loads(good(capfd, "analyze", *words))["tables"]["contacts"][0]["duration"] > 60.0
     outcome = run(capfd, "analyze", *words, "--spectrum")
     assert (outcome.code, outcome.out) == (3, "")
@@ -601,37 +928,81 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
         ({"contact_stiffness": 0.0}, SceneError, "contact_stiffness must be > 0 N/m, got 0"),
         ({"friction": 0.3, "contact_stiffness": K}, SceneError, "leave one of them out"),
         ({"contact_damping": 1.0}, SceneError, "give contact_stiffness too"),
-        ({"contact_stiffness": K, "contact_damping": 0.0}, SceneError, "contact_damping must be > 0 N s/m, got 0"),
-        ({"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING}, SceneError, "cannot be combined"),
-        ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
-        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", directions=((1.0, 0.0, 1.0), "y")),)}, SceneError,
-            "have to span the ground's normal"),
-        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", restitution=1e-5,
-            restitution_along="directions"),)}, SolveError, "no verdict for contacts"),
+        (
+            {"contact_stiffness": K, "contact_damping": 0.0},
+            SceneError,
+            "contact_damping must be > 0 N s/m, got 0",
+        ),
+        (
+            {"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING},
+            SceneError,
+            "cannot be combined",
+        ),
+        (
+            {"friction": 0.3, "contact": SLIDING},
+            SceneError,
+            "slides without friction, and a friction is given",
+        ),
+        (
+            {
+                "contact_stiffness": K,
+                "contact": (Contact(frame="LF_FOOT", directions=((1.0, 0.0, 1.0), "y")),),
+            },
+            SceneError,
+            "have to span the ground's normal",
+        ),
+        (
+            {
+                "contact_stiffness": K,
+                "contact": (
+                    Contact(frame="LF_FOOT", restitution=1e-5, restitution_along="directions"),
+                ),
+            },
+            SolveError,
+            "no verdict for contacts",
+        ),
     ],
-)  # fmt: skip
+)
 def test_refusals(changes, error, text):
     with pytest.raises(error, match=text):
         shock_profile(replace(ANYMAL, **changes))
 
 
 def test_a_pulse_beside_a_contact_stiffness():
-    """The pulse gives the peaks of the impulse model, the stiffness the forces and what parts are judged by, each as alone."""
+    """The pulse gives the peaks of the impulse model, the stiffness the forces and what parts are
+    judged by, each as alone.
+    """
     parts = (
         Part(name="imu", at="imu_link", rating="half-sine 1500 g 0.5 ms"),
         Part(name="knee", joint="LF_KFE", momentary_torque=50.0),
     )
     pulse, stiff = {"pulse": "half-sine:5ms"}, {"contact_stiffness": K}
-    both, of_pulse, of_stiffness = (shock_profile(replace(ANYMAL, part=parts, **given)) for given in (pulse | stiff, pulse, stiff))
+    both, of_pulse, of_stiffness = (
+        shock_profile(replace(ANYMAL, part=parts, **given))
+        for given in (pulse | stiff, pulse, stiff)
+    )
     assert both.value("peak_g", "point").tolist() == of_pulse.value("peak_g", "point").tolist()
-    for kind, key in (("contact", "peak_force"), ("point", "peak_acceleration"), ("part", "peak_g"), ("part", "part_margin")):
+    for kind, key in (
+        ("contact", "peak_force"),
+        ("point", "peak_acceleration"),
+        ("part", "peak_g"),
+        ("part", "part_margin"),
+    ):
         np.testing.assert_array_equal(both.value(key, kind), of_stiffness.value(key, kind))
-    assert not np.isclose(of_pulse.value("peak_g", "part")[0], of_stiffness.value("peak_g", "part")[0], rtol=0.01)
+    assert not np.isclose(
+        of_pulse.value("peak_g", "part")[0], of_stiffness.value("peak_g", "part")[0], rtol=0.01
+    )
 
 
 def test_redundant_contacts_with_friction():
-    """Two points of a foot obey the laws of friction together, and the impulse of each is not told where it is not determined."""
-    profile = shock_profile(replace(ANYMAL, friction=0.3, contact=(*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))))
+    """Two points of a foot obey the laws of friction together, and the impulse of each is not told
+    where it is not determined.
+    """
+    profile = shock_profile(
+        replace(
+            ANYMAL, friction=0.3, contact=(*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))
+        )
+    )
     assert profile.friction.residual < 1e-9
     assert np.isnan(profile.value("impulse_friction", "contact")).all()
 
@@ -639,7 +1010,12 @@ def test_redundant_contacts_with_friction():
 def test_velocities_that_no_motion_has_are_refused():
     """Two points of a foot do not come together at 1 m/s."""
     second = replace(FOOT[0], offset=(0.0, 0.0, 0.01), velocity=(0.0, 0.0, -2.0))
-    scene = replace(ANYMAL, contact=(replace(FOOT[0], velocity=(0.0, 0.0, -1.0)), second), contact_stiffness=K, gravity=False)
+    scene = replace(
+        ANYMAL,
+        contact=(replace(FOOT[0], velocity=(0.0, 0.0, -1.0)), second),
+        contact_stiffness=K,
+        gravity=False,
+    )
     with pytest.raises(SolveError, match="no motion of the robot has the velocities"):
         CompliantLanding(resolve(scene, load_robot("anymal_b")))
 
@@ -657,18 +1033,35 @@ def test_without_them_there_is_no_value():
 
 
 def test_a_sweep_takes_them_as_columns(capfd, here):
-    words = ("--vary", "strike-angle=0:20:3", "--friction", 0.3, "--quantity", "shock_friction@imu_link", "--out", "out")
+    words = (
+        "--vary",
+        "strike-angle=0:20:3",
+        "--friction",
+        0.3,
+        "--quantity",
+        "shock_friction@imu_link",
+        "--out",
+        "out",
+    )
     out = good(capfd, "sweep", "anymal_b", "--contact", "LF_FOOT", *words)
     row = next(line for line in out.splitlines() if line.startswith("shock_friction@imu_link"))
-    landings = [replace(ANYMAL, friction=0.3, strike=Strike(strike_angle_deg=angle)) for angle in (0.0, 10.0, 20.0)]
+    landings = [
+        replace(ANYMAL, friction=0.3, strike=Strike(strike_angle_deg=angle))
+        for angle in (0.0, 10.0, 20.0)
+    ]
     shocks = [shock_profile(scene).value("shock_friction", "point")[0] for scene in landings]
     assert [float(word) for word in row.split()[2:5]] == pytest.approx(sorted(shocks), abs=5e-5)
 
 
 def test_a_landing_on_springs_is_not_kept_in_memory():
-    """Its impacts at several times are its own: a sweep of many such landings needs the memory of one."""
+    """Its impacts at several times are its own: a sweep of many such landings needs the memory of
+    one.
+    """
     compliant = CompliantLanding(
-        resolve(Scene(robot="anymal_b", contact="LF_FOOT", contact_stiffness=1e5, gravity=False), load_robot("anymal_b"))
+        resolve(
+            Scene(robot="anymal_b", contact="LF_FOOT", contact_stiffness=1e5, gravity=False),
+            load_robot("anymal_b"),
+        )
     )
     assert compliant.impact_at(1e-3) is compliant.impact_at(1e-3)
     kept = weakref.ref(compliant)
@@ -681,9 +1074,14 @@ def test_a_column_without_values_says_why(capfd, here):
     """A force needs a stiffness, in a sweep and in a table of recorded landings."""
     (here / "log.csv").write_text("vz\n-1\n-2\n")
     robot = ("go2", "--contact", "FL_foot", "--quantity", "peak_force")
-    for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("recorded", "log.csv", *robot)):
+    for words in (
+        ("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"),
+        ("recorded", "log.csv", *robot),
+    ):
         assert says(good(capfd, *words), "peak_force@FL_foot", "contact stiffness")
-    assert "has no value" not in good(capfd, "recorded", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
+    assert "has no value" not in good(
+        capfd, "recorded", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity"
+    )
 
 
 ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>
@@ -692,23 +1090,43 @@ ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origi
 
 
 def test_a_fixed_base_holds_a_robot_against_gravity(here):
-    """A level rod that turns about its end and lands on its tip, f = A (1 − cos ωt) + B sin ωt of its weight and its speed.
+    """A level rod that turns about its end and lands on its tip, f = A (1 − cos ωt) + B sin ωt of
+    its weight and its speed.
 
-    Held, it falls with 3/2 g x at x, so a sensor near the pivot measures nearly 1 g, and the pivot carries a quarter of the weight.
+    Held, it falls with 3/2 g x at x, so a sensor near the pivot measures nearly 1 g, and the pivot
+    carries a quarter of the weight.
     """
     (here / "rod.urdf").write_text(ROD)
     rod, near = load_robot(here / "rod.urdf"), 0.02
     contact = Contact(frame="arm", offset=(1.0, 0.0, 0.0), kind="point")
-    point, strike = Point(frame="arm", offset=(near, 0.0, 0.0)), Strike(joint_velocities={"pivot": 0.01})
-    scene = Scene(robot="rod", contact=(contact,), point=(point,), strike=strike, base="fixed", contact_stiffness=K, range_g=1.0)
+    point, strike = (
+        Point(frame="arm", offset=(near, 0.0, 0.0)),
+        Strike(joint_velocities={"pivot": 0.01}),
+    )
+    scene = Scene(
+        robot="rod",
+        contact=(contact,),
+        point=(point,),
+        strike=strike,
+        base="fixed",
+        contact_stiffness=K,
+        range_g=1.0,
+    )
     profile = shock_profile(scene, rod)
-    # The equation of the tip's deflection: I = 1/3 kg m², so m_eff = 1/3 kg and half of the weight is on the tip at rest.
+    # The equation of the tip's deflection: I = 1/3 kg m², so m_eff = 1/3 kg and half of the weight
+    # is on the tip at rest.
     rest, speed = 0.5 * GRAVITY, 0.01 * math.sqrt(K / 3.0)
     force = rest + math.hypot(rest, speed)
     acceleration = GRAVITY - 1.5 * near * GRAVITY + 3.0 * near * force
     assert profile.value("peak_force", "contact")[0] == pytest.approx(force, rel=1e-9)
-    assert profile.value("peak_acceleration", "point")[0] == pytest.approx(acceleration / GRAVITY, rel=1e-9)
-    assert profile.value("peak_joint_force", "joint")[0] == pytest.approx(GRAVITY / 4.0 + force / 2.0, rel=1e-9)
+    assert profile.value("peak_acceleration", "point")[0] == pytest.approx(
+        acceleration / GRAVITY, rel=1e-9
+    )
+    assert profile.value("peak_joint_force", "joint")[0] == pytest.approx(
+        GRAVITY / 4.0 + force / 2.0, rel=1e-9
+    )
     (warned,) = [warning for warning in profile.health.warnings if warning.kind == "sensor"]
     assert warned.value == pytest.approx(acceleration / GRAVITY, rel=1e-9)
-    assert profile.value("range_share", "point")[0] == pytest.approx(acceleration / GRAVITY, rel=1e-9)
+    assert profile.value("range_share", "point")[0] == pytest.approx(
+        acceleration / GRAVITY, rel=1e-9
+    )

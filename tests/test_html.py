@@ -1,4 +1,6 @@
-"""report.html: its numbers are those of the analysis for every strike, and a browser draws it without a network."""
+"""report.html: its numbers are those of the analysis for every strike, and a browser draws it
+without a network.
+"""
 
 import base64
 import importlib.util
@@ -29,12 +31,16 @@ from shockpc.show.html.surfaces import surfaces
 from shockpc.show.tables import Sheet
 from shockpc.studies.analyze.report import analyze_report, landing_report
 
-BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")
+BROWSER = pytest.mark.skipif(
+    CHROMIUM is None, reason="no Chromium is installed, which draws report.html"
+)
 
 MOVING = Scene(
     robot="stick.urdf",
     contact=Contact(frame="foot", restitution=0.3),
-    strike=Strike(velocity=(0.2, 0.1, -1.5), angular_velocity=(0.1, 0.4, 0.0), joint_velocities={"knee": 0.7}),
+    strike=Strike(
+        velocity=(0.2, 0.1, -1.5), angular_velocity=(0.1, 0.4, 0.0), joint_velocities={"knee": 0.7}
+    ),
     joints=Joints(armature={"*": 0.01}),
     pulse="half-sine:5ms",
 )
@@ -79,26 +85,34 @@ def rotated(landing, angle, heading, speed):
     """The velocity that the page's controls mean [m/s]."""
     theta, psi = np.radians([angle, heading])
     forward, left, up = (np.array(landing[name]) for name in ("forward", "left", "up"))
-    return speed * (np.sin(theta) * (np.cos(psi) * forward + np.sin(psi) * left) - np.cos(theta) * up)
+    return speed * (
+        np.sin(theta) * (np.cos(psi) * forward + np.sin(psi) * left) - np.cos(theta) * up
+    )
 
 
 @pytest.mark.parametrize("plane", ["xz", "yz", (1.0, 1.0, 0.0)])
 @pytest.mark.slow
 def test_data_give_the_shock_of_every_strike(moving, plane):
-    """Δv = M s + a and the speed that normalises it are those of an analysis with that strike, also with moving joints."""
+    """Δv = M s + a and the speed that normalises it are those of an analysis with that strike, also
+    with moving joints.
+    """
     profile = shock_profile(replace(MOVING, plane=plane), moving.robot)
     (landing,) = data_of(html_of(landing_report(profile)))["landings"]
     by_angle = Strike(speed=2.0, strike_angle_deg=25.0).vector(profile.plane)
     np.testing.assert_allclose(rotated(landing, 25.0, 0.0, 2.0), by_angle, atol=1e-12)
     s = rotated(landing, 25.0, 40.0, 2.0)
-    other = shock_profile(replace(MOVING, plane=plane, strike=replace(MOVING.strike, velocity=tuple(s))))
+    other = shock_profile(
+        replace(MOVING, plane=plane, strike=replace(MOVING.strike, velocity=tuple(s)))
+    )
     for model, expected in (
         ("with drives", other.proof),
         ("free", other.proof_with("free")),
         ("locked", other.proof_with("locked")),
     ):
         columns = np.array(landing["models"][model]["jumps"])
-        np.testing.assert_allclose(columns[..., :3] @ s + columns[..., 3], expected.jumps[..., 3], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(
+            columns[..., :3] @ s + columns[..., 3], expected.jumps[..., 3], rtol=1e-12, atol=1e-13
+        )
         assert landing["models"][model]["left"] == []
     (reference,) = landing["reference"]
     np.testing.assert_allclose(np.linalg.norm(reference["extra"] + s), other.v_in, rtol=1e-14)
@@ -107,7 +121,9 @@ def test_data_give_the_shock_of_every_strike(moving, plane):
 def test_speed_of_the_centre_of_mass(moving):
     """With v_in = "com" the reference is the velocity of the centre of mass."""
     profile = shock_profile(replace(MOVING, v_in="com"))
-    np.testing.assert_allclose(np.linalg.norm(profile.reference_velocities), profile.v_in, rtol=1e-15)
+    np.testing.assert_allclose(
+        np.linalg.norm(profile.reference_velocities), profile.v_in, rtol=1e-15
+    )
     assert profile.v_in != moving.v_in
 
 
@@ -125,7 +141,9 @@ def sphere(n):
     import trimesh
 
     found = trimesh.creation.icosphere(subdivisions=n)
-    return Shape("a", found.vertices, mesh=Mesh(np.asarray(found.vertices), np.asarray(found.faces)))
+    return Shape(
+        "a", found.vertices, mesh=Mesh(np.asarray(found.vertices), np.asarray(found.faces))
+    )
 
 
 def area(surface):
@@ -140,7 +158,8 @@ def test_a_simplified_sphere_has_no_holes():
     np.testing.assert_allclose(area(surface), 4.0 * np.pi, rtol=0.02)
     corners = surface.vertices[surface.triangles].swapaxes(1, 2)
     rays = np.random.default_rng(0).normal(size=(500, 3))
-    # At a point of the triangle the coordinates in its corners are positive, and their sum is the inverse of the distance.
+    # At a point of the triangle the coordinates in its corners are positive, and their sum is the
+    # inverse of the distance.
     shares = np.linalg.inv(corners) @ (rays / np.linalg.norm(rays, axis=1)[:, None]).T
     hit = (shares > -1e-9).all(axis=1)
     assert hit.any(axis=0).all()
@@ -159,7 +178,9 @@ def test_a_box_keeps_its_area_and_has_short_edges():
 
 @pytest.mark.slow
 def test_large_triangles_are_divided_up_to_a_number():
-    """Ten thousand triangles as large as the robot would become millions; a body after them keeps its own."""
+    """Ten thousand triangles as large as the robot would become millions; a body after them keeps
+    its own.
+    """
     corners = np.random.default_rng(0).normal(size=(30_000, 3))
     large = Shape("a", corners, mesh=Mesh(corners, np.arange(30_000).reshape(-1, 3)))
     tracemalloc.start()
@@ -172,7 +193,9 @@ def test_large_triangles_are_divided_up_to_a_number():
 
 
 def test_triangles_at_random_are_fewer_and_do_not_vanish():
-    """They lie all around the origin, where the corner of a cell would part them however large it is."""
+    """They lie all around the origin, where the corner of a cell would part them however large it
+    is.
+    """
     corners = np.random.default_rng(0).uniform(-0.1, 0.1, (60_000, 3))
     soup = Shape("a", corners, mesh=Mesh(corners, np.arange(60_000).reshape(-1, 3)))
     (surface,) = surfaces([[soup]], 1000)
@@ -180,7 +203,9 @@ def test_triangles_at_random_are_fewer_and_do_not_vanish():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("failure", [MemoryError(), ValueError("Out of range float values are not JSON compliant")])
+@pytest.mark.parametrize(
+    "failure", [MemoryError(), ValueError("Out of range float values are not JSON compliant")]
+)
 def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failure):
     """The other files are written, and the results printed."""
 
@@ -192,8 +217,14 @@ def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failu
     outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
     assert outcome.code == 0
     reason = str(failure) or "the memory of this computer does not suffice"
-    assert (outcome.err.count("\n"), "report.html" in outcome.err, reason in outcome.err) == (1, True, True)
-    whole, found = ({path.name for path in (here / folder).iterdir()} for folder in ("whole", "out"))
+    assert (outcome.err.count("\n"), "report.html" in outcome.err, reason in outcome.err) == (
+        1,
+        True,
+        True,
+    )
+    whole, found = (
+        {path.name for path in (here / folder).iterdir()} for folder in ("whole", "out")
+    )
     assert whole - found == {"report.html"}
 
 
@@ -208,19 +239,25 @@ def test_page_of_several_landings(moving):
 
 
 def test_page_holds_scene_and_command(capfd, here):
-    """The scene can be copied from the page, and is read as the same scene, in which what was chosen is given."""
+    """The scene can be copied from the page, and is read as the same scene, in which what was
+    chosen is given.
+    """
     good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30", "--out", "out")
     page = Page((here / "out" / "report.html").read_text(encoding="utf-8"))
     scene, command = page.texts["pre"]
     assert command == "shockpc analyze stick.urdf --contact foot --set knee=-30"
     (here / "again.toml").write_text(scene, encoding="utf-8")
     again = good(capfd, "analyze", "again.toml")
-    typed = good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30").splitlines()
+    typed = good(
+        capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30"
+    ).splitlines()
     assert again.splitlines() == [line for line in typed if not line.startswith("assumed ")]
 
 
 def test_every_number_of_a_table_sorts(moving):
-    """What the script sorts by is read by JavaScript, whether the number is of Python or of NumPy; shocks are of the latter."""
+    """What the script sorts by is read by JavaScript, whether the number is of Python or of NumPy;
+    shocks are of the latter.
+    """
     values = re.findall(r'data-v="([^"]*)"', html_of(landing_report(moving)))
     assert len(values) > 20
     assert np.isfinite([float(value) for value in values]).all()
@@ -229,10 +266,15 @@ def test_every_number_of_a_table_sorts(moving):
 def test_without_plotly(capfd, here, monkeypatch):
     """Everything else is written, and one line says what is missing."""
     find = importlib.util.find_spec
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "plotly" else find(name))
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name: None if name == "plotly" else find(name)
+    )
     outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
     assert outcome.code == 0
-    assert outcome.err == "shockpc: report.html is not written, because it needs Plotly; install it with: pip install plotly\n"
+    assert outcome.err == (
+        "shockpc: report.html is not written, because it needs Plotly; install it with: pip "
+        "install plotly\n"
+    )
     assert (here / "out" / "shock.svg").exists()
     assert not (here / "out" / "report.html").exists()
 
@@ -243,41 +285,64 @@ console.log(JSON.stringify({ below: doubts.below(given.landing, given.geometry, 
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="no Node.js is installed")
-@pytest.mark.parametrize(("joints", "low", "limits", "refused"), [
-    ({}, None, [], ""),
-    ({"FL_thigh_joint": 60.0, "FL_calf_joint": -110.0}, "depth", [], ""),
-    ({"FL_calf_joint": -20.0}, None, ["FL_calf_joint is 28 deg outside its limits"], ""),
-    ({"FL_calf_joint": 500.0}, "any", ["FL_calf_joint is 548 deg outside its limits"],
-     "FL_calf_joint: 500 deg is outside its limits and more than a whole turn"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("joints", "low", "limits", "refused"),
+    [
+        ({}, None, [], ""),
+        ({"FL_thigh_joint": 60.0, "FL_calf_joint": -110.0}, "depth", [], ""),
+        ({"FL_calf_joint": -20.0}, None, ["FL_calf_joint is 28 deg outside its limits"], ""),
+        (
+            {"FL_calf_joint": 500.0},
+            "any",
+            ["FL_calf_joint is 548 deg outside its limits"],
+            "FL_calf_joint: 500 deg is outside its limits and more than a whole turn",
+        ),
+    ],
+)
 def test_the_page_doubts_other_postures_as_the_command_does(joints, low, limits, refused):
-    """Feet that are not the lowest, by the drawn surfaces, and joints beyond their limits; more than a whole turn is refused."""
+    """Feet that are not the lowest, by the drawn surfaces, and joints beyond their limits; more
+    than a whole turn is refused.
+    """
     scene = Scene(robot="go2", contact="FL_foot")
     profile = shock_profile(scene)
     data = data_of(html_of(landing_report(profile)))
     (landing,), (geometry,) = data["landings"], data["geometries"]
     vertices = np.frombuffer(base64.b64decode(geometry["vertices"]), "<f4").reshape(-1, 3)
-    body = np.repeat(np.arange(len(landing["bodies"])), np.diff([*geometry["starts"], len(vertices)]))
+    body = np.repeat(
+        np.arange(len(landing["bodies"])), np.diff([*geometry["starts"], len(vertices)])
+    )
     q = profile.landing.q.copy()
     for name, angle in joints.items():
         profile.robot.joint(name).set(np.radians(angle), q)
     there = profile.landing.at(q)
-    sliders = [slider | {"x": np.radians(joints[slider["name"]]) if slider["name"] in joints else slider["value"]}
-               for slider in landing["sliders"]]  # fmt: skip
+    sliders = [
+        slider
+        | {"x": np.radians(joints[slider["name"]]) if slider["name"] in joints else slider["value"]}
+        for slider in landing["sliders"]
+    ]
     given = {
-        "landing": landing, "sliders": sliders, "points": [contact["r"] for contact in landing["contacts"]],
+        "landing": landing,
+        "sliders": sliders,
+        "points": [contact["r"] for contact in landing["contacts"]],
         "geometry": {"vertices": vertices.ravel().tolist(), "body": body.tolist()},
-        "state": {"rotation": there.state.rotation[0].tolist(), "position": there.state.position[0].tolist()},
-    }  # fmt: skip
+        "state": {
+            "rotation": there.state.rotation[0].tolist(),
+            "position": there.state.position[0].tolist(),
+        },
+    }
     script = DOUBTS % json.dumps(str(Path(shockpc.__file__).parent / "show/html/doubts.js"))
-    done = subprocess.run(["node", "-e", script], input=json.dumps(given), capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        ["node", "-e", script], input=json.dumps(given), capture_output=True, text=True, check=True
+    )
     found = json.loads(done.stdout)
     assert (found["limits"], found["refused"]) == (limits, refused)
     assert bool(found["below"]) == bool(low)
     if low == "depth":
         posture = Posture(joints_deg=joints)
         depth = float(shock_profile(replace(scene, posture=posture)).value("depth", "robot")[0])
-        (shown,) = re.findall(r"lies (\S+) m below the contact, so flat ground meets it first", found["below"][0])
+        (shown,) = re.findall(
+            r"lies (\S+) m below the contact, so flat ground meets it first", found["below"][0]
+        )
         assert float(shown) == pytest.approx(depth, abs=3e-3)
         assert depth > 0.05
 
@@ -300,7 +365,8 @@ SET = """(() => {
 })()"""
 
 CELLS = (
-    "[...document.querySelectorAll('#%s tbody tr')].map((row) => [...row.cells].map((cell) => cell.dataset.v ?? cell.textContent))"
+    "[...document.querySelectorAll('#%s tbody tr')].map((row) => [...row.cells].map((cell) => "
+    "cell.dataset.v ?? cell.textContent))"
 )
 
 
@@ -308,12 +374,17 @@ def cells(page, table):
     """The rows of a table that follows the controls, by the name in the second column."""
     number = re.compile(r"[-+.\d]|Infinity|–")
     rows = page.evaluate(CELLS % table)
-    return {name: [np.nan if cell == "–" else float(cell) for cell in row if number.match(cell)] for _, name, *row in rows}
+    return {
+        name: [np.nan if cell == "–" else float(cell) for cell in row if number.match(cell)]
+        for _, name, *row in rows
+    }
 
 
 def colours(page):
     """The colours (n, 3) of the view, from 0 to 1."""
-    x, y, width, height = page.evaluate("(({x, y, width, height}) => [x, y, width, height])(view.getBoundingClientRect())")
+    x, y, width, height = page.evaluate(
+        "(({x, y, width, height}) => [x, y, width, height])(view.getBoundingClientRect())"
+    )
     clip = {"x": x, "y": y, "width": width, "height": height, "scale": 1}
     picture = page.call("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)["data"]
     return matplotlib.image.imread(io.BytesIO(base64.b64decode(picture)))[..., :3].reshape(-1, 3)
@@ -323,27 +394,43 @@ def compare_impulses(page, profile):
     """The tables of contacts and joints against an analysis with this strike and these joints."""
     size = np.linalg.norm(profile.total_impulse)
     for contact in (*profile.contacts, *profile.stance):
-        row = [*contact.impulse, np.nan if contact.friction_needed is None else contact.friction_needed]
-        np.testing.assert_allclose(cells(page, "contact-rows")[contact.frame], row, rtol=1e-9, atol=1e-11 * size)
+        row = [
+            *contact.impulse,
+            np.nan if contact.friction_needed is None else contact.friction_needed,
+        ]
+        np.testing.assert_allclose(
+            cells(page, "contact-rows")[contact.frame], row, rtol=1e-9, atol=1e-11 * size
+        )
     for load in profile.loads:
         row = [load.along, np.linalg.norm(load.force), np.linalg.norm(load.moment)]
-        np.testing.assert_allclose(cells(page, "joint-rows")[load.joint], row, rtol=1e-9, atol=1e-11 * size)
+        np.testing.assert_allclose(
+            cells(page, "joint-rows")[load.joint], row, rtol=1e-9, atol=1e-11 * size
+        )
 
 
 @pytest.mark.slow
 @BROWSER
 def test_browser_follows_the_controls(moving, here, tmp_path_factory):
-    """Angle, heading, speed and joint model give the numbers of an analysis with them; a leaving contact gives none."""
+    """Angle, heading, speed and joint model give the numbers of an analysis with them; a leaving
+    contact gives none.
+    """
     (here / "report.html").write_text(html_of(landing_report(moving)), encoding="utf-8")
     with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
         at_first = cells(page, "point-rows")["imu_link"]
         np.testing.assert_allclose(
-            at_first, [moving.points[0].shock, *moving.points[0].delta_v, moving.points[0].peak_g], rtol=1e-9
+            at_first,
+            [moving.points[0].shock, *moving.points[0].delta_v, moving.points[0].peak_g],
+            rtol=1e-9,
         )
         for control, value in (("angle-range", 20), ("heading", -35), ("speed", 2.5)):
             page.evaluate(SET % (control, value))
         (landing,) = data_of((here / "report.html").read_text(encoding="utf-8"))["landings"]
-        other = shock_profile(replace(MOVING, strike=replace(MOVING.strike, velocity=tuple(rotated(landing, 20.0, -35.0, 2.5)))))
+        other = shock_profile(
+            replace(
+                MOVING,
+                strike=replace(MOVING.strike, velocity=tuple(rotated(landing, 20.0, -35.0, 2.5))),
+            )
+        )
         (point,), row = other.points, cells(page, "point-rows")["imu_link"]
         np.testing.assert_allclose(row, [point.shock, *point.delta_v, point.peak_g], rtol=1e-9)
         for k, (name, values) in enumerate(cells(page, "body-rows").items()):
@@ -354,9 +441,13 @@ def test_browser_follows_the_controls(moving, here, tmp_path_factory):
         compare_impulses(page, other)
         for model in ("free", "locked"):
             page.evaluate(SET % ("model", model))
-            compare_impulses(page, shock_profile(replace(other.scene, joints=Joints(model=model)), other.robot))
+            compare_impulses(
+                page, shock_profile(replace(other.scene, joints=Joints(model=model)), other.robot)
+            )
             (expected,) = other.value(f"shock_{model}", "point")
-            np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], expected, rtol=1e-9)
+            np.testing.assert_allclose(
+                cells(page, "point-rows")["imu_link"][0], expected, rtol=1e-9
+            )
         page.evaluate(SET % ("angle", 120))
         assert "no impact" in page.evaluate("document.getElementById('state').textContent")
         assert np.isnan(cells(page, "point-rows")["imu_link"]).all()
@@ -368,9 +459,13 @@ def test_browser_follows_the_controls(moving, here, tmp_path_factory):
 @pytest.mark.slow
 @BROWSER
 def test_browser_draws_anymal(here, tmp_path_factory):
-    """Bodies have the colours of their bands; the slider gives the shock; tables fit into 800 px; nothing is requested."""
+    """Bodies have the colours of their bands; the slider gives the shock; tables fit into 800 px;
+    nothing is requested.
+    """
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
-    (here / "report.html").write_text(html_of(landing_report(shock_profile(scene))), encoding="utf-8")
+    (here / "report.html").write_text(
+        html_of(landing_report(shock_profile(scene))), encoding="utf-8"
+    )
     with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
         page.wait("document.querySelectorAll('#view canvas').length > 0")
         red, green, blue = colours(page).T
@@ -378,24 +473,43 @@ def test_browser_draws_anymal(here, tmp_path_factory):
         assert np.mean((red > 0.5) & (green < 0.35)) > 0.0005  # its knee
         page.evaluate(SET % ("angle-range", 20))
         other = shock_profile(replace(scene, strike=Strike(strike_angle_deg=20.0)))
-        np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], other.points[0].shock, rtol=1e-6)
+        np.testing.assert_allclose(
+            cells(page, "point-rows")["imu_link"][0], other.points[0].shock, rtol=1e-6
+        )
         mostly = page.evaluate(
-            "[...document.querySelectorAll('#body-rows tbody tr')].map((row) => row.cells[10].textContent == 'mostly out of plane')"
+            "[...document.querySelectorAll('#body-rows tbody tr')].map((row) => "
+            "row.cells[10].textContent == 'mostly out of plane')"
         )
         assert mostly == ((other.off_plane > 0.5) & ~other.translates).tolist()
-        x, y = page.evaluate("(({x, y, width, height}) => [x + width / 2, y + height / 2])(view.getBoundingClientRect())")
+        x, y = page.evaluate(
+            "(({x, y, width, height}) => [x + width / 2, y + height / "
+            "2])(view.getBoundingClientRect())"
+        )
         page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
-        page.wait("document.getElementById('pointer').textContent.includes(' m in its frame: shock ')")
+        page.wait(
+            "document.getElementById('pointer').textContent.includes(' m in its frame: shock ')"
+        )
         text = page.evaluate("document.getElementById('pointer').textContent")
         body, *numbers = re.fullmatch(
             r"(\S+) at \((\S+), (\S+), (\S+)\) m in its frame: shock (\S+), \|Δv\| \S+ m/s", text
         ).groups()
         *r, shock = map(float, numbers)
         np.testing.assert_allclose(other.shock_at(body, np.array(r)), shock, atol=1e-3)
-        order = page.evaluate("document.querySelectorAll('#body-rows th')[2].click(); " + CELLS % "body-rows")
+        order = page.evaluate(
+            "document.querySelectorAll('#body-rows th')[2].click(); " + CELLS % "body-rows"
+        )
         assert [row[1] for row in order] == [other.bodies[k] for k in np.argsort(-other.shock_com)]
-        page.call("Emulation.setDeviceMetricsOverride", width=800, height=1000, deviceScaleFactor=1, mobile=False)
-        assert page.evaluate("[...document.querySelectorAll('.scroll')].every((box) => box.scrollWidth <= box.clientWidth)")
+        page.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=800,
+            height=1000,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        assert page.evaluate(
+            "[...document.querySelectorAll('.scroll')].every((box) => box.scrollWidth <= "
+            "box.clientWidth)"
+        )
         assert (page.faults, page.requests) == ([], [])
 
 
@@ -422,49 +536,91 @@ def test_browser_follows_the_sliders_of_the_posture(moving, here, tmp_path_facto
     """They give the numbers of an analysis with them; a singular posture has none, and is grey."""
     scene = replace(MOVING, strike=Strike(velocity=(0.2, 0.1, -1.5)))
     held = replace(
-        scene, base="fixed", contact=Contact(frame="foot", directions=("z",)), posture=Posture(joints_deg={"knee": 30.0})
+        scene,
+        base="fixed",
+        contact=Contact(frame="foot", directions=("z",)),
+        posture=Posture(joints_deg={"knee": 30.0}),
     )
-    landings = {name: shock_profile(one, moving.robot) for name, one in (("free", scene), ("held", held), ("moving", MOVING))}
-    (here / "report.html").write_text(html_of(analyze_report(landings, live=("knee",))), encoding="utf-8")
+    landings = {
+        name: shock_profile(one, moving.robot)
+        for name, one in (("free", scene), ("held", held), ("moving", MOVING))
+    }
+    (here / "report.html").write_text(
+        html_of(analyze_report(landings, live=("knee",))), encoding="utf-8"
+    )
     with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
         page.wait("document.querySelectorAll('#view canvas').length > 0")
-        for name, value in (("knee", 40), ("pitch", 10), ("roll", -5), ("foot x", 0.03), ("imu_link z", 0.2), ("speed", 2)):
+        for name, value in (
+            ("knee", 40),
+            ("pitch", 10),
+            ("roll", -5),
+            ("foot x", 0.03),
+            ("imu_link z", 0.2),
+            ("speed", 2),
+        ):
             page.evaluate((SET if name == "speed" else SLIDE) % (name, value))
-        velocity = tuple(2.0 / np.linalg.norm(scene.strike.velocity) * np.array(scene.strike.velocity))
+        velocity = tuple(
+            2.0 / np.linalg.norm(scene.strike.velocity) * np.array(scene.strike.velocity)
+        )
         posture = Posture(joints_deg={"knee": 40.0}, base_rpy_deg=(-5.0, 10.0, 0.0))
         contact = replace(scene.contact[0], offset=(0.03, 0.0, 0.0))
-        other = shock_profile(replace(scene, posture=posture, contact=contact, strike=Strike(velocity=velocity)), moving.robot)
+        other = shock_profile(
+            replace(scene, posture=posture, contact=contact, strike=Strike(velocity=velocity)),
+            moving.robot,
+        )
         body = other.shock_at("body", np.array([0.02, 0.0, 0.2]))
         np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], body, rtol=1e-10)
         for k, row in enumerate(cells(page, "body-rows").values()):
-            expected = [other.shock_com[k], np.linalg.norm(other.delta_omega[k]), *other.copc[k], other.ropc[k]]
+            expected = [
+                other.shock_com[k],
+                np.linalg.norm(other.delta_omega[k]),
+                *other.copc[k],
+                other.ropc[k],
+            ]
             np.testing.assert_allclose([row[0], *row[3:]], expected, rtol=1e-10, atol=1e-14)
         compare_impulses(page, other)
         for width in (390, 800, 1300):
-            page.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+            page.call(
+                "Emulation.setDeviceMetricsOverride",
+                width=width,
+                height=1000,
+                deviceScaleFactor=1,
+                mobile=False,
+            )
             page.wait("document.documentElement.scrollWidth <= innerWidth")  # Plotly takes its time
             assert page.evaluate(OVERLAPS) == 0
         page.evaluate("document.getElementById('reset').click()")
-        assert page.evaluate("document.getElementById('state').textContent").startswith("the strike of the scene")
+        assert page.evaluate("document.getElementById('state').textContent").startswith(
+            "the strike of the scene"
+        )
         page.evaluate(SET % ("landing", 1))
         page.evaluate(SLIDE % ("knee", "1e-9"))
         assert "singular" in page.evaluate("document.getElementById('state').textContent")
         assert np.isnan(cells(page, "point-rows")["imu_link"]).all()
         assert page.evaluate("document.getElementById('view').data[0].colorscale")[0][1] == "#999"
         page.evaluate(SET % ("landing", 2))
-        notes = "[...document.querySelectorAll('main .note')].filter((one) => !one.hidden).map((one) => one.textContent)"
+        notes = (
+            "[...document.querySelectorAll('main .note')].filter((one) => !one.hidden).map((one) "
+            "=> one.textContent)"
+        )
         assert any("rotates" in note for note in page.evaluate(notes))
         assert (page.faults, page.requests) == ([], [])
 
 
 def test_histories_reach_the_peaks_of_the_tables(moving):
-    """The largest force and acceleration of the charts are those of the quantities, but for the samples."""
+    """The largest force and acceleration of the charts are those of the quantities, but for the
+    samples.
+    """
     profile = shock_profile(Scene(robot="stick.urdf", contact="foot", contact_stiffness=1e4))
-    ((force, acceleration),) = [one["histories"] for one in data_of(html_of(landing_report(profile)))["landings"]]
+    ((force, acceleration),) = [
+        one["histories"] for one in data_of(html_of(landing_report(profile)))["landings"]
+    ]
     ((name, forces),) = [(line["name"], line["y"]) for line in force["data"]]
     assert name == "foot"
     np.testing.assert_allclose(max(forces), profile.value("peak_force", "contact"), rtol=1e-3)
-    np.testing.assert_allclose(max(acceleration["data"][0]["y"]), profile.value("peak_acceleration", "point"), rtol=1e-3)
+    np.testing.assert_allclose(
+        max(acceleration["data"][0]["y"]), profile.value("peak_acceleration", "point"), rtol=1e-3
+    )
     assert acceleration["data"][0]["x"][-1] == 1e3 * profile.stiffness.motion.duration
 
 
@@ -474,20 +630,30 @@ def test_a_contact_with_a_velocity_does_not_follow_the_base(moving):
         replace(MOVING.contact[0], velocity=(0.0, 0.0, -2.0)),
         Contact(frame="foot", offset=(0.1, 0.0, 0.0), directions=("z",)),
     )
-    (landing,) = data_of(html_of(landing_report(shock_profile(replace(MOVING, contact=contacts)))))["landings"]
+    (landing,) = data_of(html_of(landing_report(shock_profile(replace(MOVING, contact=contacts)))))[
+        "landings"
+    ]
     moved, following = landing["contacts"]
     assert (moved["follows"], moved["extra"]) == (False, [0.0, 0.0, -2.0])
     s = np.array([0.3, 0.0, -0.5])
-    other = shock_profile(replace(MOVING, contact=contacts, strike=replace(MOVING.strike, velocity=tuple(s))))
-    np.testing.assert_allclose(other.approach, [moved["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15)
+    other = shock_profile(
+        replace(MOVING, contact=contacts, strike=replace(MOVING.strike, velocity=tuple(s)))
+    )
+    np.testing.assert_allclose(
+        other.approach, [moved["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15
+    )
     M = np.array(landing["models"]["with drives"]["jumps"])
-    np.testing.assert_allclose(M[..., :3] @ s + M[..., 3], other.proof.jumps[..., 3], rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(
+        M[..., :3] @ s + M[..., 3], other.proof.jumps[..., 3], rtol=1e-12, atol=1e-13
+    )
 
 
 def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
     """A leg on a fixed base moves in its plane; what is left of a strike across it is in the data."""
     (here / "stick.urdf").write_text(STICK_WITH_IMU)
-    scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
+    scene = Scene(
+        robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed"
+    )
     profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
     (landing,) = data_of(html_of(landing_report(profile)))["landings"]
     left = np.array(landing["models"]["with drives"]["left"])
@@ -502,15 +668,24 @@ def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
 @pytest.mark.slow
 @pytest.mark.parametrize("across", [1e-12, 1e-10, 1e-8, 1e-7, 1e-2])
 def test_page_and_analysis_refuse_the_same_strikes(here, across):
-    """What `contradicts` of report.js computes of the data decides as the analysis does, with the analysis's number."""
+    """What `contradicts` of report.js computes of the data decides as the analysis does, with the
+    analysis's number.
+    """
     (here / "stick.urdf").write_text(STICK_WITH_IMU)
-    scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
+    scene = Scene(
+        robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed"
+    )
     profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
     data = data_of(html_of(landing_report(profile)))
-    model, s = data["landings"][0]["models"]["with drives"], np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0)
+    model, s = (
+        data["landings"][0]["models"]["with drives"],
+        np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0),
+    )
     left, speeds = (np.abs(np.array(model[key]) @ s) for key in ("left", "speeds"))
     length = np.sqrt(s @ np.array(model["motion"]) @ s)
-    refused = bool(np.any(left > data["contradiction"] * speeds.max() + np.array(model["rounding"]) * length))
+    refused = bool(
+        np.any(left > data["contradiction"] * speeds.max() + np.array(model["rounding"]) * length)
+    )
     assert refused == (across > CONTRADICTION)
     try:
         shock_profile(replace(profile.scene, strike=Strike(velocity=tuple(s[:3].tolist()))))
@@ -522,9 +697,31 @@ def test_page_and_analysis_refuse_the_same_strikes(here, across):
 
 STUDIES = {
     "sensitivity": ("anymal_b", "--contact", "LF_FOOT", "--at", "imu_link"),
-    "limits": ("hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", "0.1", "--step", "5"),
+    "limits": (
+        "hyq",
+        "--contact",
+        "lf_foot",
+        "--joint",
+        "lf_kfe_joint",
+        "--at",
+        "trunk_imu",
+        "--max",
+        "0.1",
+        "--step",
+        "5",
+    ),
     "batch": ("bolt", "solo12", "--figures"),
-    "sweep": ("anymal_b", "--contact", "LF_FOOT", "--vary", "armature:*_KFE=0:0.1", "--sample", "20", "--rows", "csv"),
+    "sweep": (
+        "anymal_b",
+        "--contact",
+        "LF_FOOT",
+        "--vary",
+        "armature:*_KFE=0:0.1",
+        "--sample",
+        "20",
+        "--rows",
+        "csv",
+    ),
     "paper": ("1",),
 }
 
@@ -532,7 +729,9 @@ STUDIES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
-    """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a network."""
+    """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a
+    network.
+    """
     for module in ("show.folder", "paper.report"):
         monkeypatch.setattr(f"shockpc.{module}.plotly", lambda: None)
     good(capfd, study, *STUDIES[study], "--out", tmp_path)
@@ -546,8 +745,15 @@ def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
 
 
 ANSWERS = {
-    "place": (("anymal_b", "--contact", "LF_FOOT", "--body", "base"), "<caption>places on base", "<p>imu_link sees"),
-    "compare": (("anymal_b", "anymal_c", "--contact", "LF_FOOT"), 'alt="what changes between the designs"'),
+    "place": (
+        ("anymal_b", "--contact", "LF_FOOT", "--body", "base"),
+        "<caption>places on base",
+        "<p>imu_link sees",
+    ),
+    "compare": (
+        ("anymal_b", "anymal_c", "--contact", "LF_FOOT"),
+        'alt="what changes between the designs"',
+    ),
     "check": (("budgets.toml",), "<caption>budgets of 1 landing: 1 passed"),
 }
 """Arguments of commands, and what their pages begin with."""
@@ -558,7 +764,8 @@ ANSWERS = {
 def test_a_page_begins_with_the_answer_of_its_command(capfd, here, command):
     """Places, changes and outcomes are before the view of the landing."""
     (here / "budgets.toml").write_text(
-        '[[case]]\nname = "one"\nrobot = "anymal_b"\ncontact = "LF_FOOT"\n[[budget]]\nmetric = "shock"\nat = "imu_link"\nmax = 9\n'
+        '[[case]]\nname = "one"\nrobot = "anymal_b"\ncontact = "LF_FOOT"\n[[budget]]\nmetric = '
+        '"shock"\nat = "imu_link"\nmax = 9\n'
     )
     arguments, *answers = ANSWERS[command]
     good(capfd, command, *arguments, "--out", here / "out")
@@ -574,7 +781,9 @@ def test_tables_without_rows_are_left_out(moving):
     empty = Sheet("nothing to see", ("name", "number [m]"), ())
     text = html_of(report._replace(body=lambda full: [lines, empty, *others]))
     assert "nothing to see" not in text
-    assert "nothing to see" in html_of(report._replace(body=lambda full: [lines, empty._replace(rows=[("a", 1.0)]), *others]))
+    assert "nothing to see" in html_of(
+        report._replace(body=lambda full: [lines, empty._replace(rows=[("a", 1.0)]), *others])
+    )
 
 
 @BROWSER

@@ -1,4 +1,6 @@
-"""`shockpc identify`: simulated landings with known values, what data do not tell, and the measured tosses of two blocks."""
+"""`shockpc identify`: simulated landings with known values, what data do not tell, and the measured
+tosses of two blocks.
+"""
 
 import json
 import re
@@ -11,7 +13,17 @@ import pytest
 from commands import good, run, says
 from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene, simulated
 
-from shockpc import Joints, Rotor, Scene, StudyError, identify, read_scene, resolve, shock_profile, sweep
+from shockpc import (
+    Joints,
+    Rotor,
+    Scene,
+    StudyError,
+    identify,
+    read_scene,
+    resolve,
+    shock_profile,
+    sweep,
+)
 from shockpc.core.coulomb import solve_each, solve_friction
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.variation import variation
@@ -19,7 +31,13 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
 from shockpc.recordings.landings import RecordedLandings
-from shockpc.recordings.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
+from shockpc.recordings.prediction import (
+    Predictor,
+    base_in_world,
+    energy_norms,
+    mobilities,
+    predicting,
+)
 from shockpc.recordings.reader import rows_of
 from shockpc.recordings.table_files import read_table
 from shockpc.studies.identify.report import identify_report
@@ -43,7 +61,9 @@ def written(folder, table):
 
 
 def test_many_landings_with_friction_are_solved_as_one():
-    """Contacts that slide, stick, are frictionless, cannot move along a tangent, and such as gain energy."""
+    """Contacts that slide, stick, are frictionless, cannot move along a tangent, and such as gain
+    energy.
+    """
     draw, n = rng(1), 400
     B = draw.normal(size=(n, 3, 6))
     A, velocity = B @ B.swapaxes(1, 2), draw.normal(size=(n, 3))
@@ -54,17 +74,28 @@ def test_many_landings_with_friction_are_solved_as_one():
     found, refused = solve_each(A, velocity, mu, e), 0
     for i in range(n):
         solutions = solve_friction(A[i], velocity[i : i + 1], mu[i : i + 1], e[i : i + 1])
-        best = min(solutions, key=lambda solution: (solution.gains_energy, set(solution.state) != {"sticks"}), default=None)
+        best = min(
+            solutions,
+            key=lambda solution: (solution.gains_energy, set(solution.state) != {"sticks"}),
+            default=None,
+        )
         refused += (none := best is None or best.gains_energy)
-        np.testing.assert_allclose(found[i], np.full(3, np.nan) if none else best.impulse[0], rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(
+            found[i], np.full(3, np.nan) if none else best.impulse[0], rtol=1e-7, atol=1e-9
+        )
     assert 0 < refused < n / 2
 
 
 @pytest.mark.parametrize("kind", ["friction", "sticks", "scaled"])
 def test_predictions_are_those_of_the_landings(kind):
-    """The jumps that the engine computes row by row, with a proof or friction_of each, for the scene with these values."""
+    """The jumps that the engine computes row by row, with a proof or friction_of each, for the
+    scene with these values.
+    """
     table = blocks(rng(), 8)
-    robot, subjects = robot_of(TOSSED), {"friction": ("friction", "restitution"), "sticks": ("restitution",), "scaled": ()}[kind]
+    robot, subjects = (
+        robot_of(TOSSED),
+        {"friction": ("friction", "restitution"), "sticks": ("restitution",), "scaled": ()}[kind],
+    )
     rows = rows_of(table, landing_of(TOSSED, robot))
     unknowns = tuple(variation(robot, name, "0:1") for name in subjects)
     predictor = Predictor(rows, robot, unknowns, rows.measured)
@@ -73,14 +104,22 @@ def test_predictions_are_those_of_the_landings(kind):
     chunk = study.chunk(0, study.data(0))
     list(chunk.groups)
     landings = [proven_columns(chunk.profile(i), tuple(keys.values())) for i in range(study.rows)]
-    expected = base_in_world(study, keys, {name: np.array([landing[name] for landing in landings]) for name in landings[0]})
+    expected = base_in_world(
+        study,
+        keys,
+        {name: np.array([landing[name] for landing in landings]) for name in landings[0]},
+    )
     found = predictor((0.3, 0.25)[: len(unknowns)])
-    np.testing.assert_allclose(found.jumps, np.stack([expected[m.key] for m in rows.measured], axis=1), atol=1e-10)
+    np.testing.assert_allclose(
+        found.jumps, np.stack([expected[m.key] for m in rows.measured], axis=1), atol=1e-10
+    )
 
 
 @pytest.mark.slow
 def test_energies_count_what_the_base_cannot_do(here):
-    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the smallest for whatever the third does."""
+    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the smallest for whatever
+    the third does.
+    """
     table = leg(rng(), 4, here, noise=0.0)
     table |= {"before_rail": -np.ones(4), "after_rail": np.zeros(4)}
     scene, robot = leg_scene(here), robot_of(leg_scene(here))
@@ -95,20 +134,34 @@ def test_energies_count_what_the_base_cannot_do(here):
     np.testing.assert_allclose(energy_norms(mobilities(study), v, jumps), least, rtol=1e-12)
     known = dict.fromkeys(DRIVES, 0.01)
     table = simulated(
-        scene, {k: x for k, x in table.items() if k[:5] != "after"}, known, dict.fromkeys(("rail", "hip", "knee"), 0.0), rng()
+        scene,
+        {k: x for k, x in table.items() if k[:5] != "after"},
+        known,
+        dict.fromkeys(("rail", "hip", "knee"), 0.0),
+        rng(),
     )
     found = identify(table, scene, DRIVES)
     assert found.values == pytest.approx(known, rel=1e-3)
-    assert [column.group for column in found.predictor.measured] == ["sliding rates", "joint rates", "joint rates"]
+    assert [column.group for column in found.predictor.measured] == [
+        "sliding rates",
+        "joint rates",
+        "joint rates",
+    ]
 
 
 def test_sweeps_vary_restitution_and_rotors(here):
     leg(rng(), 3, here)
-    scene = replace(leg_scene(here), joints=Joints(rotor={"knee": Rotor(inertia=1e-5, gear_ratio=9.0)}))
-    table = sweep(scene, {"restitution": [0.0, 0.5], "rotor:knee": [1e-5, 1e-4]}, quantities=["delta_qd@knee"]).table()
+    scene = replace(
+        leg_scene(here), joints=Joints(rotor={"knee": Rotor(inertia=1e-5, gear_ratio=9.0)})
+    )
+    table = sweep(
+        scene, {"restitution": [0.0, 0.5], "rotor:knee": [1e-5, 1e-4]}, quantities=["delta_qd@knee"]
+    ).table()
     contact = replace(scene.contact[0], restitution=0.5)
     joints = Joints(rotor={"knee": Rotor(inertia=1e-4, gear_ratio=9.0)})
-    expected = shock_profile(replace(scene, contact=contact, joints=joints)).delta_qd[robot_of(scene).joint("knee").v.start]
+    expected = shock_profile(replace(scene, contact=contact, joints=joints)).delta_qd[
+        robot_of(scene).joint("knee").v.start
+    ]
     assert table.columns["delta_qd@knee"][-1] == pytest.approx(expected, rel=1e-9)
 
 
@@ -131,7 +184,12 @@ def test_intervals_hold_noisy_values():
         assert one.state == "identified"
         assert one.low < true < one.high
         assert one.high - one.low < 0.1
-    assert found.errors["free impulse"] < found.errors["after"] < found.errors["left out"] * 1.1 < found.errors["before"]
+    assert (
+        found.errors["free impulse"]
+        < found.errors["after"]
+        < found.errors["left out"] * 1.1
+        < found.errors["before"]
+    )
 
 
 @pytest.mark.slow
@@ -144,14 +202,29 @@ def test_a_drive_is_found_from_a_start_that_is_ten_times_off(here, capfd):
     assert found.values == pytest.approx({"armature:hip": 0.004, "armature:knee": 0.009}, rel=1e-3)
     words = [word for name, values in DRIVES.items() for word in ("--unknown", f"{name}={values}")]
     out = good(
-        capfd, "identify", written(here, table), "leg.urdf", "--contact", "foot", "--directions", "xz", *words, "--out", "out"
+        capfd,
+        "identify",
+        written(here, table),
+        "leg.urdf",
+        "--contact",
+        "foot",
+        "--directions",
+        "xz",
+        *words,
+        "--out",
+        "out",
     )
     assert re.search(r"armature:knee +kg m² +0.0090 ", out)
     drives = tomllib.loads((here / "out" / "drives.toml").read_text())["drive"]
     assert [drive["joint"] for drive in drives] == [["hip"], ["knee"]]
     for drive in drives:  # no nearer than drives of one type agree
-        assert drive["range"] == pytest.approx([0.8 * drive["armature"], 1.2 * drive["armature"]], rel=1e-3)
-    assert all(drive["status"] == "identified" and drive["source"].startswith("table.csv, 12 landings, ") for drive in drives)
+        assert drive["range"] == pytest.approx(
+            [0.8 * drive["armature"], 1.2 * drive["armature"]], rel=1e-3
+        )
+    assert all(
+        drive["status"] == "identified" and drive["source"].startswith("table.csv, 12 landings, ")
+        for drive in drives
+    )
     scene = read_scene(here / "out" / "scene.toml")
     by_hand = replace(leg_scene(here), joints=Joints(drives=str(here / "out" / "drives.toml")))
     for landing in (scene, by_hand):
@@ -160,14 +233,20 @@ def test_a_drive_is_found_from_a_start_that_is_ten_times_off(here, capfd):
     good(capfd, "analyze", "out/scene.toml")
     document = json.loads((here / "out" / "identify.json").read_text())
     assert document["tables"]["identify"][1]["value"] == pytest.approx(0.009, rel=1e-3)
-    assert {"identify.svg", "landings.csv", "report.md"} <= {file.name for file in (here / "out").iterdir()}
+    assert {"identify.svg", "landings.csv", "report.md"} <= {
+        file.name for file in (here / "out").iterdir()
+    }
 
 
 def test_a_rotor_behind_a_gear(here):
     """Its reflected inertia is the armature."""
     table = leg(rng(), 12, here, true={"armature:knee": 81.0 * 1e-4}, noise=0.0)
-    scene = replace(leg_scene(here), joints=Joints(rotor={"knee": Rotor(inertia=1e-6, gear_ratio=9.0)}))
-    assert identify(table, scene, {"rotor:knee": "1e-6:1e-2:log"}).values["rotor:knee"] == pytest.approx(1e-4, rel=1e-3)
+    scene = replace(
+        leg_scene(here), joints=Joints(rotor={"knee": Rotor(inertia=1e-6, gear_ratio=9.0)})
+    )
+    assert identify(table, scene, {"rotor:knee": "1e-6:1e-2:log"}).values[
+        "rotor:knee"
+    ] == pytest.approx(1e-4, rel=1e-3)
 
 
 def test_velocities_before_that_are_too_small():
@@ -175,18 +254,32 @@ def test_velocities_before_that_are_too_small():
     table = blocks(rng(), 20, noise=0.0)
     table |= {name: 0.9 * values for name, values in table.items() if name.startswith("before_")}
     found = identify(table, TOSSED, {**GROUND, "scale:before": "0.5:2"})
-    assert found.values == pytest.approx({"friction": 0.3, "restitution": 0.25, "scale:before": 1.0 / 0.9}, abs=1e-3)
+    assert found.values == pytest.approx(
+        {"friction": 0.3, "restitution": 0.25, "scale:before": 1.0 / 0.9}, abs=1e-3
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("more", [{}, {"gravity": False}, {"torque": {"knee": 4.0}}, {"motors": "none"}])
+@pytest.mark.parametrize(
+    "more", [{}, {"gravity": False}, {"torque": {"knee": 4.0}}, {"motors": "none"}]
+)
 def test_a_contact_stiffness_from_velocities_at_a_time(here, more):
-    """While the contact still presses; how stiff it is cannot be told from the end alone. What else counts on it may be given."""
+    """While the contact still presses; how stiff it is cannot be told from the end alone.
+
+    What else counts on it may be given.
+    """
     table = leg(rng(), 5, here, noise=0.0)
     scene = leg_scene(here)
     joints = {key: more[key] for key in more if key != "gravity"}
-    scene = replace(scene, contact_stiffness=5e4, gravity=more.get("gravity", True), joints=replace(scene.joints, **joints))
-    table |= {name.replace("after_", "after1ms_"): table.pop(name) for name in ("after_hip", "after_knee")}
+    scene = replace(
+        scene,
+        contact_stiffness=5e4,
+        gravity=more.get("gravity", True),
+        joints=replace(scene.joints, **joints),
+    )
+    table |= {
+        name.replace("after_", "after1ms_"): table.pop(name) for name in ("after_hip", "after_knee")
+    }
     rows = rows_of(table, landing_of(scene, robot_of(scene)))
     jumps = Predictor(rows, robot_of(scene), (), rows.measured)(None).jumps
     table |= {
@@ -194,7 +287,9 @@ def test_a_contact_stiffness_from_velocities_at_a_time(here, more):
         for column, jump in zip(rows.measured, jumps.T, strict=True)
     }
     found = identify(
-        table, replace(scene, contact_stiffness=2e4) if more else leg_scene(here), {"contact-stiffness": "1e4:1e6:log"}
+        table,
+        replace(scene, contact_stiffness=2e4) if more else leg_scene(here),
+        {"contact-stiffness": "1e4:1e6:log"},
     )
     assert found.values["contact-stiffness"] == pytest.approx(5e4, rel=1e-3)
     with pytest.raises(StudyError, match="does not say when it was measured"):
@@ -226,7 +321,11 @@ def test_rows_and_cells_without_numbers_are_left_out():
 
 def test_an_unknown_without_influence():
     """A spring gives no impulse in an instant."""
-    found = identify(blocks(rng(), 20), TOSSED, {"friction": "0:1.5", "joint-stiffness:hinge_1_to_2": "1:1000:log"})
+    found = identify(
+        blocks(rng(), 20),
+        TOSSED,
+        {"friction": "0:1.5", "joint-stiffness:hinge_1_to_2": "1:1000:log"},
+    )
     assert [one.state for one in found.unknowns] == ["identified", "no influence"]
     assert says(found.statements[0], "joint-stiffness:hinge_1_to_2", "no influence")
 
@@ -244,16 +343,23 @@ def test_unknowns_that_do_the_same(here):
 def test_a_value_at_its_bound():
     found = identify(blocks(rng(), 30), TOSSED, {"friction": "0.6:1.5", "restitution": "0:1"})
     friction, restitution = found.unknowns
-    assert (friction.state, friction.value, restitution.state) == ("at its bound", 0.6, "identified")
+    assert (friction.state, friction.value, restitution.state) == (
+        "at its bound",
+        0.6,
+        "identified",
+    )
     assert np.isnan([friction.low, friction.high]).all()
     assert any(text.startswith("friction is at the bound 0.6") for text in found.statements)
 
 
 def test_nothing_is_identified_where_the_error_does_not_fall(here):
-    """Of 15 landings the scene predicts eight exactly, and the fit moves away from them for the sake of seven others."""
+    """Of 15 landings the scene predicts eight exactly, and the fit moves away from them for the
+    sake of seven others.
+    """
     scene = replace(leg_scene(here), joints=Joints(armature={"hip": 0.004, "knee": 0.009}))
     table, others = (
-        leg(rng(), 15, here, true={"armature:hip": 0.004, "armature:knee": knee}, noise=0.0) for knee in (0.009, 0.016)
+        leg(rng(), 15, here, true={"armature:hip": 0.004, "armature:knee": knee}, noise=0.0)
+        for knee in (0.009, 0.016)
     )
     for name in table:
         if name.startswith("after"):
@@ -270,20 +376,34 @@ def test_nothing_is_identified_where_the_error_does_not_fall(here):
 
 
 def test_control_that_holds_a_joint_acts_as_inertia(here):
-    """M Δq̇ + Δ(impulse of the damping) = 0: a damping k_d over a window t is an armature k_d t, in the data and in the answer."""
+    """M Δq̇ + Δ(impulse of the damping) = 0: a damping k_d over a window t is an armature k_d t, in
+    the data and in the answer.
+    """
     damping, window = 2.0, 6e-3
-    held = leg(rng(), 12, here, true={"armature:hip": 0.004, "armature:knee": 0.009 + damping * window}, noise=0.0)
+    held = leg(
+        rng(),
+        12,
+        here,
+        true={"armature:hip": 0.004, "armature:knee": 0.009 + damping * window},
+        noise=0.0,
+    )
     held = {re.sub("^after_", "after6ms_", name): values for name, values in held.items()}
-    found = identify(held, leg_scene(here), {"armature:hip": "0.0003:0.3:log", "armature:knee": "0.0003:0.3:log"})
+    found = identify(
+        held, leg_scene(here), {"armature:hip": "0.0003:0.3:log", "armature:knee": "0.0003:0.3:log"}
+    )
     assert found.values["armature:knee"] - damping * window == pytest.approx(0.009, rel=1e-3)
     (text,) = [text for text in found.statements if "damping k_d" in text]
     assert says(text, "0.006 s × k_d in 6 ms", "0.012 kg m² at k_d = 2 N m s/rad")
-    assert not any("damping k_d" in text for text in identify(blocks(rng(), 20), TOSSED, GROUND).statements)
+    assert not any(
+        "damping k_d" in text for text in identify(blocks(rng(), 20), TOSSED, GROUND).statements
+    )
 
 
 def test_landings_in_one_posture_identify_nothing(here):
     """However many there are."""
-    found = identify(leg(rng(), 30, here, alike=0.005), leg_scene(here), {"armature:knee": "0.0003:0.3:log"})
+    found = identify(
+        leg(rng(), 30, here, alike=0.005), leg_scene(here), {"armature:knee": "0.0003:0.3:log"}
+    )
     assert found.unknowns[0].state == "not identifiable"
     assert np.isnan(found.unknowns[0].low)
     assert "not identifiable: the 30 landings are all alike" in found.statements[0]
@@ -291,14 +411,27 @@ def test_landings_in_one_posture_identify_nothing(here):
 
 @pytest.mark.slow
 def test_noise_weighs_what_was_measured_and_tells_a_wrong_model():
-    """Velocities that no pattern fits are not used; with the true noise nothing is left, with less the model is wrong."""
+    """Velocities that no pattern fits are not used; with the true noise nothing is left, with less
+    the model is wrong.
+    """
     table = blocks(rng(1), 40)
     noise = {"v?": 0.1, "w?": 1.0}
     found = identify(table, TOSSED, GROUND, noise=noise)
-    assert [column.name for column in found.predictor.measured] == ["vx", "vy", "vz", "wx", "wy", "wz"]
+    assert [column.name for column in found.predictor.measured] == [
+        "vx",
+        "vy",
+        "vz",
+        "wx",
+        "wy",
+        "wz",
+    ]
     assert not any("beyond the noise" in text for text in found.statements)
-    wrong = identify(table, TOSSED, GROUND, noise={name: 0.5 * sigma for name, sigma in noise.items()})
-    assert any("what is left is 2" in text or "what is left is 1.9" in text for text in wrong.statements)
+    wrong = identify(
+        table, TOSSED, GROUND, noise={name: 0.5 * sigma for name, sigma in noise.items()}
+    )
+    assert any(
+        "what is left is 2" in text or "what is left is 1.9" in text for text in wrong.statements
+    )
 
 
 def test_a_model_that_is_wrong_beyond_the_scatter(here):
@@ -306,7 +439,9 @@ def test_a_model_that_is_wrong_beyond_the_scatter(here):
     table = leg(rng(), 30, here, true={"armature:hip": 0.004}, noise=0.05)
     table["after_knee"] = table["before_knee"] + 2.0 * (table["after_knee"] - table["before_knee"])
     found = identify(table, leg_scene(here), {"armature:hip": "0.0003:0.3:log"})
-    assert any("still wrong beyond the scatter" in text and "knee" in text for text in found.statements)
+    assert any(
+        "still wrong beyond the scatter" in text and "knee" in text for text in found.statements
+    )
 
 
 def test_what_was_not_measured_is_not_wrong(here):
@@ -324,7 +459,9 @@ def test_what_was_not_measured_is_not_wrong(here):
 
 @pytest.mark.slow
 def test_the_measured_tosses_of_two_blocks():
-    """Those with one clear contact: an independent solution found friction 0.19, restitution 0.29 and an error of 0.30."""
+    """Those with one clear contact: an independent solution found friction 0.19, restitution 0.29
+    and an error of 0.30.
+    """
     table = read_table(BLOCKS.parent / "elbow_landings.csv")
     table = {name: values[table["gap"] > 0.006] for name, values in table.items() if name != "gap"}
     found = identify(table, TOSSED, GROUND)
@@ -362,14 +499,24 @@ def test_a_table_that_says_too_little():
     with pytest.raises(StudyError, match="do not identify 2 unknowns"):
         identify({name: values[:2] for name, values in table.items()}, TOSSED, GROUND)
     with pytest.raises(StudyError, match="measured no velocity after the impact"):
-        identify({name: values for name, values in table.items() if not name.startswith("after_")}, TOSSED, GROUND)
+        identify(
+            {name: values for name, values in table.items() if not name.startswith("after_")},
+            TOSSED,
+            GROUND,
+        )
 
 
 def test_a_table_in_which_nothing_was_moved():
-    """Velocities measured after the impact that are those before it say nothing of a landing, and no error is relative to them."""
+    """Velocities measured after the impact that are those before it say nothing of a landing, and
+    no error is relative to them.
+    """
     table = blocks(rng(), 6)
-    still = table | {name: table[name.replace("after", "before")] for name in table if name.startswith("after")}
-    with pytest.raises(StudyError, match="in 6 of the table all measured velocities are those before"):
+    still = table | {
+        name: table[name.replace("after", "before")] for name in table if name.startswith("after")
+    }
+    with pytest.raises(
+        StudyError, match="in 6 of the table all measured velocities are those before"
+    ):
         identify(still, TOSSED, GROUND)
 
 

@@ -1,4 +1,6 @@
-"""Step 1 on arrays alone: the paper's equation, its special forms, and rows that repeat or contradict one another."""
+"""Step 1 on arrays alone: the paper's equation, its special forms, and rows that repeat or
+contradict one another.
+"""
 
 import numpy as np
 import pytest
@@ -15,10 +17,17 @@ TIGHT = 1e-9  # conditions up to 1e6 in what is drawn here
 
 
 def system(seed, n, rows, k=2):
-    """A random inertia with units over three decades, rows, speeds to be undone, and the generator that made them."""
+    """A random inertia with units over three decades, rows, speeds to be undone, and the generator
+    that made them.
+    """
     rng = np.random.default_rng(seed)
     A = rng.normal(size=(n, n)) * 10.0 ** rng.uniform(-1.5, 1.5, (n, 1))
-    return A @ A.T + 0.01 * np.diag(np.diag(A @ A.T)), rng.normal(size=(rows, n)), rng.normal(size=(rows, k)), rng
+    return (
+        A @ A.T + 0.01 * np.diag(np.diag(A @ A.T)),
+        rng.normal(size=(rows, n)),
+        rng.normal(size=(rows, k)),
+        rng,
+    )
 
 
 def solved(H, J, b, terms=None):
@@ -36,7 +45,9 @@ def apart(one, other, tolerance):
 
 @given(SEEDS, SIZES, st.data())
 def test_the_solution_meets_the_equation_of_the_paper(seed, n, data):
-    """Eq. 4, assembled whole and solved as one matrix, gives the same jump and the same multipliers."""
+    """Eq. 4, assembled whole and solved as one matrix, gives the same jump and the same
+    multipliers.
+    """
     nc = data.draw(st.integers(1, n))
     H, J, b, _ = system(seed, n, nc)
     whole = np.block([[H, J.T], [J, np.zeros((nc, nc))]])
@@ -50,7 +61,9 @@ def test_the_solution_meets_the_equation_of_the_paper(seed, n, data):
 
 @given(SEEDS, st.integers(2, 12), st.data())
 def test_contact_at_the_joints_is_the_partition_of_eq_6(seed, n, data):
-    """Where the contact stops joints themselves (Eq. 5, H Δq̇ = [ι; 0]): Δq̇₁ = −q̇₁⁻ and Δq̇₂ = H₂₂⁻¹ H₂₁ q̇₁⁻."""
+    """Where the contact stops joints themselves (Eq. 5, H Δq̇ = [ι; 0]): Δq̇₁ = −q̇₁⁻ and Δq̇₂ =
+    H₂₂⁻¹ H₂₁ q̇₁⁻.
+    """
     n1 = data.draw(st.integers(1, n - 1))
     H, _, q1, _ = system(seed, n, n1)
     delta_qd, impulse, *_ = solved(H, np.eye(n)[:n1], q1)
@@ -61,13 +74,18 @@ def test_contact_at_the_joints_is_the_partition_of_eq_6(seed, n, data):
 
 @given(SEEDS, st.integers(2, 10), st.integers(1, 3), st.data())
 def test_repeated_rows_change_no_jump(seed, n, k, data):
-    """Rows that are sums of others leave Δq̇ and J_cᵀ λ alone and lower the rank; impulses along all of these are not determined."""
+    """Rows that are sums of others leave Δq̇ and J_cᵀ λ alone and lower the rank; impulses along
+    all of these are not determined.
+    """
     nc = data.draw(st.integers(1, min(n, 4)))
     H, J, b, rng = system(seed, n, nc)
     mix = rng.normal(size=(k, nc))
     mix[:, 0] = 0.0  # the first row stays alone
     more, speeds = np.vstack([J, mix @ J]), np.vstack([b, mix @ b])
-    alone, doubled = solved(H, J, b), solved(H, more, speeds, np.vstack([np.abs(J), np.abs(mix) @ np.abs(J)]))
+    alone, doubled = (
+        solved(H, J, b),
+        solved(H, more, speeds, np.vstack([np.abs(J), np.abs(mix) @ np.abs(J)])),
+    )
     worse = TIGHT * np.linalg.cond(J)
     apart(doubled[0], alone[0], worse)
     assert doubled[3] == nc
@@ -87,7 +105,15 @@ def test_repeated_rows_change_no_jump(seed, n, k, data):
 
 @pytest.mark.parametrize(
     ("distance", "rank", "uncertain"),
-    [(0.0, 1, False), (1e-16, 1, False), (1e-14, 1, True), (5e-14, 2, True), (1e-12, 2, False), (1e-6, 2, False), (1.0, 2, False)],
+    [
+        (0.0, 1, False),
+        (1e-16, 1, False),
+        (1e-14, 1, True),
+        (5e-14, 2, True),
+        (1e-12, 2, False),
+        (1e-6, 2, False),
+        (1.0, 2, False),
+    ],
 )
 def test_rows_count_as_repeated_only_within_rounding(distance, rank, uncertain):
     """Two rows an angle apart: two, one, or so near the limit of 64 ε √2 that rounding decides."""
@@ -97,9 +123,13 @@ def test_rows_count_as_repeated_only_within_rounding(distance, rank, uncertain):
 
 
 def test_a_row_that_hardly_moves_hides_no_other():
-    """A row of 1e-12 of its terms, beside two that are 1e-6 apart: each is compared with its rounding."""
+    """A row of 1e-12 of its terms, beside two that are 1e-6 apart: each is compared with its
+    rounding.
+    """
     J = np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1e-12]])
-    choice = independent_rows(J, np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1.0]]), np.ones(3), np.ones(3))
+    choice = independent_rows(
+        J, np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1.0]]), np.ones(3), np.ones(3)
+    )
     assert choice.rows.tolist() == [0, 1, 2]
 
 
@@ -116,7 +146,9 @@ def test_units_decide_no_rank(unit):
 @pytest.mark.parametrize(("small", "rank"), [(1e-8, 3), (1e-17, 2)])
 def test_a_row_along_which_nothing_moves_takes_no_impulse(small, rank):
     """One along which the mechanism moves a little does."""
-    delta_qd, impulse, _, found = solved(np.eye(3), np.diag([1.0, 1.0, small]), np.ones((3, 1)), np.eye(3))
+    delta_qd, impulse, _, found = solved(
+        np.eye(3), np.diag([1.0, 1.0, small]), np.ones((3, 1)), np.eye(3)
+    )
     assert found == rank
     assert bool(impulse[2, 0]) is (rank == 3)
     np.testing.assert_allclose(delta_qd[2], -1.0 / small if rank == 3 else 0.0, rtol=1e-12)
@@ -132,7 +164,9 @@ SINGULAR = {
 
 @pytest.mark.parametrize("name", SINGULAR)
 def test_velocities_without_inertia_are_found(name):
-    """One without inertia is named by itself, those that share one are named together; in many postures they give no number."""
+    """One without inertia is named by itself, those that share one are named together; in many
+    postures they give no number.
+    """
     H, columns = SINGULAR[name]
     assert weakest_columns(H) == columns
     both = np.stack([H, np.eye(len(H))])

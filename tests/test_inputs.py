@@ -1,4 +1,6 @@
-"""No command writes over, or removes, a file that it reads: every form of input, in the place of an output."""
+"""No command writes over, or removes, a file that it reads: every form of input, in the place of an
+output.
+"""
 
 import os
 import shutil
@@ -13,7 +15,9 @@ from commands import ROBOTS, STICK, good, run
 LANDINGS = {"knee": np.array([0.1, 0.2, 0.3]), "vz": np.array([-1.0, -1.2, -0.9])}
 CSV = "knee,vz\n0.1,-1\n0.2,-1.2\n"
 DRIVES = '[[drive]]\njoint = ["knee"]\narmature = 0.01\nsource = "measured"\n'
-BUDGET = '[[case]]\nname = "land"\nscene = "{}"\n\n[[budget]]\nat = "body"\nmetric = "shock"\nmax = 5\n'
+BUDGET = (
+    '[[case]]\nname = "land"\nscene = "{}"\n\n[[budget]]\nat = "body"\nmetric = "shock"\nmax = 5\n'
+)
 LANDING = '{}\n[[contact]]\nframe = "foot"\n'
 CASES = {
     "urdf": 'robot = "robot.urdf"\nsrdf = "robot.srdf"',
@@ -26,7 +30,9 @@ CASES = {
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a robot in each format, its meshes, scenes, budgets, drives and recorded landings."""
+    """A folder with a robot in each format, its meshes, scenes, budgets, drives and recorded
+    landings.
+    """
     folder = Path(shutil.copytree(ROBOTS / "stick", tmp_path / "stick"))
     for name, text in CASES.items():
         (folder / f"{name}.toml").write_text(LANDING.format(text))
@@ -36,7 +42,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "table.csv").write_text(CSV)
     np.savez(folder / "table.npz", **LANDINGS)
     pyarrow.parquet.write_table(pyarrow.table(LANDINGS), folder / "table.parquet")
-    (folder / "log.csv").write_text("time,z,knee\n" + "".join(f"{0.001 * k},1,0\n" for k in range(99)))
+    (folder / "log.csv").write_text(
+        "time,z,knee\n" + "".join(f"{0.001 * k},1,0\n" for k in range(99))
+    )
     (folder / "scenes").mkdir()
     (folder / "scenes" / "jump.toml").write_text(LANDING.format('robot = "../plain.urdf"'))
     monkeypatch.chdir(folder)
@@ -64,13 +72,25 @@ FILES = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("again", [False, True], ids=["first command", "second command of a process"])
+@pytest.mark.parametrize(
+    "again", [False, True], ids=["first command", "second command of a process"]
+)
 @pytest.mark.parametrize("form", FILES)
 def test_no_file_of_a_check_is_replaced(capfd, here, form, again):
-    """--format json=FILE may name any file; robots, meshes and drives of an earlier command are kept in memory, but are inputs."""
+    """--format json=FILE may name any file; robots, meshes and drives of an earlier command are
+    kept in memory, but are inputs.
+    """
     file, case, more = FILES[form]
     if form == "baseline":
-        good(capfd, "check", f"{case}-budgets.toml", *more, "--update-baseline", "--format", "table=first.txt")
+        good(
+            capfd,
+            "check",
+            f"{case}-budgets.toml",
+            *more,
+            "--update-baseline",
+            "--format",
+            "table=first.txt",
+        )
     elif again:
         run(capfd, "check", f"{case}-budgets.toml", "--out", "before")
     before = (here / file).read_bytes()
@@ -98,24 +118,64 @@ COMMANDS = {
     "table as CSV": ("table.csv", "landings.csv", lambda file: ("recorded", file, *TABLE)),
     "table as NPZ": ("table.npz", "landings.csv", lambda file: ("recorded", file, *TABLE)),
     "table as Parquet": ("table.parquet", "recorded.json", lambda file: ("recorded", file, *TABLE)),
-    "table of several processes": ("table.csv", "recorded.svg", lambda file: ("recorded", file, *TABLE, "--jobs", 2)),
-    "robot of a table": ("plain.urdf", "report.md", lambda file: ("recorded", "table.csv", file, *TABLE[1:])),
+    "table of several processes": (
+        "table.csv",
+        "recorded.svg",
+        lambda file: ("recorded", file, *TABLE, "--jobs", 2),
+    ),
+    "robot of a table": (
+        "plain.urdf",
+        "report.md",
+        lambda file: ("recorded", "table.csv", file, *TABLE[1:]),
+    ),
     "analyze": ("plain.urdf", "bodies.csv", lambda file: ("analyze", file, *LAND)),
     "analyze a scene": ("urdf.toml", "profile.json", lambda file: ("analyze", file)),
     "analyze a case": ("urdf-budgets.toml", "shock.svg", lambda file: ("analyze", f"{file}:land")),
-    "SRDF": ("robot.srdf", "joints.csv", lambda file: ("analyze", "plain.urdf", *LAND, "--srdf", file)),
-    "drives": ("drives.toml", "report.html", lambda file: ("analyze", "plain.urdf", *LAND, "--drives", file)),
+    "SRDF": (
+        "robot.srdf",
+        "joints.csv",
+        lambda file: ("analyze", "plain.urdf", *LAND, "--srdf", file),
+    ),
+    "drives": (
+        "drives.toml",
+        "report.html",
+        lambda file: ("analyze", "plain.urdf", *LAND, "--drives", file),
+    ),
     "mesh": ("part.stl", "shock.png", lambda _: ("analyze", "robot.urdf", *LAND)),
     "batch": ("plain.urdf", "batch.csv", lambda file: ("batch", file, "robot.xml")),
-    "batch of several processes": ("plain.urdf", "batch.csv", lambda file: ("batch", file, "robot.xml", "--jobs", 2)),
+    "batch of several processes": (
+        "plain.urdf",
+        "batch.csv",
+        lambda file: ("batch", file, "robot.xml", "--jobs", 2),
+    ),
     "compare": ("plain.urdf", "compare.svg", lambda file: ("compare", file, "robot.urdf", *LAND)),
-    "limits": ("plain.urdf", "postures.csv", lambda file: ("limits", file, *LAND, "--joint", "knee", "--at", "body", "--max", 0.5)),
-    "sensitivity": ("plain.urdf", "report.md", lambda file: ("sensitivity", file, *LAND, "--at", "body")),
-    "place": ("plain.urdf", "places.csv", lambda file: ("place", file, *LAND, "--body", "body", "--within", "0:0.1,0:0.1,0:0.1")),
+    "limits": (
+        "plain.urdf",
+        "postures.csv",
+        lambda file: ("limits", file, *LAND, "--joint", "knee", "--at", "body", "--max", 0.5),
+    ),
+    "sensitivity": (
+        "plain.urdf",
+        "report.md",
+        lambda file: ("sensitivity", file, *LAND, "--at", "body"),
+    ),
+    "place": (
+        "plain.urdf",
+        "places.csv",
+        lambda file: ("place", file, *LAND, "--body", "body", "--within", "0:0.1,0:0.1,0:0.1"),
+    ),
     "bench": ("plain.urdf", "landing.md", lambda file: ("bench", file, *LAND)),
-    "sweep": ("plain.urdf", "summary.md", lambda file: ("sweep", file, *LAND, "--vary", "knee=0:10:3", "--rows", "csv")),
-    "touchdowns": ("log.csv", "touchdowns.csv", lambda file: ("touchdowns", file, "plain.urdf", *LAND)),
-}  # fmt: skip
+    "sweep": (
+        "plain.urdf",
+        "summary.md",
+        lambda file: ("sweep", file, *LAND, "--vary", "knee=0:10:3", "--rows", "csv"),
+    ),
+    "touchdowns": (
+        "log.csv",
+        "touchdowns.csv",
+        lambda file: ("touchdowns", file, "plain.urdf", *LAND),
+    ),
+}
 """The input, the output in its place, and the command on the input."""
 
 
@@ -136,9 +196,13 @@ def test_no_output_of_a_study_replaces_its_input(capfd, here, form):
 
 @pytest.mark.parametrize("name", ["landings.csv", "recorded.json", "report.md", "measured.csv"])
 def test_an_input_in_the_folder_of_results_stays(capfd, here, name):
-    """Refused where a result would have its name; kept where an earlier run could have left a result there."""
+    """Refused where a result would have its name; kept where an earlier run could have left a
+    result there.
+    """
     (here / "out").mkdir()
-    robot, table = ("plain.urdf", f"out/{name}") if name.endswith(".csv") else (f"out/{name}", "table.csv")
+    robot, table = (
+        ("plain.urdf", f"out/{name}") if name.endswith(".csv") else (f"out/{name}", "table.csv")
+    )
     (here / ("table.csv" if robot == "plain.urdf" else "plain.urdf")).rename(here / "out" / name)
     before = (here / "out" / name).read_bytes()
     outcome = run(capfd, "recorded", table, robot, *TABLE[1:], *OUT)
@@ -148,8 +212,12 @@ def test_an_input_in_the_folder_of_results_stays(capfd, here, name):
 
 @pytest.mark.slow
 def test_a_second_run_without_measurements_leaves_none(capfd, here):
-    """The files measured.* are results of `recorded`: those of an earlier table do not stay beside the new results."""
-    (here / "measured.csv").write_text("knee,before_knee,vz,after_knee\n0.1,0,-1,2\n0.2,0,-1.2,3\n0.3,0,-1.1,2.5\n")
+    """The files measured.* are results of `recorded`: those of an earlier table do not stay beside
+    the new results.
+    """
+    (here / "measured.csv").write_text(
+        "knee,before_knee,vz,after_knee\n0.1,0,-1,2\n0.2,0,-1.2,3\n0.3,0,-1.1,2.5\n"
+    )
     of_measurements = {"measured.csv", "measured.svg", "measured.png"}
     for table, left in (("measured.csv", of_measurements), ("table.csv", set())):
         assert run(capfd, "recorded", table, *TABLE, *OUT).code == 0
@@ -171,7 +239,10 @@ def test_a_part_of_rows_is_no_link_to_an_input(capfd, here):
     assert (outcome.code, (here / "plain.urdf").read_bytes()) == (2, before), outcome.err
 
 
-@pytest.mark.parametrize(("form", "name"), [("scene", "geared.toml"), ("drives", "drives.toml"), ("budgets", "urdf-budgets.toml")])
+@pytest.mark.parametrize(
+    ("form", "name"),
+    [("scene", "geared.toml"), ("drives", "drives.toml"), ("budgets", "urdf-budgets.toml")],
+)
 def test_a_saved_scene_replaces_a_scene_alone(capfd, here, form, name):
     """--force is for the scene that a command reads, not for another file of TOML that it reads."""
     before = (here / name).read_bytes()

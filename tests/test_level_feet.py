@@ -1,4 +1,6 @@
-"""Which feet land together: the landings of a robot without contacts, and of a landing on some of several level feet."""
+"""Which feet land together: the landings of a robot without contacts, and of a landing on some of
+several level feet.
+"""
 
 import json
 from dataclasses import replace
@@ -18,7 +20,8 @@ from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.robot.load import load_robot
 from shockpc.text.errors import SceneError
 
-# Shock at an IMU, 1 m/s straight down in the default posture, of an independent dense solution (CRBA, frame Jacobians).
+# Shock at an IMU, 1 m/s straight down in the default posture, of an independent dense solution
+# (CRBA, frame Jacobians).
 GO2 = {
     "FL_foot+FR_foot+RL_foot+RR_foot": 0.186132,
     "FL_foot+FR_foot": 0.076117,
@@ -52,8 +55,16 @@ HYQ = {
     "rf_foot": 0.005457,
     "rh_foot": 0.004558,
 }
-G1 = {"left_ankle_roll_link+right_ankle_roll_link": 0.498531, "left_ankle_roll_link": 0.245673, "right_ankle_roll_link": 0.245647}
-TALOS = {"left_sole_link+right_sole_link": 0.876107, "left_sole_link": 0.735733, "right_sole_link": 0.735699}
+G1 = {
+    "left_ankle_roll_link+right_ankle_roll_link": 0.498531,
+    "left_ankle_roll_link": 0.245673,
+    "right_ankle_roll_link": 0.245647,
+}
+TALOS = {
+    "left_sole_link+right_sole_link": 0.876107,
+    "left_sole_link": 0.735733,
+    "right_sole_link": 0.735699,
+}
 CALF = {
     "FL_shank+FR_shank+RL_shank+RR_shank": 0.042182,
     "FL_shank+FR_shank": 0.020900,
@@ -77,7 +88,13 @@ ANKLE = {
     "RR_foot": 0.009993,
 }
 SOLES = {"left_foot+right_foot": 0.181483, "left_foot": 0.095134, "right_foot": 0.095134}
-UNEVEN = {"RL_foot+RR_foot": 0.024396, "FL_foot": 0.013743, "FR_foot": 0.009728, "RL_foot": 0.017564, "RR_foot": 0.011015}
+UNEVEN = {
+    "RL_foot+RR_foot": 0.024396,
+    "FL_foot": 0.013743,
+    "FR_foot": 0.009728,
+    "RL_foot": 0.017564,
+    "RR_foot": 0.011015,
+}
 DIAGONAL = Joints(carried=False)
 """The numbers above are by solutions with rotors on the diagonal of the inertia alone."""
 
@@ -86,7 +103,10 @@ PAIR = ("FL_foot+FR_foot", "FL_foot+RL_foot", "FR_foot+RR_foot", "RL_foot+RR_foo
 
 def landed(robot, scene) -> list[str]:
     """What strikes in each default landing of a scene."""
-    return ["+".join(contact.frame for contact in contacts) for contacts in default_landings(robot, scene)]
+    return [
+        "+".join(contact.frame for contact in contacts)
+        for contacts in default_landings(robot, scene)
+    ]
 
 
 def at_imu(profile) -> float:
@@ -96,7 +116,9 @@ def at_imu(profile) -> float:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A folder with robots whose feet differ: spheres on calves, ankles, longer hind legs, a foot without geometry, soles."""
+    """A folder with robots whose feet differ: spheres on calves, ankles, longer hind legs, a foot
+    without geometry, soles.
+    """
     folder = tmp_path_factory.mktemp("robots")
     quadruped(folder, "q_calf", "sphere_on_calf")
     quadruped(folder, "q_ankle", "ankle")
@@ -109,22 +131,37 @@ def made(tmp_path_factory):
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("go2", GO2), ("anymal_b", ANYMAL), ("hyq", HYQ), ("g1", G1), ("talos", TALOS), ("q_calf.urdf", CALF),
-        ("q_ankle.urdf", ANKLE), ("b_soles.urdf", SOLES), ("q_uneven.urdf", UNEVEN),
+        ("go2", GO2),
+        ("anymal_b", ANYMAL),
+        ("hyq", HYQ),
+        ("g1", G1),
+        ("talos", TALOS),
+        ("q_calf.urdf", CALF),
+        ("q_ankle.urdf", ANKLE),
+        ("b_soles.urdf", SOLES),
+        ("q_uneven.urdf", UNEVEN),
     ],
-)  # fmt: skip
+)
 def test_landings_without_contacts_are_all_level_feet_edges_and_single_feet(made, name, expected):
     path = str(made / name) if name.endswith(".urdf") else name
     robot, scene = load_robot(path), Scene(robot=path, joints=DIAGONAL)
     assert landed(robot, scene) == list(expected)
-    found = [at_imu(shock_profile(replace(scene, contact=contacts), robot)) for contacts in default_landings(robot, scene)]
+    found = [
+        at_imu(shock_profile(replace(scene, contact=contacts), robot))
+        for contacts in default_landings(robot, scene)
+    ]
     np.testing.assert_allclose(found, list(expected.values()), rtol=0, atol=1e-6)
 
 
 def test_soles_carry_a_landing_together_that_tips_each_alone(made):
-    """With locked joints the centre of mass is between the soles; it comes to rest on both, and pivots about an edge of one."""
+    """With locked joints the centre of mass is between the soles; it comes to rest on both, and
+    pivots about an edge of one.
+    """
     path = str(made / "b_soles.urdf")
-    for feet, kind, shock in ((("left_foot", "right_foot"), "flat", 1.0), (("left_foot",), "edge", 0.998185)):
+    for feet, kind, shock in (
+        (("left_foot", "right_foot"), "flat", 1.0),
+        (("left_foot",), "edge", 0.998185),
+    ):
         profile = shock_profile(Scene(robot=path, contact=feet, joints=Joints(model="locked")))
         assert {contact.kind for contact in profile.scene.contact} == {kind}
         assert at_imu(profile) == pytest.approx(shock, abs=1e-6)
@@ -139,12 +176,17 @@ def test_the_tolerance_the_tilt_and_the_normal_decide_which_feet_are_level(made)
     for rpy, pair in (((0.0, 10.0, 0.0), PAIR[0]), ((10.0, 0.0, 0.0), PAIR[2])):
         tilted = landed(go2, Scene(robot="go2", posture=Posture(base_rpy_deg=rpy)))
         assert (len(tilted), tilted[0]) == (5, pair)
-    slope = default_landings(go2, Scene(robot="go2"), (np.sin(np.radians(10.0)), 0.0, np.cos(np.radians(10.0))))
+    slope = default_landings(
+        go2, Scene(robot="go2"), (np.sin(np.radians(10.0)), 0.0, np.cos(np.radians(10.0)))
+    )
     assert [contact.frame for contact in slope[0]] == PAIR[3].split("+")
 
 
 def test_frames_are_compared_where_a_foot_has_no_geometry(made):
-    assert landed(load_robot(made / "q_bare.urdf"), Scene(robot="q_bare"))[0] == "FL_foot+FR_foot+RL_foot+RR_foot"
+    assert (
+        landed(load_robot(made / "q_bare.urdf"), Scene(robot="q_bare"))[0]
+        == "FL_foot+FR_foot+RL_foot+RR_foot"
+    )
 
 
 @pytest.mark.parametrize(
@@ -156,7 +198,9 @@ def test_frames_are_compared_where_a_foot_has_no_geometry(made):
         ("ur5", {}, ["tool0"]),
     ],
 )
-def test_feet_land_singly_where_they_are_not_level_or_the_robot_does_not_fall(name, options, expected):
+def test_feet_land_singly_where_they_are_not_level_or_the_robot_does_not_fall(
+    name, options, expected
+):
     assert landed(load_robot(name), Scene(robot=name, **options)) == expected
 
 
@@ -165,12 +209,19 @@ def test_three_feet_on_one_edge_land_together():
     from shockpc.landing.level_feet import _edges
 
     points = np.array([(x, y, 0.0) for y in (0.2, -0.2) for x in (0.3, 0.0, -0.3)])
-    assert sorted(_edges(points, np.array([0.0, 0.0, 1.0]))) == [(0, 1, 2), (0, 3), (2, 5), (3, 4, 5)]
+    assert sorted(_edges(points, np.array([0.0, 0.0, 1.0]))) == [
+        (0, 1, 2),
+        (0, 3),
+        (2, 5),
+        (3, 4, 5),
+    ]
     assert _edges(points[:3], np.array([0.0, 0.0, 1.0])) == []
 
 
 def test_feasible_is_a_drop_on_all_level_feet():
-    """On some of several level feet only a tilt makes it: of the posture, or of a strike that rotates the robot."""
+    """On some of several level feet only a tilt makes it: of the posture, or of a strike that
+    rotates the robot.
+    """
 
     def values(feet: str, **scene) -> list[float]:
         profile = shock_profile(Scene(robot="go2", contact=tuple(feet.split("+")), **scene))
@@ -179,13 +230,19 @@ def test_feasible_is_a_drop_on_all_level_feet():
     assert values("FL_foot+FR_foot+RL_foot+RR_foot") == [1.0, 0.0]
     assert values(PAIR[0]) == values("FL_foot") == [0.0, 1.0]
     tilted = Posture(base_rpy_deg=(-10.0, 10.0, 0.0))
-    assert values("FL_foot", posture=tilted) == values("FL_foot", strike=Strike(angular_velocity=(0.0, 1.0, 0.0))) == [1.0, 0.0]
+    assert (
+        values("FL_foot", posture=tilted)
+        == values("FL_foot", strike=Strike(angular_velocity=(0.0, 1.0, 0.0)))
+        == [1.0, 0.0]
+    )
     assert values("FR_foot", posture=tilted) == [0.0, 0.0]
 
 
 def test_a_sweep_over_attitudes_keeps_named_feet_that_a_tilt_makes_land_alone():
     scene = Scene(robot="go2", contact="FL_foot")
-    table = shockpc.sweep(scene, {"base-pitch": [0.0, 10.0], "base-roll": [0.0, -10.0, 10.0]}, prove=0, feasible=True).table()
+    table = shockpc.sweep(
+        scene, {"base-pitch": [0.0, 10.0], "base-roll": [0.0, -10.0, 10.0]}, prove=0, feasible=True
+    ).table()
     name = "go2_description"
     assert table.columns["row"].tolist() == [0, 1, 3, 4]
     assert table.columns[f"feasible@{name}"].tolist() == [0.0, 0.0, 0.0, 1.0]
@@ -194,10 +251,23 @@ def test_a_sweep_over_attitudes_keeps_named_feet_that_a_tilt_makes_land_alone():
 
 def test_several_landings_are_one_table_with_the_worst_marked(capfd):
     lines = good(capfd, "analyze", "go2", "--drop-height", "0.3", "--no-carried").splitlines()
-    assert all(text in lines[0] for text in ("all four feet together: imu 0.1861", "worst single foot 0.0773"))
+    assert all(
+        text in lines[0]
+        for text in ("all four feet together: imu 0.1861", "worst single foot 0.0773")
+    )
     table = lines[lines.index(next(line for line in lines if line.startswith("───"))) + 1 :]
     rows = [line.split("  ")[0] for line in table[: len(GO2)]]
-    assert rows == ["all four feet", "FL + FR", "FL + RL", "FR + RR", "RL + RR", "FL", "FR", "RL", "RR"]
+    assert rows == [
+        "all four feet",
+        "FL + FR",
+        "FL + RL",
+        "FR + RR",
+        "RL + RR",
+        "FL",
+        "FR",
+        "RL",
+        "RR",
+    ]
     assert table[0].split()[3:5] == ["imu", "0.1861"]
     assert not any("imu" in line for line in table[1 : len(GO2)])
 
@@ -208,10 +278,15 @@ def test_one_foot_has_a_remark_that_names_the_other_level_feet(capfd):
     assert found.out.splitlines()[0].split(maxsplit=1)[1].startswith("FL_foot only: imu 0.0577")
     (remark,) = (line for line in found.out.splitlines() if line.startswith("level feet"))
     assert all(text in remark for text in ("FR_foot, RL_foot, RR_foot", "5 mm", "imu 0.1861"))
-    assert "level feet" not in good(capfd, "analyze", "go2", "--contact", "FL_foot", "--base-rpy=-10,10,0")
+    assert "level feet" not in good(
+        capfd, "analyze", "go2", "--contact", "FL_foot", "--base-rpy=-10,10,0"
+    )
 
 
-@pytest.mark.parametrize("words", [("limits", "--joint", "FL_calf_joint"), ("compare", "--change", "mass:base=1.1x"), ("sweep",)])
+@pytest.mark.parametrize(
+    "words",
+    [("limits", "--joint", "FL_calf_joint"), ("compare", "--change", "mass:base=1.1x"), ("sweep",)],
+)
 def test_commands_of_one_landing_ask_for_a_contact_all_level_feet_first(capfd, words):
     command, *others = words
     found = run(
@@ -238,7 +313,11 @@ def test_a_contact_above_a_foot_does_not_stand_for_the_foot(capfd):
 
 def test_standing_feet_leave_the_others_singly(capfd):
     document = json.loads(good(capfd, "analyze", "go2", "--stance", "FR_foot", "--format", "json"))
-    assert [one["tables"]["landing"][0]["contact"] for one in document] == ["FL_foot", "RL_foot", "RR_foot"]
+    assert [one["tables"]["landing"][0]["contact"] for one in document] == [
+        "FL_foot",
+        "RL_foot",
+        "RR_foot",
+    ]
 
 
 def test_studies_take_the_same_landings_of_a_scene_without_contacts():
@@ -249,7 +328,9 @@ def test_studies_take_the_same_landings_of_a_scene_without_contacts():
 
 
 def test_the_mean_decides_among_places_that_are_nearly_equal():
-    """The largest shock of nine landings, and of every subset of the feet, at the best place (independent bounds)."""
+    """The largest shock of nine landings, and of every subset of the feet, at the best place
+    (independent bounds).
+    """
     study = shockpc.place(Scene(robot="go2", joints=DIAGONAL), alternatives=0)
     (best,) = study.places
     assert study.landings == tuple(GO2)
@@ -259,5 +340,7 @@ def test_the_mean_decides_among_places_that_are_nearly_equal():
     feet = Contact(frame="FL_foot"), Contact(frame="RR_foot")
     diagonal = shock_profile(Scene(robot="go2", contact=feet, joints=DIAGONAL))
     assert float(diagonal.shock_at("base", best.position)) <= 0.1640
-    singles = {foot: Scene(robot="go2", contact=foot, joints=DIAGONAL) for foot in GO2 if "+" not in foot}
+    singles = {
+        foot: Scene(robot="go2", contact=foot, joints=DIAGONAL) for foot in GO2 if "+" not in foot
+    }
     assert shockpc.place(singles, alternatives=0).combined == pytest.approx(0.0487, abs=5e-5)

@@ -1,4 +1,6 @@
-"""What belongs to a robot or to a landing is held by it: it is computed once, and nothing else keeps either alive."""
+"""What belongs to a robot or to a landing is held by it: it is computed once, and nothing else
+keeps either alive.
+"""
 
 import gc
 import pickle
@@ -41,19 +43,29 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "stiffness": lambda robot: document(shock_profile(STIFF, robot)),
     "report": lambda robot: landing_report(shock_profile(STIFF, robot)).files(),
     "maps": lambda robot: shock_maps(resolve(FOOT, robot), robot.start[None]),
-    "sweep": lambda robot: sweep(SLIDING, {"strike-angle": "-20:20:3"}, robot=robot, quantities=["feasible"]).table(),
+    "sweep": lambda robot: sweep(
+        SLIDING, {"strike-angle": "-20:20:3"}, robot=robot, quantities=["feasible"]
+    ).table(),
     "sensitivity": lambda robot: sensitivity(FOOT, "shock@base", robot),
     "batch": lambda robot: batch(["anymal_b"], lambda _: (robot, [FOOT])),
-    "compare": lambda robot: compare([Design("A", SLIDING, robot), Design("B", SLIDING, robot)], ["shock_friction"]),
+    "compare": lambda robot: compare(
+        [Design("A", SLIDING, robot), Design("B", SLIDING, robot)], ["shock_friction"]
+    ),
 }
 
 
 def test_what_is_remembered_of_an_object_cannot_go_stale():
-    """The fields of a robot, a scene, a landing and a profile cannot be changed, added or deleted; a copy has others."""
+    """The fields of a robot, a scene, a landing and a profile cannot be changed, added or deleted;
+    a copy has others.
+    """
     profile = shock_profile(FOOT)
     for record in (profile.robot, FOOT, FOOT.contact[0], FOOT.strike, profile.landing, profile):
         name, before = next(iter(vars(record).items()))
-        for change, *arguments in ((setattr, name, before), (setattr, "undeclared", 1), (delattr, name)):
+        for change, *arguments in (
+            (setattr, name, before),
+            (setattr, "undeclared", 1),
+            (delattr, name),
+        ):
             with pytest.raises(FrozenInstanceError, match=type(record).__name__):
                 change(record, *arguments)
         assert getattr(record, name) is before
@@ -98,13 +110,24 @@ def test_a_landing_ends_with_its_last_reference(scene: Scene):
 
 
 @pytest.mark.parametrize(
-    ("scene", "module", "name"), [(SLIDING, friction, "solve_friction"), (STIFF, stiffness, "simulate_landing")]
+    ("scene", "module", "name"),
+    [(SLIDING, friction, "solve_friction"), (STIFF, stiffness, "simulate_landing")],
 )
-def test_every_landing_is_solved_once(scene: Scene, module: object, name: str, monkeypatch: pytest.MonkeyPatch):
-    """Six landings, whose numbers are then read one after the other: one solution of each, and of each stiffness that is asked."""
+def test_every_landing_is_solved_once(
+    scene: Scene, module: object, name: str, monkeypatch: pytest.MonkeyPatch
+):
+    """Six landings, whose numbers are then read one after the other: one solution of each, and of
+    each stiffness that is asked.
+    """
     solved, solve = [], getattr(module, name)
-    monkeypatch.setattr(module, name, lambda *given, **named: solved.append(pickle.dumps(given)) or solve(*given, **named))
-    scenes = [replace(scene, strike=replace(scene.strike, strike_angle_deg=5.0 * k)) for k in range(6)]
+    monkeypatch.setattr(
+        module,
+        name,
+        lambda *given, **named: solved.append(pickle.dumps(given)) or solve(*given, **named),
+    )
+    scenes = [
+        replace(scene, strike=replace(scene.strike, strike_angle_deg=5.0 * k)) for k in range(6)
+    ]
     profiles = [shock_profile(one) for one in scenes]
     for _ in range(2):
         assert all(document(profile) for profile in profiles)
@@ -121,7 +144,11 @@ def test_results_are_of_their_object_and_arguments():
         return contact.mass + by
 
     one, other = load_robot("go2"), load_robot("beam")
-    assert [shifted(one, 1.0), shifted(other, 1.0), shifted(one, 1.0)] == [one.mass + 1.0, other.mass + 1.0, one.mass + 1.0]
+    assert [shifted(one, 1.0), shifted(other, 1.0), shifted(one, 1.0)] == [
+        one.mass + 1.0,
+        other.mass + 1.0,
+        one.mass + 1.0,
+    ]
     assert counted == [1.0, 1.0]
     _ = shifted(one, 2.0), shifted(one, by=3.0), shifted(one, 1.0)
     assert counted == [1.0, 1.0, 2.0, 3.0, 1.0]
@@ -138,7 +165,10 @@ def test_threads_that_evaluate_one_robot_do_not_disturb_each_other():
         Q[:, 7:] += rng.uniform(-0.5, 0.5, Q[:, 7:].shape)
     expected = [dynamics(robot, Q).H for Q in postures]
     found: dict[int, np.ndarray] = {}
-    threads = [threading.Thread(target=lambda k=k, Q=Q: found.update({k: dynamics(robot, Q).H})) for k, Q in enumerate(postures)]
+    threads = [
+        threading.Thread(target=lambda k=k, Q=Q: found.update({k: dynamics(robot, Q).H}))
+        for k, Q in enumerate(postures)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -1,4 +1,6 @@
-"""Joint limits: against dense sweeps and analyses of single postures, loops included, and the paper's statement about HyQ."""
+"""Joint limits: against dense sweeps and analyses of single postures, loops included, and the
+paper's statement about HyQ.
+"""
 
 import dataclasses
 import functools
@@ -38,20 +40,33 @@ SPAN = (math.radians(-150.0), 0.0)
 
 @functools.cache
 def hyq(bound, **changes):
-    return limits(HYQ, "lf_kfe_joint", IMU, bound, **{"joint_range": SPAN, "robot": known_robot("hyq")} | changes)
+    return limits(
+        HYQ,
+        "lf_kfe_joint",
+        IMU,
+        bound,
+        **{"joint_range": SPAN, "robot": known_robot("hyq")} | changes,
+    )
 
 
 def analysed(base, robot, joint, value, strike, frame):
     """The shock of one posture and one strike angle, or one `Strike`, as `shock_profile` proves it."""
-    posture = dataclasses.replace(base.posture, joints_deg={**base.posture.joints_deg, joint: math.degrees(value)})
+    posture = dataclasses.replace(
+        base.posture, joints_deg={**base.posture.joints_deg, joint: math.degrees(value)}
+    )
     strike = strike if isinstance(strike, Strike) else Strike(strike_angle_deg=math.degrees(strike))
     changed = dataclasses.replace(base, posture=posture, strike=strike, point=(Point(frame=frame),))
-    return next(point.shock for point in shock_profile(changed, robot).points if point.frame == frame)
+    return next(
+        point.shock for point in shock_profile(changed, robot).points if point.frame == frame
+    )
 
 
 def greatest(base, robot, joint, value, strikes, frame):
     """The largest shock over a fine grid of strikes."""
-    return max(analysed(base, robot, joint, value, strike, frame) for strike in np.unique(np.linspace(*strikes, 43)))
+    return max(
+        analysed(base, robot, joint, value, strike, frame)
+        for strike in np.unique(np.linspace(*strikes, 43))
+    )
 
 
 def inside(allowed, value):
@@ -61,42 +76,56 @@ def inside(allowed, value):
 @pytest.mark.slow
 @pytest.mark.parametrize("bound", [0.0052, 0.02, 0.1])
 def test_intervals_against_a_dense_sweep(bound):
-    """Every value of a scan ten times as dense is allowed where its shock is below the bound, and only there."""
+    """Every value of a scan ten times as dense is allowed where its shock is below the bound, and
+    only there.
+    """
     found, dense = hyq(bound, step=math.radians(0.5)), hyq(1.0, step=math.radians(0.05))
     for one in found.limits:
         shock, _ = dense.scan.worst(one.strikes)
         clear = np.abs(shock / bound - 1.0) > 1e-6
         below = np.array([inside(one.allowed, value) for value in dense.scan.values])
         np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
-        feasible = np.array([any(low <= x <= high for low, high in one.feasible) for x in dense.scan.values])
+        feasible = np.array(
+            [any(low <= x <= high for low, high in one.feasible) for x in dense.scan.values]
+        )
         assert dense.scan.feasible(one.strikes)[feasible].all()
         assert one.best == pytest.approx(shock[feasible].min(), rel=0.02)
         assert any(low <= one.best_at <= high for low, high in one.feasible)
-        usable = np.array([any(low <= x <= high for low, high in one.usable) for x in dense.scan.values])
+        usable = np.array(
+            [any(low <= x <= high for low, high in one.usable) for x in dense.scan.values]
+        )
         np.testing.assert_array_equal(usable, below & feasible)
 
 
 @pytest.mark.slow
 def test_ends_are_where_the_analysis_meets_the_bound():
-    """A hundredth of a degree inside an end the shock is below the bound, as far outside it is above; and so for all strikes."""
+    """A hundredth of a degree inside an end the shock is below the bound, as far outside it is
+    above; and so for all strikes.
+    """
     found, joint = hyq(0.05), "lf_kfe_joint"
     step = math.radians(0.01)
     assert len(found.limits) == 9
     for one in found.limits:
         for interval in one.allowed:
-            for end, kind, outward in ((interval.low, interval.low_end, -step), (interval.high, interval.high_end, step)):
+            for end, kind, outward in (
+                (interval.low, interval.low_end, -step),
+                (interval.high, interval.high_end, step),
+            ):
                 if kind == "bound":
                     shocks = [
-                        greatest(HYQ, known_robot("hyq"), joint, end + by, one.strikes, "trunk_imu") for by in (-outward, outward)
+                        greatest(HYQ, known_robot("hyq"), joint, end + by, one.strikes, "trunk_imu")
+                        for by in (-outward, outward)
                     ]
                     assert shocks[0] < 0.05 < shocks[1]
 
 
 def test_statement_of_the_paper_for_hyq():
-    """Section 4: the torso is nearly free of shock, but not as the leg approaches its singular configuration.
+    """Section 4: the torso is nearly free of shock, but not as the leg approaches its singular
+    configuration.
 
-    The paper sees it at segments 10° from the vertical, a knee of 20°. A bound of a tenth of the strike sets the limit of HyQ's
-    front knee near there, and the limit in its file, 20°, allows more shock than that; of the hind knee it sets a smaller one.
+    The paper sees it at segments 10° from the vertical, a knee of 20°. A bound of a tenth of the
+    strike sets the limit of HyQ's front knee near there, and the limit in its file, 20°, allows
+    more shock than that; of the hind knee it sets a smaller one.
     """
     found = hyq(0.1)
     (only,) = found.limits[-1].allowed
@@ -108,9 +137,13 @@ def test_statement_of_the_paper_for_hyq():
     assert np.all(np.diff(severe[straightening]) > 0.0)
     assert severe[-1] > 0.5
     hind = limits(
-        dataclasses.replace(HYQ, contact=(Contact(frame="lh_foot"),)), "lh_kfe_joint", IMU, 0.1,
-        joint_range=(0.0, math.radians(150.0)), robot=known_robot("hyq"),
-    )  # fmt: skip
+        dataclasses.replace(HYQ, contact=(Contact(frame="lh_foot"),)),
+        "lh_kfe_joint",
+        IMU,
+        0.1,
+        joint_range=(0.0, math.radians(150.0)),
+        robot=known_robot("hyq"),
+    )
     (only,) = hind.limits[-1].allowed
     assert 5.0 < math.degrees(only.low) < 20.0
 
@@ -121,9 +154,15 @@ def test_loops_move_with_the_joint():
     base = scene("five_bar")
     robot = robot_of(base)
     found = limits(
-        base, "front_hip", Point(frame="imu_link"), 0.1, step=math.radians(2.0), strikes=(0.0, 0.3),
-        joint_range=(math.radians(-40.0), math.radians(80.0)), robot=robot,
-    )  # fmt: skip
+        base,
+        "front_hip",
+        Point(frame="imu_link"),
+        0.1,
+        step=math.radians(2.0),
+        strikes=(0.0, 0.3),
+        joint_range=(math.radians(-40.0), math.radians(80.0)),
+        robot=robot,
+    )
     assert (found.scan.unreachable, len(found.scan.values)) == ((), 61)
     for one in found.limits[:2]:
         for interval in one.allowed:
@@ -133,42 +172,75 @@ def test_loops_move_with_the_joint():
 
 
 def test_a_posture_without_a_result_keeps_no_bound():
-    """Nothing can stop a straight leg on a fixed base along itself; nearby the shock grows beyond any bound."""
+    """Nothing can stop a straight leg on a fixed base along itself; nearby the shock grows beyond
+    any bound.
+    """
     contact = (Contact(frame="hind_foot", directions=("x", "z")),)
     posture = Posture(reference="neutral", joints_deg={"hind_knee": 40.0})
     base = Scene(robot="quadruped", base="fixed", posture=posture, contact=contact)
     span = (math.radians(-20.0), math.radians(20.0))
     found = limits(
-        base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=math.radians(1.0), strikes=(0.0, 0.2)
+        base,
+        "hind_knee",
+        Point(frame="hind_lower_leg"),
+        3.0,
+        joint_range=span,
+        step=math.radians(1.0),
+        strikes=(0.0, 0.2),
     )
     straight = len(found.scan.values) // 2
     (low, high, reason), *others = found.scan.unreachable
     assert low == high == found.scan.values[straight] == 0.0
     assert not others
     assert "cannot be stopped" in reason
-    assert np.isnan(found.worst[0]).tolist() == [k == straight for k in range(len(found.scan.values))]
+    assert np.isnan(found.worst[0]).tolist() == [
+        k == straight for k in range(len(found.scan.values))
+    ]
     for one in found.limits:
         assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
         assert not inside(one.allowed, 0.0)
     span = (-1e-9, 1e-9)
     with pytest.raises(SolveError, match=r"no posture from .* has a result: no verdict"):
-        limits(base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=1e-9, strikes=(0.0, 0.0))
+        limits(
+            base,
+            "hind_knee",
+            Point(frame="hind_lower_leg"),
+            3.0,
+            joint_range=span,
+            step=1e-9,
+            strikes=(0.0, 0.0),
+        )
 
 
 @pytest.mark.slow
 def test_loop_that_cannot_be_closed_ends_the_range():
-    """With lower links of the length of the upper ones, the hips cannot be turned apart by any angle."""
+    """With lower links of the length of the upper ones, the hips cannot be turned apart by any
+    angle.
+    """
     base = scene("five_bar")
     xacro = {"lower_length": "0.1", "spread": "0.12"}
-    posture = Posture(joints_deg={"front_hip": 20.0, "rear_hip": -20.0, "front_knee": -50.0, "rear_knee": 50.0})
+    posture = Posture(
+        joints_deg={"front_hip": 20.0, "rear_hip": -20.0, "front_knee": -50.0, "rear_knee": 50.0}
+    )
     base = dataclasses.replace(base, xacro=xacro, posture=posture)
-    found = limits(base, "front_hip", Point(frame="imu_link"), 2.0, step=math.radians(5.0), robot=robot_of(base))
+    found = limits(
+        base,
+        "front_hip",
+        Point(frame="imu_link"),
+        2.0,
+        step=math.radians(5.0),
+        robot=robot_of(base),
+    )
     values = np.degrees(found.scan.values)
     assert found.scan.unreachable
     # The knees are apart by two lower links where the leg is straight.
     knees = [
         np.array([x, 0.0]) + 0.1 * np.array([math.sin(hip), -math.cos(hip)])
-        for hip, x in ((found.scan.values[0], 0.06), (found.scan.values[-1], 0.06), (math.radians(-20.0), -0.06))
+        for hip, x in (
+            (found.scan.values[0], 0.06),
+            (found.scan.values[-1], 0.06),
+            (math.radians(-20.0), -0.06),
+        )
     ]
     reach = [np.linalg.norm(knee - knees[2]) for knee in knees[:2]]
     assert 0.19 < max(reach) <= 0.2 + 1e-9
@@ -199,7 +271,11 @@ def test_questions_without_an_answer(changes, text):
 @pytest.mark.parametrize(
     ("study", "ground", "told"),
     [
-        (lambda scene: limits(scene, "lf_kfe_joint", IMU, 0.1), {"contact_stiffness": 1e5}, "a contact stiffness, which would"),
+        (
+            lambda scene: limits(scene, "lf_kfe_joint", IMU, 0.1),
+            {"contact_stiffness": 1e5},
+            "a contact stiffness, which would",
+        ),
         (
             lambda scene: sensitivity(scene, IMU, vary={"strike-angle": "0:10"}),
             {"contact_stiffness": 1e5},
@@ -223,20 +299,38 @@ def test_a_ground_that_would_change_nothing_is_refused(study, ground, told):
     [
         Strike(velocity=(0.3, 0.6, -0.9)),
         Strike(drop_height=0.2, forward_speed=0.7),
-        Strike(speed=2.0, strike_angle_deg=20.0, angular_velocity=(0.1, 1.0, 0.2), joint_velocities={"lf_hfe_joint": 2.0}),
+        Strike(
+            speed=2.0,
+            strike_angle_deg=20.0,
+            angular_velocity=(0.1, 1.0, 0.2),
+            joint_velocities={"lf_hfe_joint": 2.0},
+        ),
     ],
 )
 def test_the_strike_of_the_scene_is_that_of_an_analysis(strike):
     """The row "the scene's" is of the whole velocity, with what is out of the plane and what turns."""
     base = dataclasses.replace(HYQ, strike=strike)
-    found = limits(base, "lf_kfe_joint", IMU, 0.1, joint_range=SPAN, step=math.radians(25.0), robot=known_robot("hyq"))
-    expected = [analysed(base, known_robot("hyq"), "lf_kfe_joint", value, strike, "trunk_imu") for value in found.scan.values]
+    found = limits(
+        base,
+        "lf_kfe_joint",
+        IMU,
+        0.1,
+        joint_range=SPAN,
+        step=math.radians(25.0),
+        robot=known_robot("hyq"),
+    )
+    expected = [
+        analysed(base, known_robot("hyq"), "lf_kfe_joint", value, strike, "trunk_imu")
+        for value in found.scan.values
+    ]
     np.testing.assert_allclose(found.scan.at_scene_strike, expected, rtol=1e-9)
     assert found.limits[0].strikes == (found.present[1], found.present[1])
 
 
 PARTS = dataclasses.replace(
-    HYQ, joints=Joints(armature={"*": 0.02}), part=(Part(name="IMU", at="trunk_imu", rating="half-sine 50 g 11 ms"),)
+    HYQ,
+    joints=Joints(armature={"*": 0.02}),
+    part=(Part(name="IMU", at="trunk_imu", rating="half-sine 50 g 11 ms"),),
 )
 PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
 
@@ -252,18 +346,31 @@ PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
         (HYQ, "delta_v.x@trunk_imu", {"max": 0.02}),
         (dataclasses.replace(PARTS, **PULSE), "part_margin@IMU", {"min": 10.0}),
         (dataclasses.replace(PARTS, **PULSE), "joint_torque_share@lf_kfe_joint", {"max": 0.02}),
-        (dataclasses.replace(PARTS, **STIFF, gravity=False), "joint_torque_share@lf_kfe_joint", {"max": 0.15}),
+        (
+            dataclasses.replace(PARTS, **STIFF, gravity=False),
+            "joint_torque_share@lf_kfe_joint",
+            {"max": 0.15},
+        ),
         (HYQ, "effective_mass@lf_foot", {"max": 2.0}),
         (HYQ, "mitigation@lf_foot", {"min": 0.84}),
-        (dataclasses.replace(HYQ, strike=Strike(drop_height=0.1)), "joint_impulse@lf_kfe_joint", {"max": 4.0}),
+        (
+            dataclasses.replace(HYQ, strike=Strike(drop_height=0.1)),
+            "joint_impulse@lf_kfe_joint",
+            {"max": 4.0},
+        ),
     ],
 )
 def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, bound):
-    """The number at the ends of the intervals is the bound, in its unit, at every strike angle; inside it keeps it."""
+    """The number at the ends of the intervals is the bound, in its unit, at every strike angle;
+    inside it keeps it.
+    """
     (value,), key, below = bound.values(), target.partition("@")[0], "min" in bound
     span = {"joint_range": SPAN, "step": math.radians(5.0), "robot": known_robot("hyq")}
     found = limits(base, "lf_kfe_joint", target, **bound, **span)
-    for numbers, one in ((found.scan.at_scene_strike, found.limits[0]), (found.worst[0], found.limits[-1])):
+    for numbers, one in (
+        (found.scan.at_scene_strike, found.limits[0]),
+        (found.worst[0], found.limits[-1]),
+    ):
         allowed = [inside(one.allowed, joint) for joint in found.scan.values]
         np.testing.assert_array_equal(allowed, numbers >= value if below else numbers <= value)
     ends = [
@@ -277,13 +384,18 @@ def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, 
     for angle, end in ends:
         posture = Posture(joints_deg={"lf_kfe_joint": math.degrees(end)})
         strike = dataclasses.replace(base.strike, strike_angle_deg=math.degrees(angle))
-        profile = shock_profile(dataclasses.replace(base, posture=posture, strike=strike), known_robot("hyq"))
+        profile = shock_profile(
+            dataclasses.replace(base, posture=posture, strike=strike), known_robot("hyq")
+        )
         number = profile.numbers(select(key), [found.target.place])[0]
         assert abs(number) == pytest.approx(value, rel=1e-4)
 
 
 def test_a_step_beyond_the_range_finds_the_same_end():
-    (coarse,), (fine,) = (hyq(0.1, step=step, strikes=(0.0, 0.0)).limits[0].allowed for step in (math.radians(200.0), None))
+    (coarse,), (fine,) = (
+        hyq(0.1, step=step, strikes=(0.0, 0.0)).limits[0].allowed
+        for step in (math.radians(200.0), None)
+    )
     assert (coarse.low, coarse.high) == pytest.approx((fine.low, fine.high), abs=1e-6)
     assert (coarse.low_end, coarse.high_end) == (fine.low_end, fine.high_end)
 
@@ -291,8 +403,16 @@ def test_a_step_beyond_the_range_finds_the_same_end():
 @pytest.mark.parametrize(
     ("target", "bound", "text"),
     [
-        ("mitigation@lf_foot", {"max": 0.9}, "the less value of mitigation@lf_foot is the worse one; bound it by min"),
-        ("shock@trunk_imu", {"min": 0.1}, "the greater value of shock@trunk_imu is the worse one; bound it by max"),
+        (
+            "mitigation@lf_foot",
+            {"max": 0.9},
+            "the less value of mitigation@lf_foot is the worse one; bound it by min",
+        ),
+        (
+            "shock@trunk_imu",
+            {"min": 0.1},
+            "the greater value of shock@trunk_imu is the worse one; bound it by max",
+        ),
         ("shock@trunk_imu", {}, "one bound is needed"),
     ],
 )
@@ -303,7 +423,18 @@ def test_a_bound_is_on_the_side_that_is_worse(target, bound, text):
 
 def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
     """The words are of the side of the bound, and the map is drawn."""
-    part = ("--part", "trunk_imu=half-sine 50 g 11 ms", "--quantity", "part_margin", "--min", 1e4, "--step", 2, "--out", tmp_path)
+    part = (
+        "--part",
+        "trunk_imu=half-sine 50 g 11 ms",
+        "--quantity",
+        "part_margin",
+        "--min",
+        1e4,
+        "--step",
+        2,
+        "--out",
+        tmp_path,
+    )
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", *part)
     assert says(text, "lf_kfe_joint", "part_margin@trunk_imu", "above 10000")
     assert "the best that is feasible is" in text
@@ -316,10 +447,23 @@ def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
 
 
 def test_no_value_allowed_is_an_answer(capfd):
-    """The command ends with exit code 0, and says what the smallest number is where flat ground allows the landing."""
+    """The command ends with exit code 0, and says what the smallest number is where flat ground
+    allows the landing.
+    """
     found = hyq(1e-4, strikes=(0.0, 0.0), step=math.radians(0.5))
     assert [one.allowed for one in found.limits] == [()]
-    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 1e-4)
+    words = (
+        "limits",
+        "hyq",
+        "--contact",
+        "lf_foot",
+        "--joint",
+        "lf_kfe_joint",
+        "--at",
+        "trunk_imu",
+        "--max",
+        1e-4,
+    )
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 0.5)
     assert says(text, "shock@trunk_imu", "below 0.0001", "best")
     best = found.limits[0]
@@ -328,64 +472,140 @@ def test_no_value_allowed_is_an_answer(capfd):
     tight = good(capfd, *words, "--range", "-150:-140", "--strikes", "0:0", "--step", 0.5)
     assert "flat ground allows no landing of this range" in tight
     assert "column feasible" in tight
-    loose = json.loads(good(capfd, *words, "--range", "-150:-140", "--step", 0.5, "--ground-tolerance", 1, "--format", "json"))
+    loose = json.loads(
+        good(
+            capfd,
+            *words,
+            "--range",
+            "-150:-140",
+            "--step",
+            0.5,
+            "--ground-tolerance",
+            1,
+            "--format",
+            "json",
+        )
+    )
     assert loose["scene"]["ground_tolerance"] == 1.0
     assert loose["tables"]["limits"][0]["feasible"] is None
     assert -150.0 <= loose["tables"]["best"][0]["at_deg"] <= -140.0
 
 
 def test_postures_that_level_ground_does_not_allow_are_named(capfd):
-    """Feasible are the values whose analysis has no warning of a contact that would be pulled, or of a link below the ground."""
+    """Feasible are the values whose analysis has no warning of a contact that would be pulled, or
+    of a link below the ground.
+    """
     found = hyq(0.1, strikes=(0.0, 0.0), step=math.radians(5.0))
     expected = []
     for value in found.scan.values:
         posture = Posture(joints_deg={"lf_kfe_joint": math.degrees(value)})
-        warnings = shock_profile(dataclasses.replace(HYQ, posture=posture), known_robot("hyq")).health.warnings
+        warnings = shock_profile(
+            dataclasses.replace(HYQ, posture=posture), known_robot("hyq")
+        ).health.warnings
         expected.append(not any("pulled" in str(one) or "meets" in str(one) for one in warnings))
     assert {True, False} == set(expected)
     assert found.scan.feasible((0.0, 0.0)).tolist() == expected
-    inside = [any(low <= value <= high for low, high in found.limits[0].feasible) for value in found.scan.values]
+    inside = [
+        any(low <= value <= high for low, high in found.limits[0].feasible)
+        for value in found.scan.values
+    ]
     assert inside == expected
-    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
+    words = (
+        "limits",
+        "hyq",
+        "--contact",
+        "lf_foot",
+        "--joint",
+        "lf_kfe_joint",
+        "--at",
+        "trunk_imu",
+        "--max",
+        0.1,
+    )
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 5)
     assert f"not allow {expected.count(False)} of {len(expected)} postures" in text
 
 
 def test_command(capfd, tmp_path):
     """Table, document, spreadsheet and folder agree."""
-    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
+    words = (
+        "limits",
+        "hyq",
+        "--contact",
+        "lf_foot",
+        "--joint",
+        "lf_kfe_joint",
+        "--at",
+        "trunk_imu",
+        "--max",
+        0.1,
+    )
     words = (*words, "--range", "-150:0", "--step", 2)
     table = good(capfd, *words, "--out", tmp_path)
     found = json.loads(good(capfd, *words, "--format", "json"))
     assert found == json.loads((tmp_path / "limits.json").read_text())
-    assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/2", [-140.0, -20.0], [-150.0, 0.0])
+    assert (found["schema"], found["file_limits"], found["range"]) == (
+        "shockpc.limits/2",
+        [-140.0, -20.0],
+        [-150.0, 0.0],
+    )
     assert run(capfd, *words, "--format", "csv").out == (tmp_path / "limits.csv").read_text()
     rows, expected = found["tables"]["limits"], hyq(0.1, step=math.radians(2.0))
     for one in expected.limits:
         strikes = [math.degrees(angle) for angle in one.strikes]
-        pieces = [row for row in rows if [row["strike_from_deg"], row["strike_to_deg"]] == pytest.approx(strikes)]
+        pieces = [
+            row
+            for row in rows
+            if [row["strike_from_deg"], row["strike_to_deg"]] == pytest.approx(strikes)
+        ]
         feasible = [(row["low_deg"], row["high_deg"]) for row in pieces if row["feasible"]]
         np.testing.assert_allclose(feasible, np.degrees(one.usable), atol=1e-8)
         # The pieces of an interval follow one another; its ends are those that are found.
-        ends = [(row["low_deg"], row["high_deg"], row["low_end"], row["high_end"]) for row in pieces]
+        ends = [
+            (row["low_deg"], row["high_deg"], row["low_end"], row["high_end"]) for row in pieces
+        ]
         assert all(a[1] <= b[0] for a, b in itertools.pairwise(ends))
-        named = {(round(math.degrees(x), 6), end) for part in one.allowed for x, end in zip(part[:2], part[2:], strict=True)}
-        assert {(round(x, 6), name) for end in ends for x, name in zip(end[:2], end[2:], strict=True) if name != "ground"} == named
+        named = {
+            (round(math.degrees(x), 6), end)
+            for part in one.allowed
+            for x, end in zip(part[:2], part[2:], strict=True)
+        }
+        assert {
+            (round(x, 6), name)
+            for end in ends
+            for x, name in zip(end[:2], end[2:], strict=True)
+            if name != "ground"
+        } == named
     assert f"{rows[-1]['high_deg']:.2f}" in table
     postures = pandas.read_csv(tmp_path / "postures.csv")
     assert set(map(str, postures.dtypes)) == {"float64"}
     np.testing.assert_allclose(postures.iloc[:, 2], expected.worst[0], rtol=1e-12)
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
-        "limits.json", "limits.csv", "best.csv", "drives.csv", "postures.csv", "report.md", "report.html", "limits.svg",
+        "limits.json",
+        "limits.csv",
+        "best.csv",
+        "drives.csv",
+        "postures.csv",
+        "report.md",
+        "report.html",
+        "limits.svg",
         "limits.png",
-    }  # fmt: skip
+    }
     outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
     assert (outcome.code, outcome.out) == (2, "")
     assert '"12" is not 2 values with ":" between them, such as -30:75' in outcome.err
 
 
 def test_the_only_place_of_a_quantity_need_not_be_named():
-    found = limits(HYQ, "lf_kfe_joint", "friction_needed", 0.6, joint_range=SPAN, step=0.1, robot=known_robot("hyq"))
+    found = limits(
+        HYQ,
+        "lf_kfe_joint",
+        "friction_needed",
+        0.6,
+        joint_range=SPAN,
+        step=0.1,
+        robot=known_robot("hyq"),
+    )
     assert found.target.name == "friction_needed@lf_foot"
 
 
@@ -405,22 +625,30 @@ LEG = """<robot name="leg"><link name="base"/>
 @pytest.mark.parametrize("bound", [0.6, 1.0, 3.0])
 @pytest.mark.parametrize("step", [0.01, 0.2])
 def test_impulse_of_a_two_link_leg(tmp_path, bound, step):
-    """The upper link (length l, mass m at the knee, inertia I) is vertical, the lower one (k, n at the foot, I) turned by β.
+    """The upper link (length l, mass m at the knee, inertia I) is vertical, the lower one (k, n at
+    the foot, I) turned by β.
 
-    With H = [[A, C cos β], [C cos β, B]] for their rotations, A = (m + n) l² + I, B = n k² + I, C = n l k, the mobility of the foot
-    along the vertical is w = k² sin² β A / (A B − C² cos² β). The foot slides, so at 1 m/s the impulse is cos θ / w.
+    With H = [[A, C cos β], [C cos β, B]] for their rotations, A = (m + n) l² + I, B = n k² + I, C =
+    n l k, the mobility of the foot along the vertical is w = k² sin² β A / (A B − C² cos² β). The
+    foot slides, so at 1 m/s the impulse is cos θ / w.
     """
     (tmp_path / "leg.urdf").write_text(LEG)
     contact = Contact(frame="foot", directions=("z",))
     posture = Posture(reference="neutral", joints={"knee": 1.0})
-    scene = Scene(robot=str(tmp_path / "leg.urdf"), base="fixed", contact=(contact,), posture=posture)
+    scene = Scene(
+        robot=str(tmp_path / "leg.urdf"), base="fixed", contact=(contact,), posture=posture
+    )
     found = limits(scene, "knee", "total_impulse", bound, strikes=(-0.3, 0.5), step=step)
     m, n, upper, k, inertia = 2.0, 0.5, 0.3, 0.4, 1e-3
     A, B, C = (m + n) * upper**2 + inertia, n * k**2 + inertia, n * upper * k
     best = (A * B - (C * math.cos(1.5)) ** 2) / (A * (k * math.sin(1.5)) ** 2)
     assert [one.strikes for one in found.limits][-1] == (-0.3, 0.5)
     for one in found.limits:
-        cosine = max(math.cos(angle) for angle in (*one.strikes, 0.0) if one.strikes[0] <= angle <= one.strikes[1])
+        cosine = max(
+            math.cos(angle)
+            for angle in (*one.strikes, 0.0)
+            if one.strikes[0] <= angle <= one.strikes[1]
+        )
         expected = math.asin(math.sqrt((A * B - C**2) / (bound / cosine * k**2 * A - C**2)))
         ((low, high, *kinds),) = one.allowed
         assert kinds == ["bound", "range"]
@@ -437,20 +665,35 @@ def test_a_joint_is_looked_at_in_the_same_range_by_every_study():
         robot = known_robot(name)
         scene = Scene(robot=name, contact=(Contact(frame=frame),))
         (drawn,) = sweep(scene, {f"joint:{joint}": None}, robot=robot, sample=9).landings.variations
-        found = limits(scene, joint, Point(frame=point), 0.1, strikes=(0.0, 0.0), step=0.5, robot=robot)
+        found = limits(
+            scene, joint, Point(frame=point), 0.1, strikes=(0.0, 0.0), step=0.5, robot=robot
+        )
         assert drawn.span == pytest.approx(np.degrees(found.range), abs=1e-12)
         assert found.range == motion_range([robot.joint(joint)])
         assert found.range[1] - found.range[0] <= 2.0 * math.pi
 
 
-@pytest.mark.parametrize(("low", "high", "taken"), [(-150.0, 0.0, True), (-150.0, 359.0, True), (-150.0, 400.0, False)])
+@pytest.mark.parametrize(
+    ("low", "high", "taken"), [(-150.0, 0.0, True), (-150.0, 359.0, True), (-150.0, 400.0, False)]
+)
 def test_limits_and_sweeps_take_the_same_values(low, high, taken):
-    """Also beyond the limits of the file, as the question may be where they should be; but not beyond a whole turn."""
+    """Also beyond the limits of the file, as the question may be where they should be; but not
+    beyond a whole turn.
+    """
     robot, text = known_robot("hyq"), 'outside the limits of joint "lf_kfe_joint"'
     span = (math.radians(low), math.radians(high))
     for study in (
         lambda: sweep(HYQ, {"lf_kfe_joint": [low, high]}, robot=robot),
-        lambda: limits(HYQ, "lf_kfe_joint", IMU, 0.1, joint_range=span, strikes=(0.0, 0.0), step=0.5, robot=robot),
+        lambda: limits(
+            HYQ,
+            "lf_kfe_joint",
+            IMU,
+            0.1,
+            joint_range=span,
+            strikes=(0.0, 0.0),
+            step=0.5,
+            robot=robot,
+        ),
     ):
         if taken:
             study()
@@ -460,7 +703,17 @@ def test_limits_and_sweeps_take_the_same_values(low, high, taken):
 
 
 def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
-    text = run(capfd, "sweep", "hyq", "--contact", "lf_foot", "--vary", "lf_kfe_joint=-150:-10:3", "--out", tmp_path)
+    text = run(
+        capfd,
+        "sweep",
+        "hyq",
+        "--contact",
+        "lf_foot",
+        "--vary",
+        "lf_kfe_joint=-150:-10:3",
+        "--out",
+        tmp_path,
+    )
     assert says(text.out + text.err, "lf_kfe_joint", "-150 to -10 deg", "-140 to -20 deg")
 
 
@@ -469,7 +722,12 @@ def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
     ("base", "subject", "span", "target"),
     [
         (HYQ, "mass:trunk", (20.0, 90.0), "shock@trunk_imu"),
-        (dataclasses.replace(HYQ, **STIFF), "contact-stiffness", (1e4, 2e5), "peak_acceleration@trunk_imu"),
+        (
+            dataclasses.replace(HYQ, **STIFF),
+            "contact-stiffness",
+            (1e4, 2e5),
+            "peak_acceleration@trunk_imu",
+        ),
         (HYQ, "base-pitch", (-0.4, 0.4), "shock@trunk_imu"),
         (HYQ, "speed", (0.5, 2.0), "delta_v@trunk_imu"),
     ],
@@ -477,19 +735,36 @@ def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
 def test_other_variations_have_limits_too(base, subject, span, target):
     """Ends are where a sweep of the same quantity, row by row, meets the bound."""
     robot = known_robot("hyq")
-    given = {"joint_range": span, "strikes": (0.0, 0.0), "robot": robot, "step": (span[1] - span[0]) / 8}
-    bound = float(np.median(limits(base, subject, target, 1.0, **given).scan.at_scene_strike)) * 1.001
+    given = {
+        "joint_range": span,
+        "strikes": (0.0, 0.0),
+        "robot": robot,
+        "step": (span[1] - span[0]) / 8,
+    }
+    bound = (
+        float(np.median(limits(base, subject, target, 1.0, **given).scan.at_scene_strike)) * 1.001
+    )
     found = limits(base, subject, target, bound, **given)
     size = math.degrees(1.0) if found.unit == "rad" else 1.0
-    ends = [end for one in found.limits[-1].allowed for end, kind in zip(one[:2], one[2:], strict=True) if kind == "bound"]
+    ends = [
+        end
+        for one in found.limits[-1].allowed
+        for end, kind in zip(one[:2], one[2:], strict=True)
+        if kind == "bound"
+    ]
     assert ends
-    table = sweep(base, {subject: [size * end for end in ends]}, robot=robot, quantities=[target], prove=0).table()
+    table = sweep(
+        base, {subject: [size * end for end in ends]}, robot=robot, quantities=[target], prove=0
+    ).table()
     np.testing.assert_allclose(table.values(table.column(target)), bound, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
     ("subject", "text"),
-    [("strike-angle", "strike angles are what limits are found for"), ("contact", "contacts have names, which have no order")],
+    [
+        ("strike-angle", "strike angles are what limits are found for"),
+        ("contact", "contacts have names, which have no order"),
+    ],
 )
 def test_what_has_no_limits(subject, text):
     with pytest.raises(StudyError, match=text):
@@ -499,54 +774,101 @@ def test_what_has_no_limits(subject, text):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("maximum", "words"),
-    [(0.1, "every value keeps the bound"), (1e-4, "no value keeps the bound"), (6e-3, "at some strike angles")],
+    [
+        (0.1, "every value keeps the bound"),
+        (1e-4, "no value keeps the bound"),
+        (6e-3, "at some strike angles"),
+    ],
 )
 def test_a_number_that_does_not_depend_on_what_varies(capfd, maximum, words):
     """The report says so, calls friction no joint, and names quantities that depend on it."""
-    given = ("--joint", "friction", "--range", "0.1:0.8", "--step", 0.1, "--at", "trunk_imu", "--max", maximum, "--strikes", "0:30")
+    given = (
+        "--joint",
+        "friction",
+        "--range",
+        "0.1:0.8",
+        "--step",
+        0.1,
+        "--at",
+        "trunk_imu",
+        "--max",
+        maximum,
+        "--strikes",
+        "0:30",
+    )
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given)
     assert says(text, "shock@trunk_imu does not depend on friction", words)
     assert "such as shock_friction or peak_force" in text
     assert says(text, "friction", "0.1 to 0.8", "steps of 0.1")
     assert "file's limits" not in text
     assert "joint" not in text.partition("varied  ")[2]
-    depends = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given[:5], 0.35, "--quantity", "shock_friction@trunk_imu",
-        "--max", 1, "--strikes", "0:0")  # fmt: skip
+    depends = good(
+        capfd,
+        "limits",
+        "hyq",
+        "--contact",
+        "lf_foot",
+        *given[:5],
+        0.35,
+        "--quantity",
+        "shock_friction@trunk_imu",
+        "--max",
+        1,
+        "--strikes",
+        "0:0",
+    )
     assert "does not depend" not in depends
 
 
 def test_a_loop_is_followed_to_its_last_digit():
-    """A last step below the tolerance closes what is open by little more; the loop is not refused for it."""
-    base = dataclasses.replace(scene("five_bar"), posture=Posture(joints_deg={"front_hip": 62.0, "rear_hip": -60.0}))
+    """A last step below the tolerance closes what is open by little more; the loop is not refused
+    for it.
+    """
+    base = dataclasses.replace(
+        scene("five_bar"), posture=Posture(joints_deg={"front_hip": 62.0, "rear_hip": -60.0})
+    )
     landing = resolve(base, robot_of(base))
     joint, held = landing.robot.joint("front_hip"), fixed_joints(landing.robot, base.posture, ())
     for value in np.radians(np.linspace(62.0, 62.5, 200)):
         q = landing.q.copy()
         set_joints(landing.robot, [(joint, value)], q)
-        assert joint.value(follow(landing.robot, landing.q, q, landing.loops, landing.plane, held)) == pytest.approx(
-            value, abs=1e-12
-        )
+        assert joint.value(
+            follow(landing.robot, landing.q, q, landing.loops, landing.plane, held)
+        ) == pytest.approx(value, abs=1e-12)
 
 
 def test_a_robot_whose_landings_need_proofs_is_looked_at_coarsely(tmp_path):
-    """In double precision a shin of 1e9 kg m² loses the digits of the others; proofs at every strike angle would take hours."""
+    """In double precision a shin of 1e9 kg m² loses the digits of the others; proofs at every
+    strike angle would take hours.
+    """
     (tmp_path / "stick.urdf").write_text(STICK.replace('izz="0.0002"', 'izz="2e9"', 1))
-    given = Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),), joints=Joints(model="free"))
+    given = Scene(
+        robot=str(tmp_path / "stick.urdf"),
+        contact=(Contact(frame="foot"),),
+        joints=Joints(model="free"),
+    )
     found = limits(given, "knee", "shock_com@body", 0.2)
     assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
     assert len(found.scan.angles) == 1
 
 
 def test_a_scan_of_which_a_part_needs_proofs_is_bounded_too(tmp_path):
-    """With an arm 60 m long a part of the knee's postures need a proof; at 43 strike angles each they would take hours."""
+    """With an arm 60 m long a part of the knee's postures need a proof; at 43 strike angles each
+    they would take hours.
+    """
     arm = (
         '<link name="arm"><inertial><origin xyz="0 60 0"/><mass value="0.3"/>'
         '<inertia ixx="0.003" iyy="0.003" izz="0.0002" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        '<joint name="shoulder" type="continuous"><origin xyz="0 0.1 0.1" rpy="0.1 0 0"/><parent link="body"/><child link="arm"/>'
+        '<joint name="shoulder" type="continuous"><origin xyz="0 0.1 0.1" rpy="0.1 0 0"/><parent '
+        'link="body"/><child link="arm"/>'
         '<axis xyz="1 0 0"/><mimic joint="knee" multiplier="0.5" offset="0.1"/></joint></robot>'
     )
     (tmp_path / "stick.urdf").write_text(STICK.replace("</robot>", arm))
-    given = Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),), joints=Joints(model="free"))
+    given = Scene(
+        robot=str(tmp_path / "stick.urdf"),
+        contact=(Contact(frame="foot"),),
+        joints=Joints(model="free"),
+    )
     found = limits(given, "knee", "shock_com@body", 0.2)
     assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
     assert len(found.scan.angles) == 1
@@ -554,21 +876,35 @@ def test_a_scan_of_which_a_part_needs_proofs_is_bounded_too(tmp_path):
 
 @pytest.mark.slow
 def test_a_loop_is_followed_as_in_a_sweep():
-    """Limits and sweep have one number for one landing, here of Cassie, whose rods let several joints move with the knee."""
+    """Limits and sweep have one number for one landing, here of Cassie, whose rods let several
+    joints move with the knee.
+    """
     robot = str(Path(__file__).parents[1] / "robots" / "cassie.xml")
     base, value = Scene(robot=robot, contact=(Contact(frame="left-toe"),)), -138.2
     span = (math.radians(value), math.radians(-136.0))
-    found = limits(base, "knee_left", "shock_com@cassie-pelvis", 0.01, joint_range=span, strikes=(0.0, 0.0))
+    found = limits(
+        base, "knee_left", "shock_com@cassie-pelvis", 0.01, joint_range=span, strikes=(0.0, 0.0)
+    )
     row = sweep(base, {"knee_left": value}, quantities=["shock_com@cassie-pelvis"], prove=0).table()
     swept = next(x[0] for name, x in row.columns.items() if name.startswith("shock_com"))
     assert found.scan.at_scene_strike[0] == pytest.approx(swept, rel=1e-12)
 
 
-@pytest.mark.parametrize("strike", [Strike(velocity=(0.6, 0.3, -0.9)), Strike(drop_height=0.2, forward_speed=0.7)])
+@pytest.mark.parametrize(
+    "strike", [Strike(velocity=(0.6, 0.3, -0.9)), Strike(drop_height=0.2, forward_speed=0.7)]
+)
 def test_a_sweep_turns_every_strike_as_limits_do(strike):
-    """The part of the velocity in the plane turns, and the vertical one stays after a fall; the rows are those of an analysis."""
+    """The part of the velocity in the plane turns, and the vertical one stays after a fall; the
+    rows are those of an analysis.
+    """
     base, angles = dataclasses.replace(HYQ, strike=strike, point=(IMU,)), [-10.0, 0.0, 25.0]
-    swept = sweep(base, {"strike-angle": angles}, robot=known_robot("hyq"), quantities=["shock@trunk_imu"], prove=0)
+    swept = sweep(
+        base,
+        {"strike-angle": angles},
+        robot=known_robot("hyq"),
+        quantities=["shock@trunk_imu"],
+        prove=0,
+    )
     table = swept.table()
     plane = resolve(base, known_robot("hyq")).plane
     given = strike.vector(plane)
@@ -577,22 +913,51 @@ def test_a_sweep_turns_every_strike_as_limits_do(strike):
         turned = Strike(velocity=(down * math.tan(angle), given[1], -down))
         expected = shock_profile(dataclasses.replace(base, strike=turned), known_robot("hyq"))
         assert swept.landings.case(row)[0].plane == "xz"
-        assert table.columns["shock@trunk_imu"][row] == pytest.approx(expected.points[0].shock, rel=1e-10)
+        assert table.columns["shock@trunk_imu"][row] == pytest.approx(
+            expected.points[0].shock, rel=1e-10
+        )
 
 
 def test_limits_are_given_at_both_ends_of_the_drives(capfd):
-    """At the limit of an end, the landing whose drives have these inertias has a shock that is the bound."""
-    words = ("limits", "go2", "--contact", "FL_foot", "--joint", "FL_calf_joint", "--at", "imu", "--max", "0.1")
+    """At the limit of an end, the landing whose drives have these inertias has a shock that is the
+    bound.
+    """
+    words = (
+        "limits",
+        "go2",
+        "--contact",
+        "FL_foot",
+        "--joint",
+        "FL_calf_joint",
+        "--at",
+        "imu",
+        "--max",
+        "0.1",
+    )
     text = good(capfd, *words)
     assert says(text, "as modelled: -84.7 to -50.82 deg at the scene's strike")
     assert says(text, "largest inertias: -84.7 to -67.1 deg at the scene's strike")
     given = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), point=(Point(frame="imu"),))
     robot = robot_of(given)
-    found = limits(given, "FL_calf_joint", Point(frame="imu"), 0.1, strikes=(0.0, 0.0), robot=robot).ends["largest"]
+    found = limits(
+        given, "FL_calf_joint", Point(frame="imu"), 0.1, strikes=(0.0, 0.0), robot=robot
+    ).ends["largest"]
     (limit,) = (one.high for one in found.limits[0].allowed if one.high_end == "bound")
-    landing = resolve(dataclasses.replace(given, posture=Posture(joints_deg={"FL_calf_joint": math.degrees(limit)})), robot)
+    landing = resolve(
+        dataclasses.replace(
+            given, posture=Posture(joints_deg={"FL_calf_joint": math.degrees(limit)})
+        ),
+        robot,
+    )
     model = landing.joint_model
     (point,) = profile_of(with_inertias(landing, model.high - model.armature)).points
     assert point.shock == pytest.approx(0.1, rel=1e-6)
     assert "drives: " not in good(capfd, *words, "--joints", "free"), "the drives are known"
-    assert not limits(given, "armature:FL_calf_joint", Point(frame="imu"), 0.1, joint_range=(0.005, 0.05), robot=robot).ends
+    assert not limits(
+        given,
+        "armature:FL_calf_joint",
+        Point(frame="imu"),
+        0.1,
+        joint_range=(0.005, 0.05),
+        robot=robot,
+    ).ends

@@ -19,12 +19,20 @@ LANDINGS = {
     "sliding, rebound along the normal": Scene(
         robot="anymal_b",
         contact=(
-            Contact(frame="LF_FOOT", at="frame", directions=("x", "z"), restitution=0.4, restitution_along="normal"),
+            Contact(
+                frame="LF_FOOT",
+                at="frame",
+                directions=("x", "z"),
+                restitution=0.4,
+                restitution_along="normal",
+            ),
             Contact(frame="RH_FOOT", at="frame", directions=("z",)),
         ),
     ),
     "flat foot": on("talos", "left_sole_link", kind="flat", at="frame", directions=("z",)),
-    "base in the plane": on("anymal_b", "LF_FOOT", at="frame", base="planar", directions=("x", "z"), stance=()),
+    "base in the plane": on(
+        "anymal_b", "LF_FOOT", at="frame", base="planar", directions=("x", "z"), stance=()
+    ),
     "followers on a fixed base": on("panda", "panda_leftfinger", at="frame"),
     "several joints of one body": on(IN_SERIES, "shank", at="frame"),
 }
@@ -38,8 +46,15 @@ def test_other_postures_are_those_that_are_proven(name):
     landing, rng = resolve(scene, robot), np.random.default_rng(2)
     nb = len(robot.bodies)
     live = live_landing(landing, boxes=np.tile([[[-0.1] * 3], [[0.1] * 3]], (nb, 1, 1, 1))[:, :, 0])
-    assert live.tilts == {"free": ("pitch", "roll"), "planar": ("pitch",), "fixed": ()}[landing.base]
-    x = np.array([np.clip(one.value * rng.uniform(0.8, 1.2) + rng.uniform(-0.1, 0.1), one.low, one.high) for one in live.sliders])
+    assert (
+        live.tilts == {"free": ("pitch", "roll"), "planar": ("pitch",), "fixed": ()}[landing.base]
+    )
+    x = np.array(
+        [
+            np.clip(one.value * rng.uniform(0.8, 1.2) + rng.uniform(-0.1, 0.1), one.low, one.high)
+            for one in live.sliders
+        ]
+    )
     kinds = np.array([one.kind for one in live.sliders])
     pitch, roll = rng.uniform(-0.5, 0.5, 2) * [bool(live.tilts), len(live.tilts) > 1]
     about = landing.plane.normal, landing.plane.forward
@@ -60,7 +75,11 @@ def test_other_postures_are_those_that_are_proven(name):
     profile = profile_of(replace(there, before=landing.before._replace(velocity=strike)))
 
     size = np.abs(profile.proof.jumps[..., 3]).max()
-    rotation, position, jumps = out[: 9 * nb].reshape(nb, 3, 3), out[9 * nb : 12 * nb].reshape(nb, 3), out[12 * nb : 18 * nb]
+    rotation, position, jumps = (
+        out[: 9 * nb].reshape(nb, 3, 3),
+        out[9 * nb : 12 * nb].reshape(nb, 3),
+        out[12 * nb : 18 * nb],
+    )
     np.testing.assert_allclose(T @ rotation, profile.rotation, atol=1e-12)
     np.testing.assert_allclose(position @ T.T + there.state.origin[0], profile.position, atol=1e-12)
     np.testing.assert_allclose(jumps.reshape(nb, 6), profile.proof.jumps[..., 3], atol=1e-10 * size)
@@ -69,8 +88,16 @@ def test_other_postures_are_those_that_are_proven(name):
     np.testing.assert_allclose(found, impulses, atol=1e-10 * np.abs(impulses).max())
     loads = out[18 * nb + impulses.size : -1].reshape(-1, 7)
     for load, row in zip(profile.loads, loads, strict=True):
-        wanted = [np.nan if load.along is None else load.along, np.linalg.norm(load.force), np.linalg.norm(load.moment)]
-        here = [row[0] if load.along is not None else np.nan, np.linalg.norm(row[1:4]), np.linalg.norm(row[4:])]
+        wanted = [
+            np.nan if load.along is None else load.along,
+            np.linalg.norm(load.force),
+            np.linalg.norm(load.moment),
+        ]
+        here = [
+            row[0] if load.along is not None else np.nan,
+            np.linalg.norm(row[1:4]),
+            np.linalg.norm(row[4:]),
+        ]
         np.testing.assert_allclose(here, wanted, atol=1e-9 * np.abs(impulses).max())
     assert 1.0 <= out[-1] < 1e6
 
@@ -82,7 +109,10 @@ def test_masses_are_those_of_a_changed_robot():
     assert [one.name for one in live.sliders] == ["knee", "body", "shin"]
     values = [0.3, 2.5, 0.9]
     (out,) = live.program(np.array([[*values, *landing.before.velocity, *np.eye(3).ravel()]]))
-    heavier = changed(robot, [Change("mass", name, value, False) for name, value in (("body", 2.5), ("shin", 0.9))])
+    heavier = changed(
+        robot,
+        [Change("mass", name, value, False) for name, value in (("body", 2.5), ("shin", 0.9))],
+    )
     profile = profile_of(resolve(replace(scene, posture=Posture(joints={"knee": 0.3})), heavier))
     np.testing.assert_allclose(out[24:36].reshape(2, 6), profile.proof.jumps[..., 3], atol=1e-11)
 

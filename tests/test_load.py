@@ -5,10 +5,32 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, refused, urdf, written, xacro
+from robot_texts import (
+    BODY,
+    LIMIT,
+    arm,
+    body,
+    floating,
+    joint,
+    link,
+    mjcf,
+    refused,
+    urdf,
+    written,
+    xacro,
+)
 
 import shockpc
-from shockpc import Contact, Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    RobotError,
+    Scene,
+    StudyError,
+    UnknownName,
+    load_robot,
+    shock_profile,
+)
 from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
@@ -20,7 +42,12 @@ from shockpc.studies.check.study import check_budgets
 SRDF = '<robot name="r"><group_state name="standing" group="all"/></robot>'
 PAYLOAD = xacro('<xacro:arg name="payload" default="1"/>', link("base", mass="$(arg payload)"))
 HINGES = {name: f'<joint name="{name}_hinge" axis="0 1 0"/>' for name in "ab"}
-DOGS = mjcf("".join(f'<body name="{n}"><freejoint/>{BODY}{body(n + "_foot", joints=HINGES[n])}</body>' for n in "ab"))
+DOGS = mjcf(
+    "".join(
+        f'<body name="{n}"><freejoint/>{BODY}{body(n + "_foot", joints=HINGES[n])}</body>'
+        for n in "ab"
+    )
+)
 
 
 def test_scenes_of_one_robot_share_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -46,18 +73,34 @@ def test_scenes_of_one_robot_share_it(tmp_path: Path, monkeypatch: pytest.Monkey
         (arm(), "dog.urdf", arm(), arm(tip=link("tip", mass="2"))),
         (arm(), "dog.srdf", "", SRDF),
         (arm(), "dog.srdf", SRDF, SRDF.replace("standing", "lying")),
-        (xacro('<xacro:include filename="part.xacro"/>'), "part.xacro", urdf(link("base")), urdf(link("base", mass="2.5"))),
-        ('<mujoco><include file="part.xml"/></mujoco>', "part.xml", mjcf(floating()), mjcf(floating(body("b")))),
+        (
+            xacro('<xacro:include filename="part.xacro"/>'),
+            "part.xacro",
+            urdf(link("base")),
+            urdf(link("base", mass="2.5")),
+        ),
+        (
+            '<mujoco><include file="part.xml"/></mujoco>',
+            "part.xml",
+            mjcf(floating()),
+            mjcf(floating(body("b"))),
+        ),
     ],
     ids=["robot", "new SRDF", "SRDF", "xacro include", "MJCF include"],
 )
-def test_a_robot_is_loaded_again_when_one_of_its_files_changes(tmp_path: Path, main: str, name: str, before: str, after: str):
+def test_a_robot_is_loaded_again_when_one_of_its_files_changes(
+    tmp_path: Path, main: str, name: str, before: str, after: str
+):
     def load() -> tuple[float, list[str]]:
         robot = robot_of(Scene(robot=path))
         assert robot_of(Scene(robot=path)) is robot
         return robot.mass, list(robot.postures)
 
-    path = written(tmp_path, main, "dog.urdf" if "<link" in main else "dog.xml" if "mujoco" in main else "dog.xacro")
+    path = written(
+        tmp_path,
+        main,
+        "dog.urdf" if "<link" in main else "dog.xml" if "mujoco" in main else "dog.xacro",
+    )
     if before:
         written(tmp_path, before, name)
     first = load()
@@ -74,10 +117,16 @@ def test_place_refuses_one_file_with_two_arguments(tmp_path: Path):
 
 
 def test_check_computes_each_robot_of_an_mjcf(tmp_path: Path):
-    """A second case on another robot of the file was refused, because it was looked for in the first one."""
+    """A second case on another robot of the file was refused, because it was looked for in the
+    first one.
+    """
     path = written(tmp_path, DOGS, "dogs.xml")
-    cases = tuple(Case(name=name, robot=path, contact=(Contact(frame=f"{name}_foot"),)) for name in "ab")
-    check = check_budgets(Budgets(None, cases, (Budget(at="*_foot", metric="effective_mass", min=0.0),), ()))
+    cases = tuple(
+        Case(name=name, robot=path, contact=(Contact(frame=f"{name}_foot"),)) for name in "ab"
+    )
+    check = check_budgets(
+        Budgets(None, cases, (Budget(at="*_foot", metric="effective_mass", min=0.0),), ())
+    )
     for case in cases:
         profile = shock_profile(case.landings[0][1], load_robot(path, frames=[f"{case.name}_foot"]))
         (value,) = [value for key, value in check.values.items() if key.case == case.name]
@@ -106,7 +155,9 @@ ROBOTS = [
     for name in (*SETS["quadrupeds"], *SETS["bipeds"], "panda", "pr2", "tiago_pro")
     if not name.startswith(("romeo", "icub", "alex"))
 ]
-"""Without those that cannot be landed on their last body, and icub, whose condition of 1e19 shows the last bit of an angle."""
+"""Without those that cannot be landed on their last body, and icub, whose condition of 1e19 shows
+the last bit of an angle.
+"""
 
 
 @pytest.mark.slow
@@ -116,57 +167,93 @@ def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
     import yourdfpy  # takes a second
 
     robot = load_robot(name)
-    path, srdf = str(robot.source.path), None if robot.source.srdf is None else str(robot.source.srdf)
-    contact = Contact(frame=robot.bodies[-1].name, at="frame", kind="point")  # a model has no geometry
+    path, srdf = (
+        str(robot.source.path),
+        None if robot.source.srdf is None else str(robot.source.srdf),
+    )
+    # a model has no geometry
+    contact = Contact(frame=robot.bodies[-1].name, at="frame", kind="point")
     scene = Scene(robot=name, contact=contact, joints=Joints(drives="none"))  # known by name alone
     expected = shock_profile(scene, robot)
-    others = [load_robot(yourdfpy.URDF.load(path, load_meshes=False, build_scene_graph=False), srdf=srdf)]
+    others = [
+        load_robot(yourdfpy.URDF.load(path, load_meshes=False, build_scene_graph=False), srdf=srdf)
+    ]
     if not robot.mimics:  # which Pinocchio reads as independent joints
-        others.append(load_robot(pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer()), srdf=srdf))
+        others.append(
+            load_robot(pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer()), srdf=srdf)
+        )
     for other in others:
         profile = shock_profile(scene, other)
         assert profile.bodies == expected.bodies
         np.testing.assert_allclose(profile.maps, expected.maps, rtol=0.0, atol=1e-12)
         np.testing.assert_array_equal(
-            [joint.limits for joint in other.joints], [joint.limits for joint in robot.joints], err_msg="limits"
+            [joint.limits for joint in other.joints],
+            [joint.limits for joint in robot.joints],
+            err_msg="limits",
         )
 
 
 @pytest.mark.slow
 def test_a_geometry_model_gives_the_shapes_of_the_file():
     """Boxes, cylinders and capsules of the collision model, and meshes by the names of their files."""
-    expected, path = outline(load_robot("anymal_b"), "collision"), str(load_robot("anymal_b").source.path)
+    expected, path = (
+        outline(load_robot("anymal_b"), "collision"),
+        str(load_robot("anymal_b").source.path),
+    )
     model = pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer())
-    geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.COLLISION, package_dirs=[str(data_folder().parent)])
+    geometry = pin.buildGeomFromUrdf(
+        model, path, pin.GeometryType.COLLISION, package_dirs=[str(data_folder().parent)]
+    )
     shapes = outline(load_robot(model, geometry=geometry), "collision")
     assert shapes.warnings == ()
     for expected_shapes, other in zip(expected.shapes, shapes.shapes, strict=True):
         for ours, theirs in zip(expected_shapes, other, strict=True):
             np.testing.assert_allclose(theirs.points, ours.points, atol=1e-15)
             np.testing.assert_allclose(theirs.rounding, ours.rounding, atol=1e-15)
-    geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.VISUAL, package_dirs=[str(data_folder().parent)])
+    geometry = pin.buildGeomFromUrdf(
+        model, path, pin.GeometryType.VISUAL, package_dirs=[str(data_folder().parent)]
+    )
     shapes = outline(load_robot(model, geometry=geometry), "collision")
     assert shapes.warnings == ()
-    assert all(any(shape.mesh is not None for shape in expected_shapes) for expected_shapes in shapes.shapes)
+    assert all(
+        any(shape.mesh is not None for shape in expected_shapes)
+        for expected_shapes in shapes.shapes
+    )
 
 
 def test_a_model_built_by_hand_needs_no_frames(tmp_path: Path):
-    """Its bodies are called like their joints; rotors become armature, and changes of a link's mass change the body's."""
-    text = urdf(link("base"), link("tip"), joint("elbow", "base", "tip", more='<origin xyz="0 0 1"/>' + LIMIT))
+    """Its bodies are called like their joints; rotors become armature, and changes of a link's mass
+    change the body's.
+    """
+    text = urdf(
+        link("base"),
+        link("tip"),
+        joint("elbow", "base", "tip", more='<origin xyz="0 0 1"/>' + LIMIT),
+    )
     from_file = load_robot(written(tmp_path, text))
     model = pin.Model()
     base = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
-    tip = model.addJoint(base, pin.JointModelRY(), pin.SE3(np.eye(3), np.array([0.0, 0.0, 1.0])), "tip")
+    tip = model.addJoint(
+        base, pin.JointModelRY(), pin.SE3(np.eye(3), np.array([0.0, 0.0, 1.0])), "tip"
+    )
     for index in (base, tip):
-        model.appendBodyToJoint(index, pin.Inertia(1.0, np.zeros(3), 0.1 * np.eye(3)), pin.SE3.Identity())
+        model.appendBodyToJoint(
+            index, pin.Inertia(1.0, np.zeros(3), 0.1 * np.eye(3)), pin.SE3.Identity()
+        )
     model.rotorInertia[6], model.rotorGearRatio[6] = 1e-4, 10.0
     robot = load_robot(model)
-    assert (robot.free_base, robot.links, robot.model.armature[6]) == (True, ("base", "tip"), pytest.approx(1e-2, rel=1e-15))
+    assert (robot.free_base, robot.links, robot.model.armature[6]) == (
+        True,
+        ("base", "tip"),
+        pytest.approx(1e-2, rel=1e-15),
+    )
     assert model.armature[6] == 0.0
     scene = Scene(robot="arm", contact="tip", joints=Joints(armature={"*": 1e-2}))
     heavier = [changed(one, read_changes("mass:tip=2")) for one in (from_file, robot)]
     for first, other in ((from_file, robot), heavier):
-        np.testing.assert_allclose(shock_profile(scene, other).maps, shock_profile(scene, first).maps, atol=1e-14)
+        np.testing.assert_allclose(
+            shock_profile(scene, other).maps, shock_profile(scene, first).maps, atol=1e-14
+        )
 
 
 def helical():

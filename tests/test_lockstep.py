@@ -1,4 +1,6 @@
-"""Runs in lockstep: each gets its own answers, what they ask for is computed together, and errors end all of them."""
+"""Runs in lockstep: each gets its own answers, what they ask for is computed together, and errors
+end all of them.
+"""
 
 import subprocess
 import sys
@@ -90,5 +92,7 @@ print(interrupted)
 
 
 def test_an_interruption_ends_all_runs_whenever_it_comes():
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=False
+    )
     assert done.stdout == "400\n", done.stderr

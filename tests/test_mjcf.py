@@ -13,7 +13,17 @@ import pytest
 from commands import says
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
-from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, configuration_from_mujoco, load_robot, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Posture,
+    Robot,
+    Scene,
+    Strike,
+    configuration_from_mujoco,
+    load_robot,
+    shock_profile,
+)
 from shockpc.core.spatial import in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.scene_file import robot_of
@@ -30,13 +40,20 @@ TURNED = 'pos="0.3 0.1 -.2" euler="10 20 30"'
 ENDS = 'fromto="0.1 0.2 -0.3 0.4 -0.1 0.2"'
 
 READ = {
-    "joint free": mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free"/>')),
+    "joint free": mjcf(
+        floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free"/>')
+    ),
     "inertial over a mesh": mjcf(floating(body("b", BODY + '<geom type="mesh" mesh="m"/>')), MESH),
-    "weightless mesh": mjcf(floating(body("b", BOX + '<geom type="mesh" mesh="m" density="0"/>')), MESH),
+    "weightless mesh": mjcf(
+        floating(body("b", BOX + '<geom type="mesh" mesh="m" density="0"/>')), MESH
+    ),
     "nameless bodies": mjcf(floating(body("b").replace('name="b"', "")).replace('name="base"', "")),
-    "actuator gear": mjcf(floating(body("b", joints=HINGE)), after='<actuator><motor joint="j" gear="10"/></actuator>'),
+    "actuator gear": mjcf(
+        floating(body("b", joints=HINGE)), after='<actuator><motor joint="j" gear="10"/></actuator>'
+    ),
     "loop switched off": mjcf(
-        floating(body("b"), body("c", joints="")), after='<equality><weld body1="b" body2="c" active="false"/></equality>'
+        floating(body("b"), body("c", joints="")),
+        after='<equality><weld body1="b" body2="c" active="false"/></equality>',
     ),
     "sites between two ends": mjcf(
         floating(
@@ -46,19 +63,28 @@ READ = {
         )
     ),
     "fixed base in a frame of the world": mjcf(
-        f"<frame {TURNED}>{floating(body('b'), at=TURNED)}</frame>".replace('<freejoint name="root"/>', "")
+        f"<frame {TURNED}>{floating(body('b'), at=TURNED)}</frame>".replace(
+            '<freejoint name="root"/>', ""
+        )
     ),
     "mass of a mesh": mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), MESH),
     "armature of a free joint": mjcf(
         floating(body("b")).replace('<freejoint name="root"/>', '<joint name="root" type="free"/>'),
         '<default><joint armature="0.2"/></default>',
     ),
-    "armature of an actuator": mjcf(floating(body("b")), after='<actuator><motor joint="j" armature="0.1" gear="-3"/></actuator>'),
-    "height field, and a static body with a mesh": mjcf(
-        '<geom type="hfield" hfield="h"/><body name="table"><geom type="mesh" mesh="lost"/></body>' + floating(body("b")),
-        '<asset><hfield name="h" file="h.png" size="1 1 1 1"/><mesh name="lost" file="lost.stl"/></asset>',
+    "armature of an actuator": mjcf(
+        floating(body("b")),
+        after='<actuator><motor joint="j" armature="0.1" gear="-3"/></actuator>',
     ),
-    "static base whose inertial is incomplete": mjcf(f'<body name="base"><inertial pos="0 0 0" mass="1"/>{body("b")}</body>'),
+    "height field, and a static body with a mesh": mjcf(
+        '<geom type="hfield" hfield="h"/><body name="table"><geom type="mesh" mesh="lost"/></body>'
+        + floating(body("b")),
+        '<asset><hfield name="h" file="h.png" size="1 1 1 1"/><mesh name="lost" '
+        'file="lost.stl"/></asset>',
+    ),
+    "static base whose inertial is incomplete": mjcf(
+        f'<body name="base"><inertial pos="0 0 0" mass="1"/>{body("b")}</body>'
+    ),
     "limits in degrees and in metres": mjcf(
         floating(
             body("b", joints='<joint name="j" axis="0 1 0" range="-30 90"/>')
@@ -70,22 +96,42 @@ READ = {
             body(
                 "b",
                 joints='<joint type="slide" axis="1 2 0" ref=".3"/>'
-                '<joint name="mid" axis="0 1 1" pos="0 0 .2" ref="20" armature=".3" range="-10 20"/>'
+                '<joint name="mid" axis="0 1 1" pos="0 0 .2" ref="20" armature=".3" range="-10 '
+                '20"/>'
                 '<joint type="ball" pos=".1 .2 .3"/>',
             )
         )
     ),
-    "geoms fitted to a mesh": mjcf(floating(body("b", '<geom type="capsule" mesh="m" density="200"/>')), MESH),
+    "geoms fitted to a mesh": mjcf(
+        floating(body("b", '<geom type="capsule" mesh="m" density="200"/>')), MESH
+    ),
     "nothing but sensors, pairs, skins and lights besides": mjcf(
-        floating(body("b", BODY + '<geom name="g" type="mesh" mesh="m" material="red"/><light/><camera name="c"/>')),
-        MESH.replace("</asset>", '<texture name="t" type="2d" file="t.png"/><material name="red" texture="t"/></asset>'),
-        '<contact><exclude body1="base" body2="b"/></contact><sensor><framepos objtype="geom" objname="g"/></sensor>',
+        floating(
+            body(
+                "b",
+                BODY
+                + '<geom name="g" type="mesh" mesh="m" material="red"/><light/><camera name="c"/>',
+            )
+        ),
+        MESH.replace(
+            "</asset>",
+            '<texture name="t" type="2d" file="t.png"/><material name="red" texture="t"/></asset>',
+        ),
+        '<contact><exclude body1="base" body2="b"/></contact><sensor><framepos objtype="geom" '
+        'objname="g"/></sensor>',
     ),
     "spatial tendon over a sphere": mjcf(
-        floating('<site name="s"/>' + body("b", BODY + '<geom name="ball" size=".05"/><site name="t"/>')),
-        after='<tendon><spatial><site site="s"/><geom geom="ball"/><site site="t"/></spatial></tendon>',
+        floating(
+            '<site name="s"/>' + body("b", BODY + '<geom name="ball" size=".05"/><site name="t"/>')
+        ),
+        after=(
+            '<tendon><spatial><site site="s"/><geom geom="ball"/><site '
+            'site="t"/></spatial></tendon>'
+        ),
     ),
-    "table first": mjcf('<body name="table" pos="1 0 0"><geom size=".1"/></body>' + floating(body("b"))),
+    "table first": mjcf(
+        '<body name="table" pos="1 0 0"><geom size=".1"/></body>' + floating(body("b"))
+    ),
 }
 
 
@@ -97,7 +143,11 @@ def from_text(folder: Path, text: str) -> Robot:
 def without_assets(text: str) -> mujoco.MjModel:
     """MuJoCo's model of a text whose asset files do not exist."""
     spec = mujoco.MjSpec.from_string(text)
-    for geom in [geom for geom in spec.geoms if geom.meshname == "lost" or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]:
+    for geom in [
+        geom
+        for geom in spec.geoms
+        if geom.meshname == "lost" or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD
+    ]:
         spec.delete(geom)
     for item in [*(mesh for mesh in spec.meshes if mesh.file), *spec.hfields, *spec.textures]:
         spec.delete(item)
@@ -128,8 +178,14 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
     assert np.abs(to_world.T @ ours @ to_world - inertia).max() < 1e-12 * np.abs(inertia).max()
 
     pin.framesForwardKinematics(robot.model, data, q)
-    placed = [(theirs.body(k).name, pin.FrameType.BODY, state.xpos[k], state.xmat[k]) for k in range(1, theirs.nbody)]
-    placed += [(theirs.site(k).name, pin.FrameType.OP_FRAME, state.site_xpos[k], state.site_xmat[k]) for k in range(theirs.nsite)]
+    placed = [
+        (theirs.body(k).name, pin.FrameType.BODY, state.xpos[k], state.xmat[k])
+        for k in range(1, theirs.nbody)
+    ]
+    placed += [
+        (theirs.site(k).name, pin.FrameType.OP_FRAME, state.site_xpos[k], state.site_xmat[k])
+        for k in range(theirs.nsite)
+    ]
     for name, kind, position, rotation in placed:
         if name:
             place = data.oMf[robot.model.getFrameId(name, kind)]
@@ -139,9 +195,19 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
 
 def test_a_qpos_that_the_file_has_not_is_refused(tmp_path: Path):
     robot = from_text(tmp_path, mjcf(floating(body("b"))))
-    for qpos, part in ((np.zeros(7), "8 finite numbers"), (np.full(8, np.nan), "8 finite numbers"), (np.zeros(8), "length 0")):
+    for qpos, part in (
+        (np.zeros(7), "8 finite numbers"),
+        (np.full(8, np.nan), "8 finite numbers"),
+        (np.zeros(8), "length 0"),
+    ):
         refused(SceneError, [part], configuration_from_mujoco, robot, qpos)
-    refused(RobotError, ['quaternion="wxyz"'], configuration_from_mujoco, load_robot("anymal_b"), np.zeros(19))
+    refused(
+        RobotError,
+        ['quaternion="wxyz"'],
+        configuration_from_mujoco,
+        load_robot("anymal_b"),
+        np.zeros(19),
+    )
 
 
 def drawn_at_random(theirs: mujoco.MjModel, seed: int) -> np.ndarray:
@@ -152,8 +218,12 @@ def drawn_at_random(theirs: mujoco.MjModel, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", READ)
-def test_inertia_and_placements_equal_mujocos(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
-    """In the posture that the file draws, and in another one; nothing is printed and no file is written."""
+def test_inertia_and_placements_equal_mujocos(
+    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+):
+    """In the posture that the file draws, and in another one; nothing is printed and no file is
+    written.
+    """
     robot = from_text(tmp_path, READ[name])
     assert capfd.readouterr() == ("", "")
     assert [path.name for path in tmp_path.iterdir()] == ["dog.xml"]
@@ -179,17 +249,32 @@ def random_mjcf(seed: int) -> str:
         joints = "<freejoint/>" if number == 0 and rng.random() < 0.6 else ""
         count = 0 if joints else rng.choice((0, 1, 1, 1, 2, 3)) if number else 1
         for left in reversed(range(count)):
-            kind = rng.choice(("hinge", "hinge", "slide", "hinge" if left else "ball"))  # no joint of a body comes after a ball
+            # no joint of a body comes after a ball
+            kind = rng.choice(("hinge", "hinge", "slide", "hinge" if left else "ball"))
             more = "" if kind == "ball" else f'axis="{numbers(3)}" ref="{rng.normal():.17g}"'
-            joints += f'<joint type="{kind}" pos="{numbers(3)}" armature="{rng.random():.17g}" {more}/>'
-        mass = f'<geom type="box" size=".1 .2 .3" pos="{numbers(3)}" euler="{numbers(3)}"/><geom size=".2" density="50"/>'
+            joints += (
+                f'<joint type="{kind}" pos="{numbers(3)}" armature="{rng.random():.17g}" {more}/>'
+            )
+        mass = (
+            f'<geom type="box" size=".1 .2 .3" pos="{numbers(3)}" euler="{numbers(3)}"/><geom '
+            f'size=".2" density="50"/>'
+        )
         if rng.random() < 0.5:
             xx, yy, zz = rng.uniform(0.5, 0.9, 3)
             offdiagonal = " ".join(f"{value:.17g}" for value in rng.uniform(-0.05, 0.05, 3))
-            mass = f'<inertial pos="{numbers(3)}" mass="{rng.random() + 0.1}" fullinertia="{xx} {yy} {zz} {offdiagonal}"/>'
+            mass = (
+                f'<inertial pos="{numbers(3)}" mass="{rng.random() + 0.1}" fullinertia="{xx} {yy} '
+                f'{zz} {offdiagonal}"/>'
+            )
         inside = "".join(written(child) for child in children[number])
-        frame = f'<frame pos="{numbers(3)}" euler="{numbers(3)}"><site name="s{number}" pos="{numbers(3)}"/>{inside}</frame>'
-        return f'<body name="b{number}" pos="{numbers(3)}" quat="{numbers(4)}">{joints}{mass}{frame}</body>'
+        frame = (
+            f'<frame pos="{numbers(3)}" euler="{numbers(3)}"><site name="s{number}" '
+            f'pos="{numbers(3)}"/>{inside}</frame>'
+        )
+        return (
+            f'<body name="b{number}" pos="{numbers(3)}" '
+            f'quat="{numbers(4)}">{joints}{mass}{frame}</body>'
+        )
 
     sequence = "".join(rng.choice(list("xyzXYZ"), 3))
     return mjcf(written(0), f'<compiler angle="radian" eulerseq="{sequence}"/>')
@@ -213,11 +298,16 @@ def test_limits_are_in_radians_and_metres(tmp_path: Path):
     assert robot.joint_names == ("b_joint_1", "mid", "b_joint_3")
 
 
-PLANAR = '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/><joint name="pitch" axis="0 1 0"/>'
+PLANAR = (
+    '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/><joint '
+    'name="pitch" axis="0 1 0"/>'
+)
 
 
 def test_joints_of_one_body_are_set_driven_and_locked_by_their_names(tmp_path: Path):
-    """A planar trunk: the jump is that of MuJoCo's matrices with an armature added to z and the column of pitch left out."""
+    """A planar trunk: the jump is that of MuJoCo's matrices with an armature added to z and the
+    column of pitch left out.
+    """
     text = mjcf(body("trunk", BODY + body("b", joints='<joint name="knee" axis="0 1 0"/>'), PLANAR))
     robot = from_text(tmp_path, text)
     values = {"x": 0.3, "z": 0.2, "pitch": 0.4, "knee": -0.7}
@@ -235,10 +325,21 @@ def test_joints_of_one_body_are_set_driven_and_locked_by_their_names(tmp_path: P
     mujoco.mj_fullM(theirs, state, M)
     M[1, 1] += 0.5
     number = theirs.body("b").id
-    mujoco.mj_jac(theirs, state, J, None, state.xpos[number] + state.xmat[number].reshape(3, 3) @ [0.1, 0.0, -0.3], number)
+    mujoco.mj_jac(
+        theirs,
+        state,
+        J,
+        None,
+        state.xpos[number] + state.xmat[number].reshape(3, 3) @ [0.1, 0.0, -0.3],
+        number,
+    )
     M, J = M[np.ix_(free, free)], J[np.ix_([0, 2], free)]
-    expected = np.linalg.solve(M, J.T @ np.linalg.solve(J @ np.linalg.solve(M, J.T), np.array([-0.2, 1.0])))
-    np.testing.assert_allclose(shock_profile(scene, robot).delta_qd, np.insert(expected, 2, 0.0), atol=1e-13)
+    expected = np.linalg.solve(
+        M, J.T @ np.linalg.solve(J @ np.linalg.solve(M, J.T), np.array([-0.2, 1.0]))
+    )
+    np.testing.assert_allclose(
+        shock_profile(scene, robot).delta_qd, np.insert(expected, 2, 0.0), atol=1e-13
+    )
 
 
 SHARED = mjcf(
@@ -246,21 +347,29 @@ SHARED = mjcf(
         body(
             "b",
             BODY + body("c", joints='<joint name="knee" axis="0 1 0"/>'),
-            '<joint name="rail" type="slide" axis="0.1 0.2 1"/><joint name="yaw" axis="0 0 1" pos="0 0.1 0.05" armature="0.02"/>'
-            '<joint name="pitch" axis="0.2 1 0" pos="0.05 -0.1 0.02"/><joint name="roll" axis="1 0 0.1" pos="-0.1 0.03 0.2"/>',
+            '<joint name="rail" type="slide" axis="0.1 0.2 1"/><joint name="yaw" axis="0 0 1" '
+            'pos="0 0.1 0.05" armature="0.02"/>'
+            '<joint name="pitch" axis="0.2 1 0" pos="0.05 -0.1 0.02"/><joint name="roll" axis="1 0 '
+            '0.1" pos="-0.1 0.03 0.2"/>',
         )
     )
 )
 
 
 @pytest.mark.parametrize("locked", [(), ("pitch",), ("rail", "roll"), ("*",)])
-def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(tmp_path: Path, locked: tuple[str, ...]):
-    """MuJoCo's anchors and axes: moment · axis is the joint's row of M Δq̇ − Jᵀ λ without its armature, in balls and in doubles.
+def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(
+    tmp_path: Path, locked: tuple[str, ...]
+):
+    """MuJoCo's anchors and axes: moment · axis is the joint's row of M Δq̇ − Jᵀ λ without its
+    armature, in balls and in doubles.
 
     Moments of joints that share a body differ by the lever between their anchors.
     """
     robot = from_text(tmp_path, SHARED)
-    theirs, values = mujoco.MjModel.from_xml_string(SHARED), {"rail": 0.2, "yaw": 0.7, "pitch": -0.5, "roll": 0.4, "knee": -0.9}
+    theirs, values = (
+        mujoco.MjModel.from_xml_string(SHARED),
+        {"rail": 0.2, "yaw": 0.7, "pitch": -0.5, "roll": 0.4, "knee": -0.9},
+    )
     state, M, J = mujoco.MjData(theirs), np.zeros((theirs.nv, theirs.nv)), np.zeros((3, theirs.nv))
     state.qpos[:] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *values.values()]
     scene = Scene(
@@ -273,16 +382,28 @@ def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(tmp_path: Path, 
     mujoco.mj_forward(theirs, state)
     mujoco.mj_fullM(theirs, state, M)
     foot = theirs.body("c").id
-    mujoco.mj_jac(theirs, state, J, None, state.xpos[foot] + state.xmat[foot].reshape(3, 3) @ [0.1, 0.0, -0.3], foot)
+    mujoco.mj_jac(
+        theirs,
+        state,
+        J,
+        None,
+        state.xpos[foot] + state.xmat[foot].reshape(3, 3) @ [0.1, 0.0, -0.3],
+        foot,
+    )
     profile = shock_profile(scene, robot)
     (contact,) = profile.contacts
     # The base stands unturned at the origin, where the velocities of both libraries mean the same.
     carried = M @ profile.delta_qd - J.T @ contact.impulse - theirs.dof_armature * profile.delta_qd
     names = list(values)
     equation, solution, jumps = impact_jumps(profile.landing, profile.landing.state, True)
-    double = DoubleImpact(profile.landing, equation, solution, in_body_axes(jumps, profile.landing.state.rotation))
+    double = DoubleImpact(
+        profile.landing, equation, solution, in_body_axes(jumps, profile.landing.state.rotation)
+    )
     places = profile.places("joint")
-    moments, forces = (evaluate(select(f"joint.{key}").quantity, double, places)[0, 0] for key in ("moment", "force"))
+    moments, forces = (
+        evaluate(select(f"joint.{key}").quantity, double, places)[0, 0]
+        for key in ("moment", "force")
+    )
     assert [place.name for place in places] == names
     size = np.abs(carried).max() + np.abs(forces).max()
     proven = [[load.moment for load in profile.loads], [load.force for load in profile.loads]]
@@ -290,12 +411,16 @@ def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(tmp_path: Path, 
         for k, name in enumerate(names):
             number = theirs.joint(name).id
             pushed = force[k] if name == "rail" else found[k]
-            assert pushed @ state.xaxis[number] == pytest.approx(carried[6 + k], abs=1e-10 * size), name
+            assert pushed @ state.xaxis[number] == pytest.approx(
+                carried[6 + k], abs=1e-10 * size
+            ), name
             # MuJoCo gives the anchor of a slide before it slides.
             slid = values[name] * state.xaxis[number] if name == "rail" else np.zeros(3)
             lever = state.xanchor[number] + slid - state.xanchor[theirs.joint("roll").id]
             if name != "knee":
-                np.testing.assert_allclose(found[k], found[3] - np.cross(lever, force[k]), atol=1e-10 * size, err_msg=name)
+                np.testing.assert_allclose(
+                    found[k], found[3] - np.cross(lever, force[k]), atol=1e-10 * size, err_msg=name
+                )
     assert size > 0.1
 
 
@@ -307,14 +432,30 @@ def test_armature_of_a_free_joint_is_mass_of_the_base(tmp_path: Path):
     (warning,) = robot.warnings
     assert 'joint "root" is free and has armature 0.2' in warning
     assert "<freejoint/>" in warning
-    other = from_text(tmp_path, READ["armature of a free joint"].replace('<joint name="root" type="free"/>', "<freejoint/>"))
+    other = from_text(
+        tmp_path,
+        READ["armature of a free joint"].replace(
+            '<joint name="root" type="free"/>', "<freejoint/>"
+        ),
+    )
     assert (other.bodies[0].mass, other.warnings) == (1.0, ())
 
 
 def test_frames_are_links_sites_joints_and_collision_geoms(tmp_path: Path):
-    """Bodies that cannot move have frames too, fixed to the world; geoms that collide are found by their names: many are feet."""
-    foot = '<geom name="foot" size=".02" pos="0 0 -.3"/><geom name="skin" size=".1" contype="0" conaffinity="0"/>'
-    robot = from_text(tmp_path, mjcf('<body name="table" pos="1 0 0"/>' + floating(body("b", BODY + foot + '<site name="imu"/>'))))
+    """Bodies that cannot move have frames too, fixed to the world; geoms that collide are found by
+    their names: many are feet.
+    """
+    foot = (
+        '<geom name="foot" size=".02" pos="0 0 -.3"/><geom name="skin" size=".1" contype="0" '
+        'conaffinity="0"/>'
+    )
+    robot = from_text(
+        tmp_path,
+        mjcf(
+            '<body name="table" pos="1 0 0"/>'
+            + floating(body("b", BODY + foot + '<site name="imu"/>'))
+        ),
+    )
     kinds = {frame.name: (frame.kind, frame.body) for frame in robot.frames.values()}
     assert kinds == {
         "base": ("link", 0),
@@ -332,15 +473,17 @@ def test_frames_are_links_sites_joints_and_collision_geoms(tmp_path: Path):
 def test_keyframes(tmp_path: Path):
     """A keyframe becomes a posture; one of the wrong size is left out with a line that says so."""
     keys = (
-        '<keyframe><key name="home" qpos="1 2 3 2 0 0 0 .3"/><key name="old" qpos="1 2 3"/><key name="bad" qpos="{}"/></keyframe>'
+        '<keyframe><key name="home" qpos="1 2 3 2 0 0 0 .3"/><key name="old" qpos="1 2 3"/><key '
+        'name="bad" qpos="{}"/></keyframe>'
     )
     robot = from_text(tmp_path, mjcf(floating(body("b")), after=keys.format("nan 2 3 1 0 0 0 .3")))
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert list(robot.postures) == ["home"]
     warnings = [warning for warning in robot.warnings if "keyframe" in warning]
-    assert [says(warning, f'"{name}"', "8 finite numbers") for name, warning in zip(("old", "bad"), warnings, strict=True)] == [
-        True
-    ] * 2
+    assert [
+        says(warning, f'"{name}"', "8 finite numbers")
+        for name, warning in zip(("old", "bad"), warnings, strict=True)
+    ] == [True] * 2
 
 
 TWO = mjcf(
@@ -355,7 +498,9 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     (warning,) = robot.warnings
-    assert says(warning, "3 robots", '"base", with the most joints', '"box" (9 kg), "door" (1 kg) left out')
+    assert says(
+        warning, "3 robots", '"base", with the most joints', '"box" (9 kg), "door" (1 kg) left out'
+    )
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert "door" not in robot.frames
@@ -375,7 +520,9 @@ def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, con
 
 
 def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
-    """Two arms that hold one another are one robot; a floating base that is tied to another moving tree is refused."""
+    """Two arms that hold one another are one robot; a floating base that is tied to another moving
+    tree is refused.
+    """
     arms = body("left", BODY + '<geom size=".1"/>', '<joint name="l"/>') + body(
         "right", joints='<joint name="r"/>', at='pos="1 0 0"'
     )
@@ -388,7 +535,9 @@ def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
     assert '"door" (1 kg) left out' in robot.warnings[0]
     whole = mujoco.MjModel.from_xml_string(mjcf(arms))
     assert_equal(robot, whole, drawn_at_random(whole, 3))
-    with pytest.raises(RobotError, match='equalities couple "base", "door", and with a floating base'):
+    with pytest.raises(
+        RobotError, match='equalities couple "base", "door", and with a floating base'
+    ):
         from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
 
 
@@ -396,16 +545,21 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 
 
 def test_includes_and_meshes_of_the_opened_folders(tmp_path: Path):
-    """A folder called mjcf lies in the robot's: parts and meshes beside it are read, counted from the main file's folder."""
+    """A folder called mjcf lies in the robot's: parts and meshes beside it are read, counted from
+    the main file's folder.
+    """
     for folder in ("mjcf", "parts", "meshes"):
         (tmp_path / folder).mkdir()
     limb = body("b", '<geom type="mesh" mesh="t"/>') + body("c", joints="")
     (tmp_path / "parts" / "limb.xml").write_text(f"<mujocoinclude>{limb}</mujocoinclude>")
     (tmp_path / "parts" / "all.xml").write_text(
-        '<mujoco><compiler angle="radian" meshdir="../meshes"/><asset><mesh file="t.obj" scale="1 1 2"/></asset></mujoco>'
+        '<mujoco><compiler angle="radian" meshdir="../meshes"/><asset><mesh file="t.obj" scale="1 '
+        '1 2"/></asset></mujoco>'
     )
     (tmp_path / "meshes" / "t.obj").write_text(TETRAHEDRON)
-    text = mjcf(floating('<include file="../parts/limb.xml"/>'), '<include file="../parts/all.xml"/>')
+    text = mjcf(
+        floating('<include file="../parts/limb.xml"/>'), '<include file="../parts/all.xml"/>'
+    )
     robot = from_text(tmp_path / "mjcf", text)
     assert robot.joint_names == ("j",)
     assert robot.bodies[1].mass == pytest.approx(1000 / 3)
@@ -418,28 +572,50 @@ def test_an_included_file_may_count_from_its_own_folder(tmp_path: Path):
     parts = tmp_path / "parts" / "more"
     parts.mkdir(parents=True)
     (parts / "hand.xml").write_text(f"<mujocoinclude>{body('hand', joints='')}</mujocoinclude>")
-    (tmp_path / "parts" / "limb.xml").write_text('<mujocoinclude><include file="more/hand.xml"/></mujocoinclude>')
+    (tmp_path / "parts" / "limb.xml").write_text(
+        '<mujocoinclude><include file="more/hand.xml"/></mujocoinclude>'
+    )
     robot = from_text(tmp_path, mjcf(floating('<include file="parts/limb.xml"/>')))
     assert "hand" in robot.links
     theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
     assert_equal(robot, theirs, theirs.qpos0)
     (parts / "hand.xml").unlink()
-    refused(RobotError, ['"more/hand.xml" is missing'], from_text, tmp_path, mjcf(floating('<include file="parts/limb.xml"/>')))
+    refused(
+        RobotError,
+        ['"more/hand.xml" is missing'],
+        from_text,
+        tmp_path,
+        mjcf(floating('<include file="parts/limb.xml"/>')),
+    )
 
 
 @pytest.mark.parametrize("meshdir", ["", ' meshdir="meshes"'])
 @pytest.mark.parametrize("place", ["", "meshes", "parts", "parts/more"])
-def test_a_mesh_may_lie_beside_the_included_file_that_names_it(tmp_path: Path, place: str, meshdir: str):
-    """MuJoCo looks in the folder of meshes counted from the main file, then beside the file that has the mesh; so does this."""
+def test_a_mesh_may_lie_beside_the_included_file_that_names_it(
+    tmp_path: Path, place: str, meshdir: str
+):
+    """MuJoCo looks in the folder of meshes counted from the main file, then beside the file that
+    has the mesh; so does this.
+    """
     for folder in ("meshes", "parts/more"):
         (tmp_path / folder).mkdir(parents=True)
-    asset = f'<mujoco><compiler angle="radian"{meshdir}/><asset><mesh file="t.obj" scale="1 1 2"/></asset></mujoco>'
+    asset = (
+        f'<mujoco><compiler angle="radian"{meshdir}/><asset><mesh file="t.obj" scale="1 1 '
+        f'2"/></asset></mujoco>'
+    )
     (tmp_path / "parts" / "more" / "assets.xml").write_text(asset)
-    (tmp_path / "parts" / "all.xml").write_text('<mujoco><include file="more/assets.xml"/></mujoco>')
+    (tmp_path / "parts" / "all.xml").write_text(
+        '<mujoco><include file="more/assets.xml"/></mujoco>'
+    )
     (tmp_path / place / "t.obj").write_text(TETRAHEDRON)
-    text = mjcf(floating(body("b", '<geom type="mesh" mesh="t"/>')), '<include file="parts/all.xml"/>')
+    text = mjcf(
+        floating(body("b", '<geom type="mesh" mesh="t"/>')), '<include file="parts/all.xml"/>'
+    )
     if place in ("meshes" if meshdir else "", "parts/more"):
-        robot, theirs = from_text(tmp_path, text), mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
+        robot, theirs = (
+            from_text(tmp_path, text),
+            mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml")),
+        )
         assert_equal(robot, theirs, theirs.qpos0)
     else:
         refused(RobotError, ['t.obj" is missing'], from_text, tmp_path, text)
@@ -448,7 +624,8 @@ def test_a_mesh_may_lie_beside_the_included_file_that_names_it(tmp_path: Path, p
 
 
 OPTIONS = (
-    '<option apirate="100" timestep="1" mpr_iterations="50"><flag sensornoise="enable" contact="no"/></option>'
+    '<option apirate="100" timestep="1" mpr_iterations="50"><flag sensornoise="enable" '
+    'contact="no"/></option>'
     '<visual><headlight active="1" odd="2"/></visual><statistic meansize="1" odd="3"/>'
 )
 
@@ -465,7 +642,13 @@ def test_options_that_cannot_change_an_impact_may_be_those_of_another_version(tm
 
 
 @pytest.mark.parametrize(
-    "size", ['njmax="1000000" nconmax="1000000"', 'memory="64G"', 'nkey="100000000"', 'nuser_body="2000000000"']
+    "size",
+    [
+        'njmax="1000000" nconmax="1000000"',
+        'memory="64G"',
+        'nkey="100000000"',
+        'nuser_body="2000000000"',
+    ],
 )
 def test_memory_of_a_simulation_is_not_reserved(size: str, tmp_path: Path):
     """It would be more than the compiler may take."""
@@ -477,27 +660,46 @@ def test_attached_models(tmp_path: Path):
     """A model that another one attaches brings its includes and meshes."""
     (tmp_path / "legs").mkdir()
     (tmp_path / "legs" / "t.obj").write_text(TETRAHEDRON)
-    (tmp_path / "legs" / "assets.xml").write_text('<mujoco><asset><mesh name="m" file="t.obj"/></asset></mujoco>')
+    (tmp_path / "legs" / "assets.xml").write_text(
+        '<mujoco><asset><mesh name="m" file="t.obj"/></asset></mujoco>'
+    )
     (tmp_path / "legs" / "leg.xml").write_text(
-        mjcf(body("leg", '<geom type="mesh" mesh="m"/>', '<joint name="k"/>'), '<include file="assets.xml"/>')
+        mjcf(
+            body("leg", '<geom type="mesh" mesh="m"/>', '<joint name="k"/>'),
+            '<include file="assets.xml"/>',
+        )
     )
     attached = '<frame pos="1 0 0"><attach model="leg" body="leg" prefix="left_"/></frame>'
-    robot = from_text(tmp_path, mjcf(floating(attached), '<asset><model name="leg" file="legs/leg.xml"/></asset>'))
+    robot = from_text(
+        tmp_path, mjcf(floating(attached), '<asset><model name="leg" file="legs/leg.xml"/></asset>')
+    )
     assert robot.joint_names == ("left_k",)
     assert robot.bodies[1].mass == pytest.approx(1000 / 6)
 
 
 def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
     """Their geoms have no mass; a mesh for mass and for show is read for its mass."""
-    asset = '<asset><mesh name="m" file="t.obj"/><mesh name="n" file="lost.obj"/><mesh name="o" file="bad.stl"/></asset>'
+    asset = (
+        '<asset><mesh name="m" file="t.obj"/><mesh name="n" file="lost.obj"/><mesh name="o" '
+        'file="bad.stl"/></asset>'
+    )
     (tmp_path / "t.obj").write_text(TETRAHEDRON)
     (tmp_path / "bad.stl").write_text("junk")
     geoms = "".join(f'<geom type="mesh" mesh="{name}"/>' for name in "mno")
     robot = from_text(
-        tmp_path, mjcf(floating(body("b", BODY + geoms) + body("c", '<geom type="mesh" mesh="m"/>', "<joint/>")), asset)
+        tmp_path,
+        mjcf(
+            floating(
+                body("b", BODY + geoms) + body("c", '<geom type="mesh" mesh="m"/>', "<joint/>")
+            ),
+            asset,
+        ),
     )
     found = compiled(robot.source)
-    assert (found.model.nmesh, [mesh.file for mesh in found.meshes.values()]) == (1, ["t.obj", "lost.obj", "bad.stl"])
+    assert (found.model.nmesh, [mesh.file for mesh in found.meshes.values()]) == (
+        1,
+        ["t.obj", "lost.obj", "bad.stl"],
+    )
     assert [body.mass for body in robot.bodies] == pytest.approx([1.0, 1.0, 1000 / 6])
 
 
@@ -525,31 +727,48 @@ def among(section: str) -> str:
 
 def mesh(file: str) -> str:
     """A body whose mass is that of a mesh."""
-    return one('<geom type="mesh" mesh="m"/>', before=f'<asset><mesh name="m" file="{file}"/></asset>')
+    return one(
+        '<geom type="mesh" mesh="m"/>', before=f'<asset><mesh name="m" file="{file}"/></asset>'
+    )
 
 
 REFUSED = {
     "<mujoco/>": "no body in it has a joint",
     mjcf(body("b", joints="")): "no body in it has a joint",
-    one(before="<compiler fancy='1'/>"): "MuJoCo cannot compile it: .*unrecognized attribute: 'fancy'",
+    one(
+        before="<compiler fancy='1'/>"
+    ): "MuJoCo cannot compile it: .*unrecognized attribute: 'fancy'",
     one(joints='<joint axis="0 0 0"/>'): "MuJoCo cannot compile it: .*axis too small",
     one(HELD.format(-1, "1 1 1")): "MuJoCo cannot compile it: .*mass.*'b'",
     one(""): "MuJoCo cannot compile it: .*mass and inertia of moving bodies.*'b'",
     one(joints='<joint class="leg"/>'): "MuJoCo cannot compile it: .*unknown default class.*leg",
-    mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): "MuJoCo cannot compile it: .*repeated name 'b'",
+    mjcf(
+        floating(body("b"), body("b", joints='<joint name="k"/>'))
+    ): "MuJoCo cannot compile it: .*repeated name 'b'",
     one(HELD.format("nan", "1 1 1")): 'inertial: mass is "nan".*finite',
     one(at='pos="0 -inf 0"'): 'body "b": pos is "0 -inf 0".*finite',
     one(at='euler="NaN(1) 0 0"'): r'body "b": euler is "NaN\(1\) 0 0".*finite',
     one(HELD.format("1e200", "1e308 1e308 1e308")): r'body "b": mass is 1e\+200 kg',
     one(at='pos="0 0 1e100"'): r'body "b": pos is 1e\+100 m',
-    one(joints='<joint name="j" armature="-0.1"/>'): 'joint "j" has an armature that is not computed',
-    mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): "elements.*20000.*count",
-    mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): "2001 links, and up to 2000 are read",
+    one(
+        joints='<joint name="j" armature="-0.1"/>'
+    ): 'joint "j" has an armature that is not computed',
+    mjcf(
+        floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')
+    ): "elements.*20000.*count",
+    mjcf(
+        floating(f'<replicate count="2000">{body("b")}</replicate>')
+    ): "2001 links, and up to 2000 are read",
     mjcf(floating(body("other", joints='<joint name="universe"/>'))): 'joint "universe".*rename',
     mjcf(floating(body("universe"))): 'body "universe".*rename',
     one(joints='<joint name="j+i"/><joint name="k" axis="0 1 0"/>'): r'joint "j\+i\+k".*rename',
-    mesh("m.stl"): 'body "b" takes its mass from mesh "m", which cannot be read.*"m.stl" is missing.*<inertial>',
-    mesh("../../m.stl"): 'body "b" takes its mass from mesh "m", which cannot be read.*outside the folders',
+    mesh("m.stl"): (
+        'body "b" takes its mass from mesh "m", which cannot be read.*"m.stl" is '
+        "missing.*<inertial>"
+    ),
+    mesh(
+        "../../m.stl"
+    ): 'body "b" takes its mass from mesh "m", which cannot be read.*outside the folders',
     among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
         'the equality "n" couples joints by a curve, polycoef 0 1 0.5 0 0.*a0 a1 0 0 0'
     ),
@@ -557,9 +776,10 @@ REFUSED = {
         floating('<site name="s"/>' + body("b", BODY + '<site name="t"/>')),
         after=SPATIAL + '<equality><tendon name="belt" tendon1="t"/></equality>',
     ): 'the equality "belt" couples tendons that are not fixed.*active="false"',
-    among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality couples "k", but each of these follows already'
-    ),
+    among(
+        '<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 '
+        '0"/></equality>'
+    ): ('the equality couples "k", but each of these follows already'),
     among(FIXED.format(' armature="0.5"')): 'tendon "t" has an armature that is not computed',
     among(FIXED.format("") + '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'): (
         'actuator "a" has an armature that is not computed'
@@ -567,8 +787,12 @@ REFUSED = {
     # A missing, repeated or outlying part, and an attached model outside.
     mjcf(floating(), '<include file="none.xml"/>'): '"none.xml" is missing: no file',
     mjcf(floating(), '<include file="a.xml"/>'): 'includes "a.xml" twice',
-    mjcf(floating(), '<include file="../secret.xml"/>'): '"../secret.xml" leads to ".*/secret.xml", outside the folders',
-    mjcf(floating(), '<asset><model name="s" file="../secret.xml"/></asset>'): '"../secret.xml" leads to ".*/secret.xml"',
+    mjcf(
+        floating(), '<include file="../secret.xml"/>'
+    ): '"../secret.xml" leads to ".*/secret.xml", outside the folders',
+    mjcf(
+        floating(), '<asset><model name="s" file="../secret.xml"/></asset>'
+    ): '"../secret.xml" leads to ".*/secret.xml"',
     mjcf(
         floating(), '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>'
     ): 'flexcomp: file is "../x.obj", a file that is not read here',
@@ -577,8 +801,12 @@ REFUSED = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
-def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
-    """The message names the file, the element and what is wrong with it, in one line; nothing else is printed."""
+def test_what_cannot_be_computed_is_refused(
+    text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+):
+    """The message names the file, the element and what is wrong with it, in one line; nothing else
+    is printed.
+    """
     folder = tmp_path / "dog"
     folder.mkdir()
     (folder / "package.xml").touch()
@@ -593,18 +821,27 @@ def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: py
 
 ONE = '<worldbody><body name="a"><freejoint/><geom size=".1"/></body></worldbody>'
 GROWING = {
-    "mesh": f'<mujoco><asset><mesh name="m" builtin="supersphere" params="100000 1 1"/></asset>{ONE}</mujoco>',
+    "mesh": (
+        f'<mujoco><asset><mesh name="m" builtin="supersphere" params="100000 1 '
+        f'1"/></asset>{ONE}</mujoco>'
+    ),
     "itself": f'<mujoco><asset><model name="s" file="itself.xml"/></asset>{ONE}</mujoco>',
     "levels": f'<mujoco><asset>{"".join(f"""<model name="n{k}" file="level0.xml"/>""" for k in range(4))}</asset>{ONE}</mujoco>',
 }
 
 
 @pytest.mark.parametrize("name", GROWING)
-def test_what_grows_without_end_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_what_grows_without_end_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     """A small file that asks MuJoCo for much time or memory costs neither, but a message."""
     monkeypatch.setattr("shockpc.robot.child.SECONDS", 1)
     for k in range(12):
-        text = GROWING["levels"].replace("level0", f"level{k + 1}") if k < 11 else f"<mujoco>{ONE}</mujoco>"
+        text = (
+            GROWING["levels"].replace("level0", f"level{k + 1}")
+            if k < 11
+            else f"<mujoco>{ONE}</mujoco>"
+        )
         (tmp_path / f"level{k}.xml").write_text(text)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert "MuJoCo cannot compile it within" in refusal(tmp_path, GROWING[name], f"{name}.xml")
@@ -619,7 +856,10 @@ def test_a_count_with_a_sign_is_a_count(tmp_path: Path):
 def test_a_point_weld_is_a_connect(tmp_path: Path):
     """torquescale="0" leaves the orientation free."""
     for scale, turns in (("0", False), ("2", True)):
-        robot = from_text(tmp_path, among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'))
+        robot = from_text(
+            tmp_path,
+            among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'),
+        )
         assert [loop.holds_orientation for loop in robot.loops] == [turns]
 
 

@@ -37,7 +37,9 @@ NAMES = ("foot[1]", "foot1", "foot*", "Foot", "leg?", "foot1")
     ],
 )
 def test_an_exact_name_goes_before_a_glob_and_case_counts(pattern, found):
-    """An exact name is that name even where it would be a glob; each name once, in order; a part of a name means nothing."""
+    """An exact name is that name even where it would be a glob; each name once, in order; a part of
+    a name means nothing.
+    """
     assert matches(pattern, NAMES) == found
 
 
@@ -55,13 +57,18 @@ def test_what_means_nothing_is_answered_with_the_nearest_and_a_glob(pattern, wor
     with pytest.raises(UnknownName) as refusal:
         match(pattern, ("lf_knee", "rf_knee"), "joint", 'robot "dog"', "shockpc robots dog")
     assert refusal.value.name == pattern
-    assert all(word in str(refusal.value) for word in (f'no joint "{pattern}" in robot "dog"', *words, "shockpc robots dog"))
+    assert all(
+        word in str(refusal.value)
+        for word in (f'no joint "{pattern}" in robot "dog"', *words, "shockpc robots dog")
+    )
 
 
 # Contacts
 
 
-@pytest.mark.parametrize(("name", "feet"), [("talos", ("left_sole_link", "right_sole_link")), ("anymal_b", FEET)])
+@pytest.mark.parametrize(
+    ("name", "feet"), [("talos", ("left_sole_link", "right_sole_link")), ("anymal_b", FEET)]
+)
 def test_an_unknown_contact_is_answered_with_the_feet(name, feet):
     with pytest.raises(UnknownName) as refusal:
         match_contacts(known_robot(name), "foot")
@@ -79,11 +86,15 @@ def test_a_contact_glob_means_no_joints(pattern):
 def test_a_glob_means_sites_and_geoms_of_an_mjcf(tmp_path):
     """Links, sites and geoms that move; what is fixed to the world is a contact of no landing."""
     parts = robot_texts.BODY + '<site name="toe_site"/><geom name="toe_geom" size="0.1" mass="0"/>'
-    text = robot_texts.mjcf('<site name="toe_world"/>' + robot_texts.floating(robot_texts.body("toe", parts)))
+    text = robot_texts.mjcf(
+        '<site name="toe_world"/>' + robot_texts.floating(robot_texts.body("toe", parts))
+    )
     robot = robot_texts.loaded(tmp_path, text, "dog.xml")
     assert set(match_contacts(robot, "toe*")) == {"toe", "toe_site", "toe_geom"}
     assert landing_frames(robot, "toe_s* + toe_g*") == [("toe_site", "toe_geom")]
-    assert [robot.bodies[i].name for name in ("toe_site", "toe_g*") for i in robot.match_bodies(name)] == ["toe", "toe"]
+    assert [
+        robot.bodies[i].name for name in ("toe_site", "toe_g*") for i in robot.match_bodies(name)
+    ] == ["toe", "toe"]
 
 
 # Links and bodies
@@ -91,7 +102,9 @@ def test_a_glob_means_sites_and_geoms_of_an_mjcf(tmp_path):
 
 def test_a_glob_of_points_with_an_offset():
     points = points_at(known_robot("anymal_b"), "L?_FOOT:0,0,0.1")
-    assert [(point.frame, point.offset) for point in points] == [(name, (0.0, 0.0, 0.1)) for name in FEET[:2]]
+    assert [(point.frame, point.offset) for point in points] == [
+        (name, (0.0, 0.0, 0.1)) for name in FEET[:2]
+    ]
 
 
 LINK = ["anymal_b", "--contact", "LF_FOOT"]
@@ -128,18 +141,35 @@ def test_one_body_is_asked_for(capfd):
 def heavy(share):
     """A base of 2 kg with a plate, which holds a share of the mass of their body, and a leg."""
     mass = 2.0 * share / (1.0 - share)
-    return robot_from(urdf(link("base", "2"), link("plate", repr(mass)), link("leg"), joint("weld", "base", "plate", "fixed"),
-                           joint("hip", "base", "leg")))  # fmt: skip
+    return robot_from(
+        urdf(
+            link("base", "2"),
+            link("plate", repr(mass)),
+            link("leg"),
+            joint("weld", "base", "plate", "fixed"),
+            joint("hip", "base", "leg"),
+        )
+    )
 
 
 @pytest.mark.parametrize(
     ("share", "pattern", "warned"),
-    [(0.009, "plate", True), (0.011, "plate", False), (0.009, "base", False), (0.009, "*", False), (0.009, "p*", True)],
+    [
+        (0.009, "plate", True),
+        (0.011, "plate", False),
+        (0.009, "base", False),
+        (0.009, "*", False),
+        (0.009, "p*", True),
+    ],
 )
 @pytest.mark.parametrize("what", ["mass", "inertia", "com-x"])
 def test_a_change_of_less_than_a_hundredth_of_a_body_is_a_warning(share, pattern, warned, what):
-    """All changed links of a body count together; the warning holds their share, and names the link with the most mass."""
-    robot = changed(heavy(share), read_changes(f"{what}:{pattern}={'0.01' if what == 'com-x' else '2x'}"))
+    """All changed links of a body count together; the warning holds their share, and names the link
+    with the most mass.
+    """
+    robot = changed(
+        heavy(share), read_changes(f"{what}:{pattern}={'0.01' if what == 'com-x' else '2x'}")
+    )
     found = [(one.subject, one.value) for one in robot.change_warnings]
     assert found == ([("base", pytest.approx(share))] if warned else [])
     assert all('main link "base" (2 kg)' in one.text for one in robot.change_warnings)
@@ -147,16 +177,23 @@ def test_a_change_of_less_than_a_hundredth_of_a_body_is_a_warning(share, pattern
 
 def test_a_part_without_mass_names_the_main_link():
     robot = heavy(0.0)
-    with pytest.raises(UnknownName, match='"plate" has no mass; the main link of its body is "base"'):
+    with pytest.raises(
+        UnknownName, match='"plate" has no mass; the main link of its body is "base"'
+    ):
         changed(robot, read_changes("mass:plate=2x"))
     assert links_with_mass(robot, "*") == {"base": 2.0, "leg": 1.0}
 
 
 def test_the_warning_reaches_the_commands(capfd, tmp_path):
     """ANYmal B's base link has a millionth of its body's mass."""
-    words = '"base" has 6e-06 % of the mass of its body; to change the body, name its main link "base_inertia" (16.79 kg)'
+    words = (
+        '"base" has 6e-06 % of the mass of its body; to change the body, name its main link '
+        '"base_inertia" (16.79 kg)'
+    )
     assert words in good(capfd, "compare", *LINK, "--change", "mass:base=2x")
-    document = json.loads(good(capfd, "compare", *LINK, "--change", "mass:base=2x", "--format", "json"))
+    document = json.loads(
+        good(capfd, "compare", *LINK, "--change", "mass:base=2x", "--format", "json")
+    )
     assert words in json.dumps(document, ensure_ascii=False).replace('\\"', '"')
     assert words in good(capfd, "sweep", *LINK, "--vary", "mass:base=1x,2x", "--out", tmp_path)
 

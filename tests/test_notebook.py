@@ -1,4 +1,6 @@
-"""What a notebook shows: the tables and the figure of the report, the page in a cell, and robots by their names."""
+"""What a notebook shows: the tables and the figure of the report, the page in a cell, and robots by
+their names.
+"""
 
 import html
 import json
@@ -26,7 +28,11 @@ def profile(here):
 
 def test_a_profile_is_shown_as_its_report(profile):
     shown, body = profile._repr_html_(), list(landing_report(profile).body(True))
-    assert all(f"<caption>{html.escape(part.title)}</caption>" in shown for part in body if isinstance(part, Sheet) and part.rows)
+    assert all(
+        f"<caption>{html.escape(part.title)}</caption>" in shown
+        for part in body
+        if isinstance(part, Sheet) and part.rows
+    )
     assert shown.count("<img ") == sum(isinstance(part, Picture) for part in body) == 1
     assert "<script" not in shown
     assert "knee" in profile.robot._repr_html_()
@@ -55,7 +61,9 @@ def test_a_page_opens_in_a_cell(profile, monkeypatch):
     monkeypatch.setattr(webbrowser, "open", lambda address: pytest.fail("a browser was opened"))
     kernel = types.SimpleNamespace(get_ipython=lambda: types.SimpleNamespace(kernel=None))
     monkeypatch.setitem(sys.modules, "IPython", kernel)
-    monkeypatch.setitem(sys.modules, "IPython.display", types.SimpleNamespace(display=shown.append, HTML=str))
+    monkeypatch.setitem(
+        sys.modules, "IPython.display", types.SimpleNamespace(display=shown.append, HTML=str)
+    )
     profile.show()
     (cell,) = shown
     assert html.escape('<div id="view">') in cell
@@ -63,16 +71,25 @@ def test_a_page_opens_in_a_cell(profile, monkeypatch):
 
 @pytest.mark.slow
 def test_names_stand_for_scenes(here):
-    """The name of a scene file is that scene, every other text a robot without contacts; as a scene itself."""
+    """The name of a scene file is that scene, every other text a robot without contacts; as a scene
+    itself.
+    """
     (here / "landing.toml").write_text('robot = "anymal_b"\ncontact = ["LF_FOOT"]\n')
     scene = Scene(robot="anymal_b", contact=Contact(frame="LF_FOOT"))
     profile = shockpc.shock_profile("landing.toml")
     assert profile.scene == shockpc.shock_profile(scene).scene
-    assert shockpc.resolve("landing.toml", profile.robot).scene == shockpc.resolve(scene, profile.robot).scene
-    assert (shockpc.shock_maps("landing.toml", profile.q[None]).maps == shockpc.shock_maps(scene, profile.q[None]).maps).all()
+    assert (
+        shockpc.resolve("landing.toml", profile.robot).scene
+        == shockpc.resolve(scene, profile.robot).scene
+    )
+    assert (
+        shockpc.shock_maps("landing.toml", profile.q[None]).maps
+        == shockpc.shock_maps(scene, profile.q[None]).maps
+    ).all()
     varied = {"strike-angle": [0.0, 10.0]}
     values = [
-        shockpc.sweep(one, varied, at=["imu_link"]).table().values("shock@imu_link").tolist() for one in ("landing.toml", scene)
+        shockpc.sweep(one, varied, at=["imu_link"]).table().values("shock@imu_link").tolist()
+        for one in ("landing.toml", scene)
     ]
     assert values[0] == values[1]
     target = "shock@imu_link"
@@ -93,7 +110,9 @@ def test_names_stand_for_scenes(here):
 
 def test_the_notebook_of_a_lecture_runs(capfd):
     """Its cells, which compare with closed forms themselves."""
-    cells = json.loads((Path(shockpc.__file__).parent / "guide" / "lecture.ipynb").read_text(encoding="utf-8"))["cells"]
+    cells = json.loads(
+        (Path(shockpc.__file__).parent / "guide" / "lecture.ipynb").read_text(encoding="utf-8")
+    )["cells"]
     names = {"__name__": "lecture"}
     for cell in cells:
         if cell["cell_type"] == "code":

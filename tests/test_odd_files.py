@@ -1,4 +1,6 @@
-"""Links, pipes, devices and huge files for every reader, and long headings: one message, soon, in little memory."""
+"""Links, pipes, devices and huge files for every reader, and long headings: one message, soon, in
+little memory.
+"""
 
 import itertools
 import os
@@ -17,7 +19,9 @@ from trees import known_robot
 from shockpc.recordings.column_names import named_columns
 
 LAND, LOWEST = ("--contact", "foot"), ("--contact-point", "lowest")
-URDF, XACRO, MJCF, SDF = (("analyze", f"robot.{kind}", *LAND) for kind in ("urdf", "urdf.xacro", "xml", "sdf"))
+URDF, XACRO, MJCF, SDF = (
+    ("analyze", f"robot.{kind}", *LAND) for kind in ("urdf", "urdf.xacro", "xml", "sdf")
+)
 LOGS = ("log.csv", "log.bag", "log.mcap", "bag/log.mcap", "bag/metadata.yaml")
 PARTS = {
     "macros.xacro": XACRO,
@@ -44,7 +48,8 @@ READERS = PARTS | {
     "landings.parquet": ("recorded", "landings.parquet", "robot.urdf"),
     **{log: ("touchdowns", log.split("/")[0], "robot.urdf", *LAND) for log in LOGS},
 }
-"""Every file that a command reads; what is read of the folder of a study, test_sweep_files.py has."""
+"""Every file that a command reads; what is read of the folder of a study, test_sweep_files.py has.
+"""
 
 
 @pytest.fixture
@@ -77,7 +82,9 @@ def refused(capfd, name, put):
 
 @pytest.mark.parametrize("name", READERS)
 def test_links(capfd, stick, name):
-    """A link to itself leads to no file; one to a file elsewhere is followed only where the user named it."""
+    """A link to itself leads to no file; one to a file elsewhere is followed only where the user
+    named it.
+    """
     refused(capfd, name, lambda path: path.symlink_to(path.name))
     if name in PARTS:
         shutil.copytree(ROBOTS / "stick", stick.parent / "away")
@@ -105,10 +112,13 @@ def test_huge_files(capfd, stick, name):
 
 
 def test_the_time_of_a_heading_is_linear_in_its_length():
-    """A heading of 200 kB that repeats a part of those of ROS is read in a moment; the square of its length would take minutes."""
+    """A heading of 200 kB that repeats a part of those of ROS is read in a moment; the square of
+    its length would take minutes.
+    """
     start = time.process_time()
     for part, end in itertools.product(
-        ("joint_states/", "joint_state/", "pose/orientation/", "pose/"), ("/position", "/x", "velocity/x")
+        ("joint_states/", "joint_state/", "pose/orientation/", "pose/"),
+        ("/position", "/x", "velocity/x"),
     ):
         heading = part * (200_000 // len(part)) + end
         assert len(named_columns({heading: np.zeros(1)}, known_robot("anymal_b"), {})) == 1

@@ -1,4 +1,6 @@
-"""Real robots against the impact dynamics of Pinocchio, and random trees with ball joints against the inertia of MuJoCo."""
+"""Real robots against the impact dynamics of Pinocchio, and random trees with ball joints against
+the inertia of MuJoCo.
+"""
 
 import mujoco
 import numpy as np
@@ -30,7 +32,11 @@ def rigid_contacts(model, data, q, before, frames, restitution):
     """Pinocchio's impact with rigid point contacts."""
     contacts = [
         pin.RigidConstraintModel(
-            pin.ContactType.CONTACT_3D, model, model.frames[f].parentJoint, model.frames[f].placement, pin.LOCAL_WORLD_ALIGNED
+            pin.ContactType.CONTACT_3D,
+            model,
+            model.frames[f].parentJoint,
+            model.frames[f].placement,
+            pin.LOCAL_WORLD_ALIGNED,
         )
         for f in frames
     ]
@@ -39,55 +45,96 @@ def rigid_contacts(model, data, q, before, frames, restitution):
     return pin.impulseDynamics(model, data, q, before, contacts, datas, restitution)
 
 
-def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(monkeypatch: pytest.MonkeyPatch):
-    """Inertia, Jacobian and placements of the joints one by one are those of Pinocchio; 500 joints would take 4 GB there."""
+def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """Inertia, Jacobian and placements of the joints one by one are those of Pinocchio; 500 joints
+    would take 4 GB there.
+    """
     for robot in (known_robot("go2"), known_robot("cassie")):
-        Q = np.stack([pin.integrate(robot.model, robot.start, np.full(robot.model.nv, x)) for x in (0.1, -0.4)])
-        joints = without_springs(np.linspace(0.0, 1.0, robot.model.nv), np.zeros(robot.model.nv, dtype=bool), "geared")
+        Q = np.stack(
+            [
+                pin.integrate(robot.model, robot.start, np.full(robot.model.nv, x))
+                for x in (0.1, -0.4)
+            ]
+        )
+        joints = without_springs(
+            np.linspace(0.0, 1.0, robot.model.nv), np.zeros(robot.model.nv, dtype=bool), "geared"
+        )
         expected = dynamics(robot, Q, joints)
         with monkeypatch.context() as patch:
             patch.setattr("shockpc.landing.dynamics.LARGEST_DATA", robot.model.nv - 1)
             patch.delattr("shockpc.landing.dynamics._workspace")
             found = dynamics(robot, Q, joints)
         for part in ("H", "J", "rotation", "position"):
-            np.testing.assert_allclose(getattr(found, part), getattr(expected, part), rtol=0, atol=1e-13 * np.abs(expected.H).max())
+            np.testing.assert_allclose(
+                getattr(found, part),
+                getattr(expected, part),
+                rtol=0,
+                atol=1e-13 * np.abs(expected.H).max(),
+            )
 
 
 def test_order_of_the_joints():
-    """A model that is built in another order than that of its tree has the kinetic energy of its bodies, unlike in Pinocchio."""
+    """A model that is built in another order than that of its tree has the kinetic energy of its
+    bodies, unlike in Pinocchio.
+    """
     model, inertia = pin.Model(), pin.Inertia(1.0, np.array([0.1, 0.2, 0.3]), np.eye(3))
     for parent, name in ((0, "base"), (1, "left"), (1, "right"), (2, "left_foot")):
         joint = pin.JointModelRX() if parent else pin.JointModelFreeFlyer()
         place = pin.SE3(np.eye(3), np.array([0.0, 0.1, 0.2]) * bool(parent))
-        model.appendBodyToJoint(model.addJoint(parent, joint, place, name), inertia, pin.SE3.Identity())
+        model.appendBodyToJoint(
+            model.addJoint(parent, joint, place, name), inertia, pin.SE3.Identity()
+        )
     robot = load_robot(model)
     assert not robot.depth_first
     assert known_robot("cassie").depth_first
     state = dynamics(robot, robot.start[None])
     moving = np.where(state.ancestors[:, None], state.J[0], 0.0)
     bodies = spatial_inertias(
-        robot, state, Inertias.of(robot, without_springs(np.zeros(model.nv), np.zeros(model.nv, dtype=bool), "free"))
+        robot,
+        state,
+        Inertias.of(
+            robot, without_springs(np.zeros(model.nv), np.zeros(model.nv, dtype=bool), "free")
+        ),
     )[0]
-    np.testing.assert_allclose(state.H[0], (np.swapaxes(moving, 1, 2) @ bodies @ moving).sum(axis=0), atol=1e-14)
+    np.testing.assert_allclose(
+        state.H[0], (np.swapaxes(moving, 1, 2) @ bodies @ moving).sum(axis=0), atol=1e-14
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 @pytest.mark.parametrize("name", FEET)
 def test_the_jump_is_that_of_pinocchio(name, restitution):
-    """One sticking foot, or two on different legs: Δq̇ is that of pin.impulseDynamics; of q̇⁻ only J q̇⁻ matters."""
+    """One sticking foot, or two on different legs: Δq̇ is that of pin.impulseDynamics; of q̇⁻ only
+    J q̇⁻ matters.
+    """
     for feet in {FEET[name][:1], FEET[name]}:
-        given = {"at": "frame", "kind": "point", "restitution": restitution, "restitution_along": "directions"}
+        given = {
+            "at": "frame",
+            "kind": "point",
+            "restitution": restitution,
+            "restitution_along": "directions",
+        }
         contacts = tuple(Contact(frame=foot, **given) for foot in feet)
         # Slanted, so that nothing is symmetric by accident.
-        scene = Scene(robot=name, contact=contacts, strike=Strike(velocity=(0.3, -0.1, -1.0)), joints=Joints(drives="none"))
+        scene = Scene(
+            robot=name,
+            contact=contacts,
+            strike=Strike(velocity=(0.3, -0.1, -1.0)),
+            joints=Joints(drives="none"),
+        )
         profile = shock_profile(scene, known_robot(name))
         model, data = profile.robot.model, profile.robot.model.createData()
         pin.forwardKinematics(model, data, profile.q)
         before = np.zeros(model.nv)
         before[:3] = data.oMi[1].rotation.T @ profile.strike
-        after = rigid_contacts(model, data, profile.q, before, [model.getFrameId(foot) for foot in feet], restitution)
-        # Hands a thousandth as heavy as the arms that carry them cost Pinocchio's double precision some digits.
+        after = rigid_contacts(
+            model, data, profile.q, before, [model.getFrameId(foot) for foot in feet], restitution
+        )
+        # Hands a thousandth as heavy as the arms that carry them cost Pinocchio's double precision
+        # some digits.
         tolerance = max(1e-12, 10.0 * profile.health.double_error) * np.abs(profile.delta_qd).max()
         np.testing.assert_allclose(profile.delta_qd, after - before, rtol=0, atol=tolerance)
         assert profile.health.rank == 3 * len(feet)
@@ -96,7 +143,9 @@ def test_the_jump_is_that_of_pinocchio(name, restitution):
 
 @given(trees.landings(kinds=MJCF_KINDS, most=8, hits=1))
 def test_the_inertia_of_mujoco_gives_the_same_jump(landing):
-    """A library with its parser, kinematics and inertia: Δq̇ from MuJoCo's M and J moves every body the same way."""
+    """A library with its parser, kinematics and inertia: Δq̇ from MuJoCo's M and J moves every body
+    the same way.
+    """
     file = trees.written(landing.mechanism, dialect="mjcf")
     model = mujoco.MjModel.from_xml_string(file.text)
     data = mujoco.MjData(model)
@@ -117,9 +166,15 @@ def test_the_inertia_of_mujoco_gives_the_same_jump(landing):
     expected = np.empty((len(landing.mechanism.mass), 6))
     for i in range(len(expected)):
         linear, angular = np.zeros((2, 3, model.nv))
-        mujoco.mj_jac(model, data, linear, angular, landing.mechanism.com[i], model.body(f"body{i}").id)
+        mujoco.mj_jac(
+            model, data, linear, angular, landing.mechanism.com[i], model.body(f"body{i}").id
+        )
         expected[i] = np.concatenate([angular @ qd, linear @ qd])
     found = trees.twists(trees.land(landing, dialect="mjcf"))
     size = trees.motion(landing.mechanism, expected)
-    # Two joint-space inertias, each good to 1e-9 over three decades of mass; MuJoCo keeps 1e-15 as its smallest inertia.
-    assert np.all(trees.motion(landing.mechanism, found - expected) <= 1e-8 * np.maximum(size, 1e-6 * size.max()))
+    # Two joint-space inertias, each good to 1e-9 over three decades of mass; MuJoCo keeps 1e-15 as
+    # its smallest inertia.
+    assert np.all(
+        trees.motion(landing.mechanism, found - expected)
+        <= 1e-8 * np.maximum(size, 1e-6 * size.max())
+    )

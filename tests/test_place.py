@@ -1,4 +1,6 @@
-"""The place of smallest shock: cone programs against closed forms and fine grids, sensors against all partitions, the command."""
+"""The place of smallest shock: cone programs against closed forms and fine grids, sensors against
+all partitions, the command.
+"""
 
 import dataclasses
 import functools
@@ -30,7 +32,12 @@ def fields(seed, landings=4, weighted=False):
     """Random jumps: screw axes pass the origin at about 0.3 m."""
     rng = np.random.default_rng(seed)
     weights = rng.uniform(0.1, 1.0, landings) if weighted else None
-    return fields_of(rng.normal(size=(landings, 3)), 0.3 * rng.normal(size=(landings, 3)), rng.uniform(0.5, 2.0, landings), weights)
+    return fields_of(
+        rng.normal(size=(landings, 3)),
+        0.3 * rng.normal(size=(landings, 3)),
+        rng.uniform(0.5, 2.0, landings),
+        weights,
+    )
 
 
 def corners(low, high):
@@ -41,7 +48,9 @@ def lattice(low, high, n):
     """Points of a box on a grid, and the largest distance of any point of the box from one of them."""
     steps = [np.linspace(a, b, n) for a, b in zip(low, high, strict=True)]
     spacing = np.array([s[1] - s[0] for s in steps])
-    return np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 3), float(np.linalg.norm(spacing)) / 2.0
+    return np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 3), float(
+        np.linalg.norm(spacing)
+    ) / 2.0
 
 
 def slope(found):
@@ -80,7 +89,8 @@ def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid
     inside = np.linalg.norm(points - ends[0] - along[:, None] * axis, axis=1) <= radius
     inside &= (shape == "capsule") | (height == along)
     brute = float(found.at(points[inside & (points @ normal >= 0.02)]).min())
-    # The grid may miss the rim of the set by more than its reach, where the plane meets the ball at a small angle.
+    # The grid may miss the rim of the set by more than its reach, where the plane meets the ball at
+    # a small angle.
     assert optimum.value <= brute + TOLERANCE
     assert brute <= optimum.value + 3.0 * slope(found) * reach
     assert optimum.value <= optimum.bound + TOLERANCE
@@ -90,7 +100,9 @@ def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("weighted", [False, True])
 def test_the_first_bound_of_a_rounded_cell_is_below_the_shock_everywhere_in_it(seed, weighted):
-    """Brute force over balls, ellipsoids and capsules: a hull alone has a smaller part of them, and so a bound that is too high."""
+    """Brute force over balls, ellipsoids and capsules: a hull alone has a smaller part of them, and
+    so a bound that is too high.
+    """
     found, rng = fields(seed, 4, weighted), np.random.default_rng(seed)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     ends, middle = rng.uniform(-0.2, 0.2, (2, 3)), rng.uniform(-0.2, 0.2, (1, 3))
@@ -108,7 +120,9 @@ def test_the_first_bound_of_a_rounded_cell_is_below_the_shock_everywhere_in_it(s
 
 
 def test_with_one_landing_the_best_place_is_on_the_screw_axis():
-    """The smallest shock of one landing is |ω · v| / |ω|, on the axis; in a ball beside it, it grows with the distance."""
+    """The smallest shock of one landing is |ω · v| / |ω|, on the axis; in a ball beside it, it
+    grows with the distance.
+    """
     omega, v = np.array([0.3, 2.0, -0.4]), np.array([0.5, 0.1, -0.2])
     found = fields_of(omega[None], v[None], np.array([2.0]))
     axis = np.cross(omega, v) / (omega @ omega)
@@ -118,8 +132,11 @@ def test_with_one_landing_the_best_place_is_on_the_screw_axis():
     aside = np.cross(omega, [1.0, 0.0, 0.0])
     aside /= np.linalg.norm(aside)
     optimum = least_shock(found, ConvexCell((axis + 0.5 * aside)[None], 0.2 * np.eye(3)))
-    assert optimum.value == pytest.approx(math.hypot(along, 0.3 * np.linalg.norm(omega) / 2.0), abs=TOLERANCE)
-    np.testing.assert_allclose(optimum.place, axis + 0.3 * aside, atol=1e-5)  # the value is quadratic across the radius
+    assert optimum.value == pytest.approx(
+        math.hypot(along, 0.3 * np.linalg.norm(omega) / 2.0), abs=TOLERANCE
+    )
+    # the value is quadratic across the radius
+    np.testing.assert_allclose(optimum.place, axis + 0.3 * aside, atol=1e-5)
 
 
 def test_a_body_that_translates_sees_the_same_everywhere():
@@ -152,7 +169,9 @@ BOXES = (([-0.3, -0.2, -0.1], [0.2, 0.2, 0.1]), ([0.0, -0.1, -0.2], [0.5, 0.1, 0
 def test_the_best_place_of_a_union_is_in_its_best_piece(seed):
     found, cells = fields(seed), [ConvexCell(corners(*one)) for one in BOXES]
     best = next(best_places(found, cells))
-    assert best.value == pytest.approx(min(least_shock(found, cell).value for cell in cells), abs=TOLERANCE)
+    assert best.value == pytest.approx(
+        min(least_shock(found, cell).value for cell in cells), abs=TOLERANCE
+    )
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -160,19 +179,33 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     """Two boxes that overlap: what of one lies inside the other is not surface."""
     found = fields(seed)
     faces = [
-        ConvexCell(corners(np.where(np.arange(3) == k, side, low), np.where(np.arange(3) == k, side, high)))
+        ConvexCell(
+            corners(np.where(np.arange(3) == k, side, low), np.where(np.arange(3) == k, side, high))
+        )
         for low, high in BOXES
         for k in range(3)
         for side in (low[k], high[k])
     ]
-    best = next(best_places(found, faces, [box(np.array(low), np.array(high)) for low, high in BOXES]))
+    best = next(
+        best_places(found, faces, [box(np.array(low), np.array(high)) for low, high in BOXES])
+    )
     brute, reach = np.inf, 0.0
     for low, high in BOXES:
         for k, end in itertools.product(range(3), (0, 1)):
             points, near = lattice(low, high, 41)
-            points = points[points[:, k] == points[:, k].max()] if end else points[points[:, k] == points[:, k].min()]
-            hidden = [np.all((points > np.array(a) + 1e-9) & (points < np.array(b) - 1e-9), axis=1) for a, b in BOXES]
-            brute, reach = min(brute, float(found.at(points[~np.any(hidden, axis=0)]).min())), max(reach, near)
+            points = (
+                points[points[:, k] == points[:, k].max()]
+                if end
+                else points[points[:, k] == points[:, k].min()]
+            )
+            hidden = [
+                np.all((points > np.array(a) + 1e-9) & (points < np.array(b) - 1e-9), axis=1)
+                for a, b in BOXES
+            ]
+            brute, reach = (
+                min(brute, float(found.at(points[~np.any(hidden, axis=0)]).min())),
+                max(reach, near),
+            )
     assert best.value <= brute + TOLERANCE
     assert brute <= best.value + 2.0 * slope(found) * reach
     assert best.value <= best.bound + TOLERANCE
@@ -186,7 +219,14 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     grids = [lattice(low, high, 50) for low, high in BOXES]
     points, reach = np.concatenate([points for points, _ in grids]), max(near for _, near in grids)
     for k, one in enumerate(ranked):
-        far = np.all([np.abs(points - before.place).max(axis=1) >= apart for before in ranked[:k]], axis=0) if k else slice(None)
+        far = (
+            np.all(
+                [np.abs(points - before.place).max(axis=1) >= apart for before in ranked[:k]],
+                axis=0,
+            )
+            if k
+            else slice(None)
+        )
         assert one.value <= float(found.at(points[far]).min()) + TOLERANCE
         assert float(found.at(points[far]).min()) <= one.value + 2.0 * slope(found) * reach
         assert one.value <= one.bound + TOLERANCE
@@ -212,7 +252,9 @@ def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
         for part in parts:
             if part not in known:
                 known[part] = best(found.of(list(part))).value
-        values.append(sum(known[part] for part in parts) if weighted else max(known[part] for part in parts))
+        values.append(
+            sum(known[part] for part in parts) if weighted else max(known[part] for part in parts)
+        )
     assert group.value == pytest.approx(min(values), abs=TOLERANCE)
     assert group.bound <= group.value <= group.bound + TOLERANCE
     least = found.shocks(np.array(group.places)).min(axis=0)
@@ -232,7 +274,9 @@ def test_facets_of_a_shape_are_the_surface_of_its_half_spaces():
 
 def landings(robot="anymal_b", feet=("LF_FOOT", "RH_FOOT"), angles=(0.0, 45.0), **more):
     return {
-        f"{foot} {angle:g}": shockpc.Scene(robot=robot, contact=foot, strike=shockpc.Strike(strike_angle_deg=angle), **more)
+        f"{foot} {angle:g}": shockpc.Scene(
+            robot=robot, contact=foot, strike=shockpc.Strike(strike_angle_deg=angle), **more
+        )
         for foot in feet
         for angle in angles
     }
@@ -252,13 +296,25 @@ def test_contacts_that_vary_are_those_of_one_landing_each():
     """Whatever the contacts were that they replace, each is computed once and named once."""
     feet = {foot: shockpc.Scene(robot="anymal_b", contact=foot) for foot in ("LF_FOOT", "RH_FOOT")}
     vary = {"contact": "LF_FOOT,RF_FOOT", "strike-angle": (0.0, 30.0)}
-    names = [f"contact={foot} strike-angle={angle}" for foot in ("LF_FOOT", "RF_FOOT") for angle in (0, 30)]
+    names = [
+        f"contact={foot} strike-angle={angle}"
+        for foot in ("LF_FOOT", "RF_FOOT")
+        for angle in (0, 30)
+    ]
     study = shockpc.place(feet, vary=vary, alternatives=0)
     assert list(study.landings) == names
-    single = {"contact=LF_FOOT": feet["LF_FOOT"], "contact=RF_FOOT": shockpc.Scene(robot="anymal_b", contact="RF_FOOT")}
+    single = {
+        "contact=LF_FOOT": feet["LF_FOOT"],
+        "contact=RF_FOOT": shockpc.Scene(robot="anymal_b", contact="RF_FOOT"),
+    }
     again = shockpc.place(single, vary={"strike-angle": (0.0, 30.0)}, alternatives=0)
-    assert (list(again.landings), again.places[0].shocks.tolist()) == (names, study.places[0].shocks.tolist())
-    posture = shockpc.place({"crouched": feet["LF_FOOT"]}, vary={"contact": "RF_FOOT"}, alternatives=0)
+    assert (list(again.landings), again.places[0].shocks.tolist()) == (
+        names,
+        study.places[0].shocks.tolist(),
+    )
+    posture = shockpc.place(
+        {"crouched": feet["LF_FOOT"]}, vary={"contact": "RF_FOOT"}, alternatives=0
+    )
     assert list(posture.landings) == ["crouched contact=RF_FOOT"]
 
 
@@ -274,9 +330,16 @@ def test_the_numbers_of_a_place_are_those_of_single_analyses(study):
 
 def test_the_best_place_is_better_than_any_point_of_the_body(study):
     points = np.concatenate(
-        [lattice(s.points.min(axis=0), s.points.max(axis=0), 20)[0] for s in outline(study.robot, "collision").shapes[0]]
+        [
+            lattice(s.points.min(axis=0), s.points.max(axis=0), 20)[0]
+            for s in outline(study.robot, "collision").shapes[0]
+        ]
     )
-    inside = [s.depth(p) >= 0.0 for s in map(half_spaces, outline(study.robot, "collision").shapes[0]) for p in points[::7]]
+    inside = [
+        s.depth(p) >= 0.0
+        for s in map(half_spaces, outline(study.robot, "collision").shapes[0])
+        for p in points[::7]
+    ]
     assert any(inside)
     within = np.array(inside).reshape(-1, len(points[::7])).any(axis=0)
     assert study.combined <= study.fields.at(points[::7][within]).min()
@@ -291,8 +354,14 @@ def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
     peaks = math.pi * np.abs(one.delta_v).max(axis=0) / (2.0 * 5e-3) / 9.80665
     np.testing.assert_allclose(one.margin.peak_g, peaks, rtol=1e-12)
     np.testing.assert_allclose(one.margin.left, 1.0 - peaks / 2.0, rtol=1e-12)
-    behind = shockpc.place({"one": shockpc.Scene(robot="anymal_b", contact="LF_FOOT", imu_bandwidth="200Hz")}).places[0]
-    np.testing.assert_allclose(behind.margin.peak_g, 400.0 * math.pi * np.abs(behind.delta_v).max(axis=0) / 9.80665, rtol=1e-12)
+    behind = shockpc.place(
+        {"one": shockpc.Scene(robot="anymal_b", contact="LF_FOOT", imu_bandwidth="200Hz")}
+    ).places[0]
+    np.testing.assert_allclose(
+        behind.margin.peak_g,
+        400.0 * math.pi * np.abs(behind.delta_v).max(axis=0) / 9.80665,
+        rtol=1e-12,
+    )
 
 
 def test_a_box_replaces_the_geometry_and_limits_the_surface(tmp_path):
@@ -316,7 +385,9 @@ def test_a_box_replaces_the_geometry_and_limits_the_surface(tmp_path):
 def test_a_surface_is_what_one_sees():
     """Where the body has a visual geometry, as Go2's, whose solid is that for collisions."""
     scenes = {"FL": shockpc.Scene(robot="go2", contact="FL_foot")}
-    on, within = (shockpc.place(scenes, surface=surface, alternatives=0) for surface in (True, False))
+    on, within = (
+        shockpc.place(scenes, surface=surface, alternatives=0) for surface in (True, False)
+    )
     assert "on the surface of the visual geometry of base" in on.region.text
     assert "inside the collision geometry of base" in within.region.text
     visible = outline(on.robot, "visual").shapes[0]
@@ -351,7 +422,10 @@ ONE = landings(feet=("LF_FOOT",), angles=(45.0,))
         ({"body": "bse"}, ['no body "bse"', '"base"']),
         ({"within": ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))}, ["outside base", "x -0.2"]),
         ({"within": ((0.1, 0.0, 0.0), (0.0, 1.0, 1.0))}, ["no x between 0.1 and 0"]),
-        ({"within": ((-1e308, 0.0, 0.0), (1e308, 1.0, 1.0))}, ["within must be ≥ -1e+06 and ≤ 1e+06 m"]),
+        (
+            {"within": ((-1e308, 0.0, 0.0), (1e308, 1.0, 1.0))},
+            ["within must be ≥ -1e+06 and ≤ 1e+06 m"],
+        ),
         ({"count": 0}, ["count must be ≥ 1"]),
         ({"alternatives": 100}, ["≤ 20"]),
         ({"weights": {"LF": 1.0}}, ['"LF"', "LF_FOOT 45"]),
@@ -372,7 +446,9 @@ def test_scenes_have_to_be_of_one_robot():
 
 
 def test_a_landing_that_cannot_be_computed_is_named_with_its_reason(capfd):
-    """The others are computed; with --strict exit code 3 says that some are missing, and 2 that none was computed."""
+    """The others are computed; with --strict exit code 3 says that some are missing, and 2 that
+    none was computed.
+    """
     words = ("place", "anymal_b", "--contact", "LF_FOOT", "--vary", "strike-angle=0,100")
     found = run(capfd, *words)
     assert (found.code, run(capfd, *words, "--strict").code) == (0, 3)
@@ -383,31 +459,71 @@ def test_a_landing_that_cannot_be_computed_is_named_with_its_reason(capfd):
 def test_the_table_names_the_gain_and_the_gap(capfd):
     text = good(capfd, "place", "anymal_b")
     assert re.search(r"landings +9: .*4 edges.*single feet", text)
-    assert re.search(r"imu_link sees 0\.0487, the best place \(.*\) 0\.0468; a factor of 1\.04", text)
+    assert re.search(
+        r"imu_link sees 0\.0487, the best place \(.*\) 0\.0468; a factor of 1\.04", text
+    )
     assert re.search(r"optimum: .*\(9 convex pieces\) is below 0\.0463\d+ \(gap", text)
 
 
 def test_document_and_files(capfd, tmp_path):
-    words = ("place", "anymal_b", "--contact", "LF_FOOT", "--vary", "strike-angle=0,30", "--count", 2, "--pulse", "half-sine:5ms")
+    words = (
+        "place",
+        "anymal_b",
+        "--contact",
+        "LF_FOOT",
+        "--vary",
+        "strike-angle=0,30",
+        "--count",
+        2,
+        "--pulse",
+        "half-sine:5ms",
+    )
     document = json.loads(good(capfd, *words, "--format", "json", "--out", tmp_path))
     assert document["schema"] == "shockpc.place/2"
-    assert [one["landing"] for one in document["landings"]] == ["LF_FOOT strike-angle=0", "LF_FOOT strike-angle=30"]
-    felt, names = document["tables"]["landings"], [row["place"] for row in document["tables"]["places"] if row["bound"] is not None]
-    assert document["combined"] == max(min(row[name] for name in names if name.startswith("sensor ")) for row in felt)
+    assert [one["landing"] for one in document["landings"]] == [
+        "LF_FOOT strike-angle=0",
+        "LF_FOOT strike-angle=30",
+    ]
+    felt, names = (
+        document["tables"]["landings"],
+        [row["place"] for row in document["tables"]["places"] if row["bound"] is not None],
+    )
+    assert document["combined"] == max(
+        min(row[name] for name in names if name.startswith("sensor ")) for row in felt
+    )
     assert document["tables"]["margins"][0].keys() == {"place", "peak_x", "peak_y", "peak_z"}
     assert {path.name for path in tmp_path.iterdir()} == {
-        "landings.csv", "velocity_changes.csv", "margins.csv", "drives.csv", ".place.sha256",
-        "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
-    }  # fmt: skip
+        "landings.csv",
+        "velocity_changes.csv",
+        "margins.csv",
+        "drives.csv",
+        ".place.sha256",
+        "place.json",
+        "place.png",
+        "place.svg",
+        "places.csv",
+        "report.html",
+        "report.md",
+    }
     assert json.loads((tmp_path / "place.json").read_text()) == document
     svg = (tmp_path / "place.svg").read_text()
-    assert all(word in svg for word in ("imu_link", "sensor 1", "CoPc of a landing", "the better one"))
+    assert all(
+        word in svg for word in ("imu_link", "sensor 1", "CoPc of a landing", "the better one")
+    )
 
 
 def test_a_body_without_a_shape_is_drawn(capfd, tmp_path):
     """It has no geometry, and an inertia that no box has."""
     (tmp_path / "stick.urdf").write_text(STICK.replace('ixx="0.02"', 'ixx="20"'))
-    words = ("place", tmp_path / "stick.urdf", "--contact", "foot", "--body", "body", "--within=-0.1:0.1,-0.1:0.1,0:0.1")
+    words = (
+        "place",
+        tmp_path / "stick.urdf",
+        "--contact",
+        "foot",
+        "--body",
+        "body",
+        "--within=-0.1:0.1,-0.1:0.1,0:0.1",
+    )
     assert "the best place" in good(capfd, *words, "--out", tmp_path / "out")
     assert (tmp_path / "out" / "place.png").exists()
 
@@ -416,12 +532,33 @@ def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):
     scene = tmp_path / "jump.toml"
     scene.write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
     other = tmp_path / "fall.toml"
-    other.write_text('robot = "anymal_b"\n[strike]\ndrop_height = 0.3\n[[contact]]\nframe = "RH_FOOT"\n')
-    words = ("place", scene, other, "--vary", "*_KFE=-80:-60:2", "--weight", "jump*=2", "--format", "json", "--body", "imu_link")
+    other.write_text(
+        'robot = "anymal_b"\n[strike]\ndrop_height = 0.3\n[[contact]]\nframe = "RH_FOOT"\n'
+    )
+    words = (
+        "place",
+        scene,
+        other,
+        "--vary",
+        "*_KFE=-80:-60:2",
+        "--weight",
+        "jump*=2",
+        "--format",
+        "json",
+        "--body",
+        "imu_link",
+    )
     document = json.loads(good(capfd, *words))
-    names = ["jump LF_FOOT *_KFE=-80", "jump LF_FOOT *_KFE=-60", "fall RH_FOOT *_KFE=-80", "fall RH_FOOT *_KFE=-60"]
+    names = [
+        "jump LF_FOOT *_KFE=-80",
+        "jump LF_FOOT *_KFE=-60",
+        "fall RH_FOOT *_KFE=-80",
+        "fall RH_FOOT *_KFE=-60",
+    ]
     assert [one["landing"] for one in document["landings"]] == names
-    assert [one["weight"] for one in document["tables"]["landings"]] == pytest.approx([1 / 3, 1 / 3, 1 / 6, 1 / 6])
+    assert [one["weight"] for one in document["tables"]["landings"]] == pytest.approx(
+        [1 / 3, 1 / 3, 1 / 6, 1 / 6]
+    )
     assert document["compared_by"] == "weighted mean"
 
 
@@ -450,50 +587,74 @@ def test_without_clarabel_the_command_says_what_to_install(monkeypatch, capfd):
 
 
 def test_more_sensors_than_landings_are_as_many_as_help():
-    """One landing needs one sensor, which is its best place; with more, that of each landing alone, whatever the count."""
+    """One landing needs one sensor, which is its best place; with more, that of each landing alone,
+    whatever the count.
+    """
     alone = shockpc.place(ONE, alternatives=0)
     for count in (2, 3):
         found = shockpc.place(ONE, count=count)
         assert (len(found.places), found.count) == (1, count)
         assert found.combined == pytest.approx(alone.combined, abs=1e-8)
-        assert f"1 sensor of {count}: with more, the shock compared is not less" in place_report(found).text("table")
+        assert f"1 sensor of {count}: with more, the shock compared is not less" in place_report(
+            found
+        ).text("table")
 
 
 def test_with_friction_places_see_the_shock_of_contacts_that_slide():
-    """The field over the body, the numbers at the places, and those of analyses with a point there are the same."""
+    """The field over the body, the numbers at the places, and those of analyses with a point there
+    are the same.
+    """
     scene = shockpc.Scene(robot="go2", contact=(shockpc.Contact(frame="FL_foot"),), friction=0.2)
-    found = shockpc.place({"slides": scene, "sticks": dataclasses.replace(scene, friction=0.9)}, alternatives=0)
+    found = shockpc.place(
+        {"slides": scene, "sticks": dataclasses.replace(scene, friction=0.9)}, alternatives=0
+    )
     (best,) = found.places
     np.testing.assert_allclose(found.fields.shocks(best.position), best.shocks, atol=1e-9)
     for friction, shock in zip((0.2, 0.9), best.shocks, strict=True):
         point = shockpc.Point(frame="base", offset=tuple(best.position))
-        profile = shockpc.shock_profile(dataclasses.replace(scene, friction=friction, point=(point,)))
+        profile = shockpc.shock_profile(
+            dataclasses.replace(scene, friction=friction, point=(point,))
+        )
         assert profile.value("shock_friction", "point")[-1] == pytest.approx(shock, abs=1e-12)
     assert found.profiles[0].friction.state == ("slides",)
     assert abs(best.shocks[0] - found.profiles[0].shock_com[0]) > 1e-3
 
 
 def test_the_best_place_is_given_at_both_ends_of_the_drives(capfd, tmp_path):
-    """Nobody knows the drives of A1: the ends are free and locked joints, stated apart here, and the places are far apart."""
+    """Nobody knows the drives of A1: the ends are free and locked joints, stated apart here, and
+    the places are far apart.
+    """
     study = shockpc.place("a1", alternatives=0)
     for end, model in (("smallest", "free"), ("largest", "locked")):
         stated = shockpc.place(shockpc.Scene(robot="a1", joints={"model": model}), alternatives=0)
         assert not stated.ends
         assert study.ends[end].combined == pytest.approx(stated.combined, rel=1e-9)
-        np.testing.assert_allclose(study.ends[end].places[0].position, stated.places[0].position, atol=1e-5)
-    apart = np.linalg.norm(study.ends["smallest"].places[0].position - study.ends["largest"].places[0].position)
+        np.testing.assert_allclose(
+            study.ends[end].places[0].position, stated.places[0].position, atol=1e-5
+        )
+    apart = np.linalg.norm(
+        study.ends["smallest"].places[0].position - study.ends["largest"].places[0].position
+    )
     assert 0.1 < apart < 0.3
     assert study.kept is study.today[0], "all feet together: the trunk translates"
     text = good(capfd, "place", "a1", "--out", tmp_path)
     assert "keep imu_link, which sees 0.00355: no place is better by more than 1 %" in text
-    assert re.search(r"drives: .*moves by 1\d cm, and its shock is 0\.00354 to 1$", text, flags=re.MULTILINE)
+    assert re.search(
+        r"drives: .*moves by 1\d cm, and its shock is 0\.00354 to 1$", text, flags=re.MULTILINE
+    )
     document = json.loads((tmp_path / "place.json").read_text(encoding="utf-8"))
     assert document["keep"] == "imu_link"
     rows = document["tables"]["drives"]
     assert [row["drives"] for row in rows if row["place"] == "best"] == ["smallest", "largest"]
-    assert not places_over_drives(good(capfd, "place", "a1", "--joints", "free", "--alternatives", "0"))
+    assert not places_over_drives(
+        good(capfd, "place", "a1", "--joints", "free", "--alternatives", "0")
+    )
 
 
 def places_over_drives(text):
     """Lines that say something of ends of drives."""
-    return [line for line in text.splitlines() if line.startswith("drives:") or "largest inertias" in line]
+    return [
+        line
+        for line in text.splitlines()
+        if line.startswith("drives:") or "largest inertias" in line
+    ]

@@ -10,7 +10,19 @@ import pytest
 from random_landings import random_landing
 from robot_texts import link, urdf
 
-from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, assert_shock, compare, resolve, shock_profile, sweep
+from shockpc import (
+    Contact,
+    Joints,
+    Point,
+    Scene,
+    Strike,
+    UnknownName,
+    assert_shock,
+    compare,
+    resolve,
+    shock_profile,
+    sweep,
+)
 from shockpc.core.spatial import in_body_axes
 from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
@@ -26,11 +38,15 @@ def in_doubles(landing, strikes=None):
     """The landing's impact in double precision, in its posture."""
     with_strike = strikes is None or landing.before.omega.any() or landing.before.joint_rates.any()
     equation, solution, jumps = impact_jumps(landing, landing.state, bool(with_strike))
-    return DoubleImpact(landing, equation, solution, in_body_axes(jumps, landing.state.rotation), strikes=strikes)
+    return DoubleImpact(
+        landing, equation, solution, in_body_axes(jumps, landing.state.rotation), strikes=strikes
+    )
 
 
 def assert_same(profile, impact, strike, places):
-    """Each quantity in double precision against the proven one, relative to its natural size or its largest value."""
+    """Each quantity in double precision against the proven one, relative to its natural size or its
+    largest value.
+    """
     for entry in COMMON:
         chosen = places if entry.of == "point" else profile.places(entry.of)
         if not chosen:
@@ -40,16 +56,21 @@ def assert_same(profile, impact, strike, places):
         assert (np.isnan(double) == np.isnan(exact)).all(), entry.key
         known = np.isfinite(exact)
         if entry.key.endswith("direction"):
-            known &= profile.value("least_severe", "body").min() > 1e-6  # the direction of a shock that is zero is any
+            # the direction of a shock that is zero is any
+            known &= profile.value("least_severe", "body").min() > 1e-6
             double, exact = np.abs(double), np.abs(exact)
         natural = np.max(entry.size(impact, double[None, None]), initial=0.0)
         size = max(np.abs(exact[known]).max(initial=0.0), natural)
-        np.testing.assert_allclose(double[known], exact[known], rtol=0, atol=1e-8 * size + 1e-14, err_msg=entry.key)
+        np.testing.assert_allclose(
+            double[known], exact[known], rtol=0, atol=1e-8 * size + 1e-14, err_msg=entry.key
+        )
 
 
 @pytest.mark.parametrize("number", [3, 41, 52, 63, 64, 67, 72])
 def test_every_quantity_is_the_same_in_doubles_and_in_balls(number):
-    """Random mechanisms, contacts, drives and motions before the impact; landings with a verdict, where no body stays at rest."""
+    """Random mechanisms, contacts, drives and motions before the impact; landings with a verdict,
+    where no body stays at rest.
+    """
     robot, scene = random_landing(number)
     scene = replace(scene, point=(Point(frame=robot.bodies[-1].name, offset=(0.1, -0.2, 0.3)),))
     profile = shock_profile(scene, robot)
@@ -62,12 +83,18 @@ def test_a_quantity_of_many_strikes_is_that_of_each(omega):
     robot = load_robot("go2")
     strike = Strike(velocity=(0.0, 0.0, -1.0), angular_velocity=omega)
     scene = Scene(
-        robot="go2", contact=(Contact(frame="FL_foot"),), strike=strike, joints=Joints(armature={"*": 0.01}), pulse="half-sine:5ms"
+        robot="go2",
+        contact=(Contact(frame="FL_foot"),),
+        strike=strike,
+        joints=Joints(armature={"*": 0.01}),
+        pulse="half-sine:5ms",
     )
     velocities = np.array([[0.3, 0.1, -1.0], [-0.2, 0.0, -0.5]])
     impact = in_doubles(resolve(scene, robot), velocities[None])
     for k, velocity in enumerate(velocities):
-        profile = shock_profile(replace(scene, strike=replace(strike, velocity=tuple(velocity))), robot)
+        profile = shock_profile(
+            replace(scene, strike=replace(strike, velocity=tuple(velocity))), robot
+        )
         assert_same(profile, impact, k, profile.landing.points)
 
 
@@ -77,7 +104,9 @@ def test_selections_are_named_by_key_kind_and_component():
     assert select("contact.moment.z").quantity.of == "contact"
     assert select("contact.moment.z").scalar(np.array([1.0, 2.0, 3.0])) == 3.0
     assert select("delta_v").scalar(np.array([3.0, 0.0, 4.0])) == 5.0
-    with pytest.raises(UnknownName, match=r'no quantity "shok".*nearest: "shock".*shockpc quantities'):
+    with pytest.raises(
+        UnknownName, match=r'no quantity "shok".*nearest: "shock".*shockpc quantities'
+    ):
         select("shok")
 
 
@@ -88,21 +117,39 @@ def test_a_key_is_unique_in_its_kind():
 
 
 def test_the_greatest_jump_over_a_box_is_that_of_a_corner(tmp_path):
-    """|Δv + Δω × r| at the eight corners of a box that is struck beside its centre; budgets and tables take it by its name."""
+    """|Δv + Δω × r| at the eight corners of a box that is struck beside its centre; budgets and
+    tables take it by its name.
+    """
     size, origin = np.array([0.6, 0.2, 0.4]), np.array([0.1, -0.05, 0.02])
-    shape = f'<collision><origin xyz="{" ".join(map(str, origin))}"/><geometry><box size="{" ".join(map(str, size))}"/></geometry>'
+    shape = (
+        f'<collision><origin xyz="{" ".join(map(str, origin))}"/><geometry><box '
+        f'size="{" ".join(map(str, size))}"/></geometry>'
+    )
     (tmp_path / "box.urdf").write_text(urdf(link("box", more=f"{shape}</collision>")))
-    contact, strike = Contact(frame="box", offset=(0.3, 0.1, -0.2)), Strike(speed=1.5, strike_angle_deg=20.0)
+    contact, strike = (
+        Contact(frame="box", offset=(0.3, 0.1, -0.2)),
+        Strike(speed=1.5, strike_angle_deg=20.0),
+    )
     scene = Scene(robot=str(tmp_path / "box.urdf"), contact=contact, strike=strike)
     profile = shock_profile(scene)
     corners = origin + size / 2 * np.array(list(itertools.product((-1, 1), repeat=3)))
-    expected = np.linalg.norm(profile.delta_v[0] + np.cross(profile.delta_omega[0], corners), axis=1).max()
+    expected = np.linalg.norm(
+        profile.delta_v[0] + np.cross(profile.delta_omega[0], corners), axis=1
+    ).max()
     assert profile.value("delta_v_max", "body")[0] == pytest.approx(expected, rel=1e-14)
     assert_shock(scene, at="box", metric="delta_v_max", max=expected * (1 + 1e-12))
-    rows = sweep(scene, {"speed": "1,2,3"}, quantities=["delta_v_max@box"]).table().values("delta_v_max")
+    rows = (
+        sweep(scene, {"speed": "1,2,3"}, quantities=["delta_v_max@box"])
+        .table()
+        .values("delta_v_max")
+    )
     np.testing.assert_allclose(rows, expected * np.array([1.0, 2.0, 3.0]) / 1.5, rtol=1e-12)
     designs = [Design(name, scene, profile.robot) for name in "ab"]
-    (compared,) = (one for one in compare(designs, ["delta_v_max"]).quantities if one.selection.name == "delta_v_max")
+    (compared,) = (
+        one
+        for one in compare(designs, ["delta_v_max"]).quantities
+        if one.selection.name == "delta_v_max"
+    )
     assert compared.rows[0].values == pytest.approx((expected, expected), rel=1e-14)
 
 
@@ -117,13 +164,22 @@ def reachable(value, seen):
         yield from (array for part in value.values() for array in reachable(part, seen))
     elif isinstance(value, tuple | list):
         yield from (array for part in value for array in reachable(part, seen))
-    elif type(value).__module__.startswith("shockpc") and hasattr(value, "__dict__") and type(value).__name__ != "BallImpact":
+    elif (
+        type(value).__module__.startswith("shockpc")
+        and hasattr(value, "__dict__")
+        and type(value).__name__ != "BallImpact"
+    ):
         yield from reachable(vars(value), seen)
 
 
 def test_no_array_of_a_result_can_be_written_to():
     """Neither those of a profile, nor those of its landing, its proof or its records."""
-    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"), Contact(frame="RF_FOOT", kind="flat"))))
+    profile = shock_profile(
+        Scene(
+            robot="anymal_b",
+            contact=(Contact(frame="LF_FOOT"), Contact(frame="RF_FOOT", kind="flat")),
+        )
+    )
     names = [name for name in dir(type(profile)) if not name.startswith("_")]
     read = {name: getattr(profile, name) for name in names}
     with pytest.raises(ValueError, match="read-only"):
@@ -134,9 +190,14 @@ def test_no_array_of_a_result_can_be_written_to():
 
 
 def test_a_landing_is_the_same_from_any_thread():
-    """The precision of ball arithmetic is one setting of the process; four threads read quantities of unlike landings at once."""
+    """The precision of ball arithmetic is one setting of the process; four threads read quantities
+    of unlike landings at once.
+    """
     still = Joints(locked=("neck_*",))  # nothing resists the neck of iCub
-    scenes = [Scene(robot="anymal_b", contact="LF_FOOT"), Scene(robot="icub", contact="l_sole", joints=still)]
+    scenes = [
+        Scene(robot="anymal_b", contact="LF_FOOT"),
+        Scene(robot="icub", contact="l_sole", joints=still),
+    ]
     keys = [(entry.key, entry.of) for entry in COMMON if entry.of in ("body", "joint")]
 
     def numbers(scene):
@@ -155,16 +216,27 @@ def test_a_name_that_is_not_known_is_answered_with_the_nearest():
     profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)))
     with pytest.raises(UnknownName, match='nearest: "LF_HIP"'):
         profile.shock_at("LF_HP", np.zeros(3))
-    assert profile.shock_at("imu_link", np.zeros(3)) == pytest.approx(profile.points[0].shock, rel=1e-14)
+    assert profile.shock_at("imu_link", np.zeros(3)) == pytest.approx(
+        profile.points[0].shock, rel=1e-14
+    )
 
 
 def test_the_rate_after_the_impact_is_that_before_and_its_jump():
     """Of a knee that moves before the impact; a motor has to follow what is left."""
-    scene = Scene(robot="hyq", contact="lf_foot", strike=Strike(joint_velocities={"lf_kfe_joint": 2.0}), friction=0.6)
+    scene = Scene(
+        robot="hyq",
+        contact="lf_foot",
+        strike=Strike(joint_velocities={"lf_kfe_joint": 2.0}),
+        friction=0.6,
+    )
     profile = shock_profile(scene)
     number = [place.name for place in profile.places("joint")].index("lf_kfe_joint")
     v = profile.robot.joint("lf_kfe_joint").v.start
     assert profile.landing.before.joint_rates[v] == 2.0
-    assert profile.value("rate_after", "joint")[number] == pytest.approx(2.0 + profile.delta_qd[v], rel=1e-14)
+    assert profile.value("rate_after", "joint")[number] == pytest.approx(
+        2.0 + profile.delta_qd[v], rel=1e-14
+    )
     slid = profile.value("delta_qd_friction", "joint")[number]
-    assert profile.value("rate_after_friction", "joint")[number] == pytest.approx(2.0 + slid, rel=1e-12)
+    assert profile.value("rate_after_friction", "joint")[number] == pytest.approx(
+        2.0 + slid, rel=1e-12
+    )

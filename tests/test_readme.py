@@ -1,4 +1,6 @@
-"""The README and the guide: their commands, Python and scenes run, and the output that they show is the output."""
+"""The README and the guide: their commands, Python and scenes run, and the output that they show is
+the output.
+"""
 
 import importlib.util
 import inspect
@@ -58,11 +60,17 @@ class Typed(NamedTuple):
     shown: str
 
 
-BLOCKS = [ConstraintBlock(*found) for found in re.findall(r"^```(\w*)[^\n]*\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)]
+BLOCKS = [
+    ConstraintBlock(*found)
+    for found in re.findall(r"^```(\w*)[^\n]*\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
+]
 
 
 def commands() -> list[Typed]:
-    """Every `shockpc …` in a fenced block. After a prompt, what follows is its output; `…` on a line stands for any lines."""
+    """Every `shockpc …` in a fenced block.
+
+    After a prompt, what follows is its output; `…` on a line stands for any lines.
+    """
     found = []
     for block in BLOCKS:
         if block.language in ("python", "toml", "json", "xml"):
@@ -74,8 +82,12 @@ def commands() -> list[Typed]:
                 continue
             words = line.removeprefix("$ ")
             if words.startswith("shockpc "):
-                end = next((n for n in range(k + 1, len(lines)) if lines[n].startswith("$ ")), len(lines))
-                found.append(Typed(words, "\n".join(lines[k + 1 : end]).strip("\n") if prompted else ""))
+                end = next(
+                    (n for n in range(k + 1, len(lines)) if lines[n].startswith("$ ")), len(lines)
+                )
+                found.append(
+                    Typed(words, "\n".join(lines[k + 1 : end]).strip("\n") if prompted else "")
+                )
     return found
 
 
@@ -89,10 +101,18 @@ def here(tmp_path, monkeypatch):
     for name in ("robot", "leg"):
         (folder / f"{name}.urdf").write_text(STICK_WITH_IMU, encoding="utf-8")
         (folder / f"{name}.srdf").write_text(POSTURES, encoding="utf-8")
-    scenes = [block.text for block in BLOCKS if block.language == "toml" and block.text.startswith("robot = ")]
+    scenes = [
+        block.text
+        for block in BLOCKS
+        if block.language == "toml" and block.text.startswith("robot = ")
+    ]
     (folder / "landing.toml").write_text(scenes[0] if scenes else SCENE, encoding="utf-8")
-    (folder / "log.csv").write_text(next(block.text for block in BLOCKS if block.language == "csv"), encoding="utf-8")
-    (folder / "budgets.toml").write_text(next(block.text for block in BLOCKS if "[[budget]]" in block.text), encoding="utf-8")
+    (folder / "log.csv").write_text(
+        next(block.text for block in BLOCKS if block.language == "csv"), encoding="utf-8"
+    )
+    (folder / "budgets.toml").write_text(
+        next(block.text for block in BLOCKS if "[[budget]]" in block.text), encoding="utf-8"
+    )
     return folder
 
 
@@ -104,14 +124,18 @@ def words_of(line: str) -> list[str]:
 
 
 def plain(text: str) -> str:
-    """Text without the sizes of rounding errors, which differ between machines, and blanks at the ends of lines."""
+    """Text without the sizes of rounding errors, which differ between machines, and blanks at the
+    ends of lines.
+    """
     text = re.sub(r"off by \S+;|move it by \S+", "…", text)
     return "\n".join(line.rstrip() for line in text.splitlines())
 
 
 @pytest.mark.usefixtures("no_figures")
 def test_commands_run(capfd, here, monkeypatch):
-    """In the order of the page and in one folder, so that a later command may use what an earlier one wrote."""
+    """In the order of the page and in one folder, so that a later command may use what an earlier
+    one wrote.
+    """
     monkeypatch.setattr("shockpc.studies.improve.search.RUNS", 4)
     found, printed = dict.fromkeys(commands()), dict[str, str]()
     assert found, "the pages show no command"
@@ -142,9 +166,12 @@ def calf_of(document):
 
 
 def test_level_feet_do_not_strike_at_once(capfd):
-    """Later by the height over the speed, which is longer than half a period of the foot's effective mass on its stiffness."""
+    """Later by the height over the speed, which is longer than half a period of the foot's
+    effective mass on its stiffness.
+    """
     sentence = (
-        r"a foot that is (\S+) mm higher strikes (\S+) ms later at 1 m/s, and one foot of Go2 is on contacts of (\S+) N/m for "
+        r"a foot that is (\S+) mm higher strikes (\S+) ms later at 1 m/s, and one foot of Go2 is "
+        r"on contacts of (\S+) N/m for "
         r"(\S+) ms\."
     )
     ((height, delay, stiffness, contact),) = re.findall(sentence, " ".join(TEXTS[METHOD].split()))
@@ -156,41 +183,66 @@ def test_level_feet_do_not_strike_at_once(capfd):
 
 def coupled_rows():
     """The shock at the trunk without and with the coupling of rotors, by the words of the landing."""
-    rows = re.findall(r"^\| `(\S+ --contact \S+)` \| (0\.\d{4}) \| (0\.\d{4}) \|$", TEXTS[METHOD], re.MULTILINE)
+    rows = re.findall(
+        r"^\| `(\S+ --contact \S+)` \| (0\.\d{4}) \| (0\.\d{4}) \|$", TEXTS[METHOD], re.MULTILINE
+    )
     return {landing: numbers for landing, *numbers in rows}
 
 
 def test_shock_by_drives(capfd, here):
-    """The table of drives: each row's options give its number at the trunk, and "the same rotors" are those of the catalogue."""
+    """The table of drives: each row's options give its number at the trunk, and "the same rotors"
+    are those of the catalogue.
+    """
     assert f"`shockpc {GO2}`" in TEXTS[METHOD]
     rows = re.findall(r"^\| ([^|]+) \| (?:`(.+)`)? ?\| (0\.\d{4}) \|$", TEXTS[METHOD], re.MULTILINE)
     assert len(rows) == 6
-    sentence = "at its trunk is {free} with free joints, {} with the rotors of its drives, and {locked} with locked joints"
+    sentence = (
+        "at its trunk is {free} with free joints, {} with the rotors of its drives, and {locked} "
+        "with locked joints"
+    )
     shocks = {options.removeprefix("--joints "): shock for _, options, shock in rows}
-    assert sentence.format(shocks[""], **{name: shocks[name] for name in ("free", "locked")}) in " ".join(TEXTS[README].split())
+    assert sentence.format(
+        shocks[""], **{name: shocks[name] for name in ("free", "locked")}
+    ) in " ".join(TEXTS[README].split())
     ends = [calf_of(analyzed(capfd, f"{GO2} --joints {model}")) for model in ("free", "locked")]
     for page in (README, METHOD):
-        assert "Go2's calf has {} with free and {} with locked joints".format(*ends) in " ".join(TEXTS[page].split())
+        assert "Go2's calf has {} with free and {} with locked joints".format(*ends) in " ".join(
+            TEXTS[page].split()
+        )
     drives = joint_model(known_robot("go2"), Joints())
     for label, options, shock in rows:
         found = analyzed(capfd, f"{GO2} {options}")
-        assert trunk_of(found, "shock_separated" if "--contact-stiffness" in options else "shock") == shock, options
+        assert (
+            trunk_of(found, "shock_separated" if "--contact-stiffness" in options else "shock")
+            == shock
+        ), options
         if label.startswith("the same") and "rotor" in options:
             model = joint_model(known_robot("go2"), scene_from(Scene, found["scene"], here).joints)
             np.testing.assert_allclose(model.armature + model.rotor, drives.armature, rtol=1e-12)
 
 
 def test_the_springs_of_the_table_of_drives(capfd, here):
-    """What the method says of springs behind the rotors is said of the row with a contact of finite stiffness."""
-    (options,) = re.findall(r"^\| [^|]+ \| `(.+ --contact-stiffness .+)` \|", TEXTS[METHOD], re.MULTILINE)
+    """What the method says of springs behind the rotors is said of the row with a contact of finite
+    stiffness.
+    """
+    (options,) = re.findall(
+        r"^\| [^|]+ \| `(.+ --contact-stiffness .+)` \|", TEXTS[METHOD], re.MULTILINE
+    )
     sentence = (
-        r"the springs press the foot on the ground until (\d+) ms after touchdown, though it is compressed after ([\d.]+) ms, "
+        r"the springs press the foot on the ground until (\d+) ms after touchdown, though it is "
+        r"compressed after ([\d.]+) ms, "
         r"and they raise the shock; from restitution 0 to 1 it is then ([\d.]+) to ([\d.]+)\."
     )
     ((until, compressed, low, high),) = re.findall(sentence, " ".join(TEXTS[METHOD].split()))
     found = [analyzed(capfd, f"{GO2} {options} --restitution {e}") for e in (0.0, 0.5, 1.0)]
-    (contact,), shocks = found[0]["tables"]["contacts"], [one["tables"]["shocks"][0]["shock_separated"] for one in found]
-    assert (until, compressed) == (f"{1e3 * contact['duration']:.0f}", f"{1e3 * contact['peak_force_time']:.1f}")
+    (contact,), shocks = (
+        found[0]["tables"]["contacts"],
+        [one["tables"]["shocks"][0]["shock_separated"] for one in found],
+    )
+    assert (until, compressed) == (
+        f"{1e3 * contact['duration']:.0f}",
+        f"{1e3 * contact['peak_force_time']:.1f}",
+    )
     assert (low, high) == (f"{min(shocks):.3f}", f"{max(shocks):.3f}")
 
 
@@ -205,7 +257,9 @@ def test_shock_by_rotors_that_links_carry(capfd, here):
 
 def test_python_runs(capfd, here):
     found = [
-        block.text for block in BLOCKS if block.language == "python" and not block.text.startswith((*OPTIONAL, "import torch"))
+        block.text
+        for block in BLOCKS
+        if block.language == "python" and not block.text.startswith((*OPTIONAL, "import torch"))
     ]
     assert found, "the README shows no Python"
     for text in found:
@@ -213,7 +267,9 @@ def test_python_runs(capfd, here):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("library", [line for line in OPTIONAL if importlib.util.find_spec(line.removeprefix("import "))])
+@pytest.mark.parametrize(
+    "library", [line for line in OPTIONAL if importlib.util.find_spec(line.removeprefix("import "))]
+)
 def test_python_of_optimal_control_runs(library):
     """Where these libraries are installed, their examples find a landing with a tenth of the shock."""
     (text,) = (block.text for block in BLOCKS if block.text.startswith(library))
@@ -224,7 +280,11 @@ def test_python_of_optimal_control_runs(library):
 
 def test_scenes_run(capfd, here):
     """A block of TOML that names a robot is a whole scene."""
-    scenes = [block.text for block in BLOCKS if block.language == "toml" and block.text.startswith("robot = ")]
+    scenes = [
+        block.text
+        for block in BLOCKS
+        if block.language == "toml" and block.text.startswith("robot = ")
+    ]
     assert scenes, "the README shows no scene"
     for text in scenes:
         (here / "scene.toml").write_text(text, encoding="utf-8")
@@ -238,17 +298,33 @@ def test_pictures_and_links_are_there(page):
         name, _, heading = target.partition("#")
         file = page.parent / name if name else page
         assert file.exists(), target
-        headings = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE) if heading else []
-        assert not heading or heading in [re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings], target
+        headings = (
+            re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+            if heading
+            else []
+        )
+        assert not heading or heading in [
+            re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings
+        ], target
 
 
 def test_the_equations_of_the_paper_are_where_the_guide_says():
     """Each has a function that says which equation it is, and a test."""
-    rows = re.findall(r"^\| ([\d, ]+) \| [^|]* \| ([^|]*) \| ([^|]*) \|$", TEXTS[METHOD], re.MULTILINE)
-    assert [int(number) for numbers, *_ in rows for number in numbers.split(", ")] == list(range(1, 13))
+    rows = re.findall(
+        r"^\| ([\d, ]+) \| [^|]* \| ([^|]*) \| ([^|]*) \|$", TEXTS[METHOD], re.MULTILINE
+    )
+    assert [int(number) for numbers, *_ in rows for number in numbers.split(", ")] == list(
+        range(1, 13)
+    )
     for numbers, places, tests in rows:
-        functions = [pkgutil.resolve_name(f"shockpc.{name}") for name in re.findall(r"`([\w.]+:\w+)`", places)]
-        said = "".join(f"{one.__doc__}{inspect.getmodule(one).__doc__}" + inspect.getsource(one) for one in functions)
+        functions = [
+            pkgutil.resolve_name(f"shockpc.{name}")
+            for name in re.findall(r"`([\w.]+:\w+)`", places)
+        ]
+        said = "".join(
+            f"{one.__doc__}{inspect.getmodule(one).__doc__}" + inspect.getsource(one)
+            for one in functions
+        )
         named = re.findall(r"Eqs?\. ([\d, and]+)", said)
         assert set(numbers.split(", ")) & set(re.findall(r"\d+", " ".join(named))), numbers
         found = [pkgutil.resolve_name(name) for name in re.findall(r"`(\w+:\w+)`", tests)]
@@ -256,11 +332,19 @@ def test_the_equations_of_the_paper_are_where_the_guide_says():
 
 
 def test_the_short_help_has_the_options_of_the_first_questions(capfd):
-    """Those of the commands of the README that analyze a landing, and of the drives, the parts and the sensors of a robot."""
+    """Those of the commands of the README that analyze a landing, and of the drives, the parts and
+    the sensors of a robot.
+    """
     shown = good(capfd, "analyze", "--help")
-    used = {word for line in re.findall(r"shockpc analyze.*", TEXTS[README]) for word in re.findall(r"--[a-z][a-z-]+", line)}
+    used = {
+        word
+        for line in re.findall(r"shockpc analyze.*", TEXTS[README])
+        for word in re.findall(r"--[a-z][a-z-]+", line)
+    }
     used |= {"--part", "--rotor", "--armature", "--imu-bandwidth"}
-    assert {option for option in used if not re.search(rf"(?m)^  (?:-\w, )?{option}\b", shown)} == set()
+    assert {
+        option for option in used if not re.search(rf"(?m)^  (?:-\w, )?{option}\b", shown)
+    } == set()
 
 
 def test_what_varies_is_in_the_table_of_the_guide():
@@ -271,15 +355,21 @@ def test_what_varies_is_in_the_table_of_the_guide():
 def test_files_for_continuous_integration_are_whole():
     """Workflows can be copied as they are, and the hook of pre-commit runs a command."""
     documents = [yaml.safe_load(block.text) for block in BLOCKS if block.language == "yaml"]
-    workflows, (hooks,) = [one for one in documents if "jobs" in one], [one for one in documents if "repos" in one]
+    workflows, (hooks,) = (
+        [one for one in documents if "jobs" in one],
+        [one for one in documents if "repos" in one],
+    )
     assert len(workflows) == 2
     for workflow in workflows:
         assert workflow.keys() == {"name", True, "jobs"}  # YAML reads `on` as yes
-        assert {step.get("uses", "").split("@")[0] for step in workflow["jobs"]["shock"]["steps"]} >= {"actions/checkout"}
+        assert {
+            step.get("uses", "").split("@")[0] for step in workflow["jobs"]["shock"]["steps"]
+        } >= {"actions/checkout"}
     (hook,) = yaml.safe_load((README.parent / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
     assert hook["entry"] == "shockpc check"
     assert [one["id"] for repo in hooks["repos"] for one in repo["hooks"]] == [hook["id"]]
-    # Without a point in it, what is no hash is a branch to pre-commit, which does not support branches.
+    # Without a point in it, what is no hash is a branch to pre-commit, which does not support
+    # branches.
     assert all(re.fullmatch(r"[0-9a-f]{7,40}", repo["rev"]) for repo in hooks["repos"])
 
 
@@ -288,7 +378,9 @@ def test_the_hook_runs_for_every_file_that_a_check_reads():
     (hook,) = yaml.safe_load((README.parent / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
     suffixes = (*(f".{mesh}" for mesh in MESHES), *ROBOT_SUFFIXES, ".srdf")
     names = [f"arm/part{case}" for suffix in suffixes for case in (suffix, suffix.upper())]
-    assert [name for name in (*names, "base.json", "budgets.toml") if not re.search(hook["files"], name)] == []
+    assert [
+        name for name in (*names, "base.json", "budgets.toml") if not re.search(hook["files"], name)
+    ] == []
     assert not re.search(hook["files"], "controller.cpp")
 
 
@@ -311,10 +403,14 @@ def texts(drawing):
 def test_pictures_are_those_of_the_commands(capfd, tmp_path, out, drawn, shown):
     """What `make gallery` would write says the same as what is committed."""
     rules = (README.parent / "Makefile").read_text(encoding="utf-8").replace("\\\n", " ")
-    words = re.search(rf'^\t@"\$\(BIN\)/shockpc" (.*) --out out/{out} > /dev/null$', rules, re.MULTILINE)
+    words = re.search(
+        rf'^\t@"\$\(BIN\)/shockpc" (.*) --out out/{out} > /dev/null$', rules, re.MULTILINE
+    )
     assert words is not None
     good(capfd, *shlex.split(words[1]), "--out", tmp_path)
-    assert texts(tmp_path / f"{drawn}.svg") == texts(README.parent / "robots" / "gallery" / f"{shown}.svg")
+    assert texts(tmp_path / f"{drawn}.svg") == texts(
+        README.parent / "robots" / "gallery" / f"{shown}.svg"
+    )
 
 
 def test_the_readme_is_short():
@@ -336,16 +432,23 @@ def shown_after(command):
 def test_what_the_readme_says_of_its_first_answers():
     """The sentences under the table of robots and under the places have the numbers of these."""
     text = " ".join(TEXTS[README].split())
-    rows = re.findall(r"^\S+  (\w+) .*? (\d\.\d+) +(\S+) +(\S+) ", shown_after("shockpc batch --robots quadrupeds"), re.MULTILINE)
+    rows = re.findall(
+        r"^\S+  (\w+) .*? (\d\.\d+) +(\S+) +(\S+) ",
+        shown_after("shockpc batch --robots quadrupeds"),
+        re.MULTILINE,
+    )
     shocks = {robot: numbers for robot, *numbers in rows}
     assert f"the velocity of Go2's IMU changes by {shocks['go2'][0]} m/s" in text
     assert f"the answer is a range, such as {shocks['a1'][1]} to {shocks['a1'][2]} for A1" in text
-    places = re.findall(r"^(?:imu|best) +(\S+) +\S+ +(\S+) +(\S+) ", shown_after("shockpc place go2"), re.MULTILINE)
+    places = re.findall(
+        r"^(?:imu|best) +(\S+) +\S+ +(\S+) +(\S+) ", shown_after("shockpc place go2"), re.MULTILINE
+    )
     imu, best = np.array(places, float)
     forward, up, _ = 100.0 * (best - imu)
     less = 100.0 * (1.0 - best[-1] / imu[-1])
     assert (
-        f"Move it {forward:.0f} cm forward and {-up:.0f} cm down: the shock of the worst landing is then {less:.0f} % less" in text
+        f"Move it {forward:.0f} cm forward and {-up:.0f} cm down: the shock of the worst landing "
+        f"is then {less:.0f} % less" in text
     )
 
 
@@ -353,13 +456,18 @@ MEASURED = (README.parent / "robots" / "measured" / "README.md").read_text(encod
 
 
 def measured(row):
-    """The cells of a row of the tables of measured landings, without intervals. Args: row, how it begins."""
+    """The cells of a row of the tables of measured landings, without intervals.
+
+    Args: row, how it begins.
+    """
     (cells,) = re.findall(rf"^ *\| {re.escape(row)} \| (.*) \|$", MEASURED, re.MULTILINE)
     return [cell.split()[0] for cell in cells.split(" | ")]
 
 
 def test_what_was_measured():
-    """The table of the README has the numbers of the page of measured landings, which other tests compute."""
+    """The table of the README has the numbers of the page of measured landings, which other tests
+    compute.
+    """
     text = " ".join(TEXTS[README].split())
     r, _, error, *_ = measured("geared, springs free | 6 ms")
     assert f"joint rates 6 ms after contact: error {error}, r {r};" in text
@@ -367,14 +475,21 @@ def test_what_was_measured():
     torques = measured("1e5 N/m, measured torques of the motors")[1:]
     assert "joint rates after 12 and 30 ms: error {} and {}".format(*torques) in text
     assert "without these torques: error {} and {}".format(*measured("1e5 N/m")[1:]) in text
-    hinge = sorted(measured(law)[-1] for law in ("sticks", "friction 0.2", "friction 0.2, restitution 0.2"))
+    hinge = sorted(
+        measured(law)[-1] for law in ("sticks", "friction 0.2", "friction 0.2, restitution 0.2")
+    )
     assert f"hinge rate in a single toss: error {hinge[0]} to {hinge[-1]}" in text
     (r, _, late, _), (_, _, early, _) = measured("30 ms"), measured("15 ms")
     assert f"rates of both legs after 30 ms: error {late}, r {r}" in text
     r, _, error = measured("the other | 30 ms")
     assert f"the leg that does not strike: error {error}, r {r}; after 15 ms: error {early}" in text
-    assert f"12 to 15 % for Cassie's tarsi and {100 * float(late):.0f} % for the legs of a compass-gait biped" in text
-    (trunk,) = re.findall(r"that lags, has a correlation of (\S+), worse than no jump", " ".join(MEASURED.split()))
+    assert (
+        f"12 to 15 % for Cassie's tarsi and {100 * float(late):.0f} % for the legs of a "
+        f"compass-gait biped" in text
+    )
+    (trunk,) = re.findall(
+        r"that lags, has a correlation of (\S+), worse than no jump", " ".join(MEASURED.split())
+    )
     assert f"trunk velocity: r {trunk};" in text
     assert f"which foot: r {measured('geared, drives as published')[0]}" in text
     assert "its correlation is 0.51" in MEASURED
@@ -383,7 +498,13 @@ def test_what_was_measured():
 
 def test_every_installation_is_of_a_clone():
     """The package is on no index; its extras are those of pyproject.toml."""
-    extras = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    extras = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))[
+        "project"
+    ]["optional-dependencies"]
     found = re.findall(r"pip install (\S+)", TEXT)
-    assert set(found) - {"crocoddyl`)", "./shockpc"} == {one for one in found if one.startswith('".[')}
-    assert {name for one in found for name in re.findall(r"[a-z]+", one.partition("[")[2])} <= extras.keys()
+    assert set(found) - {"crocoddyl`)", "./shockpc"} == {
+        one for one in found if one.startswith('".[')
+    }
+    assert {
+        name for one in found for name in re.findall(r"[a-z]+", one.partition("[")[2])
+    } <= extras.keys()

@@ -19,27 +19,43 @@ def places(robot: Robot, posture: str) -> dict[str, np.ndarray]:
     """Where every frame is in a posture of the robot's SRDF."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, robot.postures[posture])
-    return {frame.name: data.oMf[k].translation.copy() for k, frame in enumerate(robot.model.frames)}
+    return {
+        frame.name: data.oMf[k].translation.copy() for k, frame in enumerate(robot.model.frames)
+    }
 
 
 def angle(vector: np.ndarray) -> float:
-    """The angle of a direction on the page, counter-clockwise from straight down, x to the right and z up [deg]."""
+    """The angle of a direction on the page, counter-clockwise from straight down, x to the right
+    and z up [deg].
+    """
     return math.degrees(math.atan2(vector[0], -vector[2]))
 
 
-@pytest.mark.parametrize(("name", "arguments"), [("beam", {}), ("leg", {"torso": "true", "foot": "true"}), ("quadruped", {})])
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [("beam", {}), ("leg", {"torso": "true", "foot": "true"}), ("quadruped", {})],
+)
 def test_beams_are_slender_and_physical(name: str, arguments: dict[str, str]):
-    """Every body: CoM half way, moments across exactly m l²/12, a tensor that a real body has, for any section."""
+    """Every body: CoM half way, moments across exactly m l²/12, a tensor that a real body has, for
+    any section.
+    """
     lengths = {
-        "beam": 1.0, "upper_leg": 0.4, "lower_leg": 0.4, "foot": 0.2, "torso": 0.6 if name == "leg" else 0.8,
-        **{f"{which}_{part}_leg": 0.4 for which in ("hind", "front") for part in ("upper", "lower")},
-    }  # fmt: skip
+        "beam": 1.0,
+        "upper_leg": 0.4,
+        "lower_leg": 0.4,
+        "foot": 0.2,
+        "torso": 0.6 if name == "leg" else 0.8,
+        **{
+            f"{which}_{part}_leg": 0.4 for which in ("hind", "front") for part in ("upper", "lower")
+        },
+    }
     for side in (None, "0.1"):
         for body in bodies(name, **arguments, **({"side": side} if side else {})).values():
             length, mass = lengths[body.name], body.mass
             across = mass * length**2 / 12
             along = mass * (float(side) if side else {"beam": 0.05}.get(name, 0.02)) ** 2 / 6
-            assert body.inertia[1, 1] == pytest.approx(across, rel=1e-15)  # about y, as in the paper
+            # about y, as in the paper
+            assert body.inertia[1, 1] == pytest.approx(across, rel=1e-15)
             moments = np.sort(np.linalg.eigvalsh(body.inertia))
             np.testing.assert_allclose(moments, [along, across, across], rtol=1e-12)
             assert moments[0] > 0
@@ -51,11 +67,15 @@ def test_beam():
     robot = load_robot("beam", xacro={"length": "0.6", "mass": "3"})
     assert robot.mass == 3.0
     np.testing.assert_allclose(robot.coms, [[0.3, 0, 0]], atol=1e-16)
-    assert [robot.frame(name).offset[0] for name in ("pivot", "center", "percussion", "tip")] == pytest.approx([0, 0.3, 0.4, 0.6])
+    assert [
+        robot.frame(name).offset[0] for name in ("pivot", "center", "percussion", "tip")
+    ] == pytest.approx([0, 0.3, 0.4, 0.6])
 
 
 def test_leg_postures(capfd: pytest.CaptureFixture[str]):
-    """Figure 2: upper leg +15°, torso −5°, and case F with the foot 105° from a vertical shank; the contact is on the ground."""
+    """Figure 2: upper leg +15°, torso −5°, and case F with the foot 105° from a vertical shank; the
+    contact is on the ground.
+    """
     robot = load_robot("leg", xacro={"torso": "true", "foot": "true"})
     for name, shank, contact in (("standing", -10.0, "heel"), ("standing_on_ball", 0.0, "ball")):
         at = places(robot, name)
@@ -67,13 +87,19 @@ def test_leg_postures(capfd: pytest.CaptureFixture[str]):
     straight = places(robot, "straight")
     assert angle(straight["heel"] - straight["hip"]) == pytest.approx(0.0, abs=1e-12)
     # A variant that lacks joints of the posture stands alike.
-    np.testing.assert_allclose(places(load_robot("leg"), "standing")["heel"], places(robot, "standing")["heel"], atol=1e-16)
+    np.testing.assert_allclose(
+        places(load_robot("leg"), "standing")["heel"], places(robot, "standing")["heel"], atol=1e-16
+    )
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(("name", "leg"), [("standing", 30), ("legs_20", 20), ("legs_10", 10), ("legs_0", 0)])
+@pytest.mark.parametrize(
+    ("name", "leg"), [("standing", 30), ("legs_20", 20), ("legs_10", 10), ("legs_0", 0)]
+)
 def test_quadruped_postures(name: str, leg: int):
-    """Figure 5: nose up by 15°, hind knee forward and front knee backward by the leg's angle, hind foot on the ground."""
+    """Figure 5: nose up by 15°, hind knee forward and front knee backward by the leg's angle, hind
+    foot on the ground.
+    """
     at = places(load_robot("quadruped"), name)
     assert angle(at["front_hip"] - at["hind_hip"]) == pytest.approx(90 + 15)
     for which, knee in (("hind", leg), ("front", -leg)):

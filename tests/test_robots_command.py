@@ -13,10 +13,14 @@ from shockpc.robot.catalogue import catalogue
 
 DOG = (ROBOTS / "dog" / "dog.urdf.xacro", "--package", f"dog_description={ROBOTS / 'dog'}")
 
-WHEEL = body("wheel", '<geom size="0.05" mass="0.5"/>', '<joint name="axle" axis="0 1 0"/>', 'pos="0.2 0 0"')
+WHEEL = body(
+    "wheel", '<geom size="0.05" mass="0.5"/>', '<joint name="axle" axis="0 1 0"/>', 'pos="0.2 0 0"'
+)
 SWING = '<joint name="swing" axis="0 1 0" range="-45 30" limited="true" armature="0.02"/>'
 BOX = '<geom type="box" size="0.2 0.02 0.02" mass="1"/><site name="tip_imu" pos="0.2 0 0"/>'
-ARM = mjcf(body("arm", BOX + WHEEL, SWING, ""), after='<keyframe><key name="up" qpos="0.1 0"/></keyframe>')
+ARM = mjcf(
+    body("arm", BOX + WHEEL, SWING, ""), after='<keyframe><key name="up" qpos="0.1 0"/></keyframe>'
+)
 
 
 def table(text, title):
@@ -24,7 +28,11 @@ def table(text, title):
     lines = text.partition(f"{title}\n")[2].partition("\n\n")[0].splitlines()
     rule = next(k for k, line in enumerate(lines) if line.startswith("─"))
     columns = [match.span() for match in re.finditer("─+", lines[rule])]
-    return [tuple(line[a:b].strip() for a, b in columns) for line in lines[rule + 1 :] if not line.startswith("(")]
+    return [
+        tuple(line[a:b].strip() for a, b in columns)
+        for line in lines[rule + 1 :]
+        if not line.startswith("(")
+    ]
 
 
 def test_one_robot(capfd):
@@ -39,7 +47,10 @@ def test_one_robot(capfd):
         "postures     standing, crouched (from dog.srdf), neutral; standing by default",
     ]
     sides = ("lf", "lh", "rf", "rh")
-    legs = [(f"{s}_leg", "body", "trunk", "0.5000") for s in sides], [(f"{s}_foot", "link", f"{s}_leg", "–") for s in sides]
+    legs = (
+        [(f"{s}_leg", "body", "trunk", "0.5000") for s in sides],
+        [(f"{s}_foot", "link", f"{s}_leg", "–") for s in sides],
+    )
     assert table(out, "bodies, and what is fixed to them") == [
         *(("trunk", "body", "world", "6.000"), ("trunk_imu", "link", "trunk", "–")),
         *(row for pair in zip(*legs, strict=True) for row in pair),
@@ -49,7 +60,11 @@ def test_one_robot(capfd):
         *((f"{side}_hip", "revolute", "-85.94", "85.94", "deg", "0") for side in sides),
     ]
     notes = [line for line in out.splitlines() if line.startswith("note: ")]
-    assert ["shapes but no <inertial>" in notes[0], "zero armature" in notes[1], len(notes)] == [True, True, 2]
+    assert ["shapes but no <inertial>" in notes[0], "zero armature" in notes[1], len(notes)] == [
+        True,
+        True,
+        2,
+    ]
     assert says(out, "yourdfpy", "10 links, 9 joints")
 
 
@@ -80,7 +95,10 @@ def test_what_a_robot_lacks_is_stated(capfd, tmp_path):
     """A robot without sensors, postures or faults."""
     (tmp_path / "stick.urdf").write_text(STICK)
     out = good(capfd, "robots", tmp_path / "stick.urdf")
-    assert "\nsensors      no link or site is named like an IMU, gyro, accelerometer or camera\n" in out
+    assert (
+        "\nsensors      no link or site is named like an IMU, gyro, accelerometer or camera\n"
+        in out
+    )
     assert "\npostures     neutral; neutral by default\n" in out
     assert "\nfeet         foot\n" in out
 
@@ -92,15 +110,24 @@ def test_mimic_joints_are_shown(capfd):
 
 
 def test_every_link_is_listed(capfd):
-    """Messages refer to this list for all names: it has them all, even the 65 links of ANYmal's base."""
-    listed = {row[0] for row in table(good(capfd, "robots", "anymal_c"), "bodies, and what is fixed to them")}
-    profile = json.loads(good(capfd, "analyze", "anymal_c", "--contact", "LF_FOOT", "--format", "json"))
+    """Messages refer to this list for all names: it has them all, even the 65 links of ANYmal's
+    base.
+    """
+    listed = {
+        row[0]
+        for row in table(good(capfd, "robots", "anymal_c"), "bodies, and what is fixed to them")
+    }
+    profile = json.loads(
+        good(capfd, "analyze", "anymal_c", "--contact", "LF_FOOT", "--format", "json")
+    )
     assert {link for body in profile["bodies"] for link in body["links"]} == listed
 
 
 @pytest.mark.slow
 def test_list_of_all(capfd):
-    """Every robot that the catalogue knows, in 120 columns; one that cannot be loaded is a row with the command that says why."""
+    """Every robot that the catalogue knows, in 120 columns; one that cannot be loaded is a row with
+    the command that says why.
+    """
     out = good(capfd, "robots")
     assert max(map(len, out.splitlines())) <= 120
     rows = table(out, "robots known by name")
@@ -108,7 +135,12 @@ def test_list_of_all(capfd):
     found = {row[0]: row[1:] for row in rows}
     assert found["leg"][:3] == ("2", "10.50", "heel")
     assert found["leg"][3].startswith("standing, ")
-    assert found["hyq"] == ("13", "86.77", "lf_foot, lh_foot, rf_foot, rh_foot", "standing, straight_standing")
+    assert found["hyq"] == (
+        "13",
+        "86.77",
+        "lf_foot, lh_foot, rf_foot, rh_foot",
+        "standing, straight_standing",
+    )
     assert found["laikago"][3] == "neutral_bent"
     assert found["romeo_laas_small"][2] == "l_sole, r_sole"
     assert len(found["alex_psyonic_hands"][2]) == 38
@@ -132,6 +164,10 @@ def test_names_in_the_check_up_cannot_control_a_terminal(tmp_path, capfd):
 
 def test_a_link_inside_another_element_is_no_link(tmp_path, capfd):
     (tmp_path / "r.urdf").write_text(
-        STICK.replace("</inertial>", '<link><inertial><mass value="?"/><inertia/></inertial></link></inertial>', 1)
+        STICK.replace(
+            "</inertial>",
+            '<link><inertial><mass value="?"/><inertia/></inertial></link></inertial>',
+            1,
+        )
     )
     good(capfd, "robots", tmp_path / "r.urdf")

@@ -18,7 +18,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import refused
 
-from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
+from shockpc import (
+    Closure,
+    Contact,
+    Joints,
+    LoopEnd,
+    Part,
+    Point,
+    Posture,
+    Rotor,
+    Scene,
+    Strike,
+    read_scene,
+    shock_profile,
+)
 from shockpc.landing.record import options_of
 from shockpc.landing.scene_file import check_scene, scene_schema, scene_table, scene_text
 from shockpc.studies.analyze.report import document as document_of
@@ -112,20 +125,31 @@ def write(folder: Path, text: str) -> Path:
 
 
 def by_key(value, at: str = "") -> dict:
-    """The values of a table by their keys with dots between, those of a list of tables by their numbers."""
+    """The values of a table by their keys with dots between, those of a list of tables by their
+    numbers.
+    """
     if isinstance(value, list) and value and isinstance(value[0], dict):
         value = dict(enumerate(value))
     if isinstance(value, dict):
-        return {key: x for name, part in value.items() for key, x in by_key(part, f"{at}.{name}").items()}
+        return {
+            key: x
+            for name, part in value.items()
+            for key, x in by_key(part, f"{at}.{name}").items()
+        }
     return {at[1:]: value}
 
 
 def test_every_key_is_read(here):
-    """The scene holds what the file says, with absolute paths, and nothing else than defaults besides."""
+    """The scene holds what the file says, with absolute paths, and nothing else than defaults
+    besides.
+    """
     table = tomllib.loads(EVERY_KEY)
     table |= {"robot": str(here / "dog/dog.urdf.xacro"), "srdf": str(here / "dog/dog.srdf")}
     table["packages"] = {"dog_description": str(here / "dog")}
-    contact, point = ({field.name: field.default for field in dataclasses.fields(kind)} for kind in (Contact, Point))
+    contact, point = (
+        {field.name: field.default for field in dataclasses.fields(kind)}
+        for kind in (Contact, Point)
+    )
     table["contact"] = [as_lists(contact | given) for given in table["contact"]]
     for key in ("edge", "normal", "velocity", "offset"):
         del table["contact"][1][key]
@@ -171,8 +195,14 @@ CHANGES = {
 }
 """A change to every line of EVERY_KEY without a number."""
 
-LINES = [line for line in EVERY_KEY.splitlines()[1:] if "=" in line and not any(line in old for old in CHANGES)]
-DIGITS = {line: re.sub(r"\d(?=\D*$)", lambda digit: str((int(digit[0]) + 1) % 10), line) for line in LINES}
+LINES = [
+    line
+    for line in EVERY_KEY.splitlines()[1:]
+    if "=" in line and not any(line in old for old in CHANGES)
+]
+DIGITS = {
+    line: re.sub(r"\d(?=\D*$)", lambda digit: str((int(digit[0]) + 1) % 10), line) for line in LINES
+}
 """Every other line with its last digit changed."""
 
 
@@ -182,7 +212,9 @@ def before(tmp_path_factory):
     folder = dog_in(tmp_path_factory.mktemp("before").resolve()).parent
     (folder / "other.srdf").write_text((folder / "dog/dog.srdf").read_text().replace("0.3", "0.35"))
     shutil.copytree(folder / "dog", folder / "cat")
-    (folder / "cat/leg.xacro").write_text((folder / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"'))
+    (folder / "cat/leg.xacro").write_text(
+        (folder / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"')
+    )
     found = results(write(folder, EVERY_KEY))
     assert "bodies" in found
     return folder, found
@@ -229,7 +261,8 @@ MISTAKES = {
     "[posture]\njoints = { knee = 1e999 }": "posture.joints.knee has to be a number up to 1e+12, not Infinity",
     "[strike]\nvelocity = [0, 0, -inf]": f"strike.velocity has to be {NUMBERS} [0, 0, -Infinity]",
     "x = 1\n[strike]\nspeed = 'fast'\nsped = 1": (
-        'strike.speed has to be a number up to 1e+12, not "fast"; strike.sped: no such key; nearest: speed; x: no such key; valid'
+        'strike.speed has to be a number up to 1e+12, not "fast"; strike.sped: no such key; '
+        "nearest: speed; x: no such key; valid"
     ),
     "contact = 3": "contact has to be a list of tables, each begun with [[contact]], not 3",
     'contact = ["foot", 3]': "contact[1] has to be a table, not 3",
@@ -237,7 +270,8 @@ MISTAKES = {
     "[[contact]]\nframe = 'f'\ndirections = 'z'": 'contact[0].directions has to be a list, each of its entries "x", "y" or "z" or',
     "[[contact]]\nframe = 'f'\ndirections = ['x', 'w']": f'contact[0].directions[1] has to be "x", "y" or "z" or {NUMBERS} "w"',
     "[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }": (
-        "closure[0].b.frame is missing; every loop end needs it; closure[0].b.link: no such key; valid here: frame, offset"
+        "closure[0].b.frame is missing; every loop end needs it; closure[0].b.link: no such key; "
+        "valid here: frame, offset"
     ),
     "[joints]\nrotor = 1": "joints.rotor has to be a table, each of its values a table, not 1",
     "[joints]\nrotor = { hip = { gear_ratio = 1 } }": "joints.rotor.hip.inertia is missing",
@@ -272,7 +306,9 @@ def mistake(here, text):
 
 def test_mistakes_are_named(here):
     """File, key, what it holds and what would be valid; all mistakes at once."""
-    for text, expected in (WITHOUT_ROBOT | {f'robot = "leg"\n{line}': x for line, x in MISTAKES.items()}).items():
+    for text, expected in (
+        WITHOUT_ROBOT | {f'robot = "leg"\n{line}': x for line, x in MISTAKES.items()}
+    ).items():
         message = mistake(here, text)
         assert message.startswith("HERE/landing.toml"), text
         assert expected in message
@@ -301,21 +337,35 @@ def test_contacts_from_python_become_a_tuple_of_contacts(contact):
 @pytest.mark.parametrize(
     ("part", "expected"),
     [
-        ({"contact": Contact(frame="heel", offset=(0.0, 0.0))}, f"contact[0].offset has to be {NUMBERS} [0.0, 0.0]"),
+        (
+            {"contact": Contact(frame="heel", offset=(0.0, 0.0))},
+            f"contact[0].offset has to be {NUMBERS} [0.0, 0.0]",
+        ),
         ({"contact": 3}, "contact[0] has to be a table, not 3"),
         ({"plane": "zx"}, f'{PLANE}, not "zx"'),
         ({"plane": (math.inf, 0.0, 1.0)}, f"{PLANE}, not [Infinity, 0.0, 1.0]"),
         ({"strike": Strike(speed="1")}, 'strike.speed has to be a number up to 1e+12, not "1"'),
-        ({"strike": Strike(speed=math.nan)}, "strike.speed has to be a number up to 1e+12, not NaN"),
-        ({"posture": Posture(joints={"knee": True})}, "posture.joints.knee has to be a number up to 1e+12, not true"),
-        ({"posture": Posture(base_position=(1e200, 0.0, 0.0))}, f"posture.base_position has to be {NUMBERS} [1e+200, 0.0, 0.0]"),
+        (
+            {"strike": Strike(speed=math.nan)},
+            "strike.speed has to be a number up to 1e+12, not NaN",
+        ),
+        (
+            {"posture": Posture(joints={"knee": True})},
+            "posture.joints.knee has to be a number up to 1e+12, not true",
+        ),
+        (
+            {"posture": Posture(base_position=(1e200, 0.0, 0.0))},
+            f"posture.base_position has to be {NUMBERS} [1e+200, 0.0, 0.0]",
+        ),
         ({"joints": None}, "joints has to be a table, not null"),
         ({"robot": 3}, "robot has to be text in quotes, not 3"),
     ],
 )
 def test_scenes_from_python_are_checked_as_files_are(part, expected):
     """The key, what it holds, and what would be valid."""
-    refused(SceneError, [expected], shock_profile, Scene(**({"robot": "leg", "contact": "heel"} | part)))
+    refused(
+        SceneError, [expected], shock_profile, Scene(**({"robot": "leg", "contact": "heel"} | part))
+    )
 
 
 def test_vectors_from_python_become_tuples():
@@ -326,8 +376,15 @@ def test_vectors_from_python_become_tuples():
 
 
 def test_files_that_do_not_exist(here):
-    refused(SceneError, [f'no scene file "away.toml" (looked in {here})'], read_scene, Path("away.toml"))
-    refused(SceneError, [f'"{here}/dog" is a folder; give the scene file in it'], read_scene, here / "dog")
+    refused(
+        SceneError, [f'no scene file "away.toml" (looked in {here})'], read_scene, Path("away.toml")
+    )
+    refused(
+        SceneError,
+        [f'"{here}/dog" is a folder; give the scene file in it'],
+        read_scene,
+        here / "dog",
+    )
     refused(SceneError, ["holds a NUL character"], read_scene, Path("a\0.toml"))
 
 
@@ -336,7 +393,24 @@ def test_files_that_do_not_exist(here):
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=12)
 NAMES = st.one_of(
-    TEXTS, st.sampled_from(["a.b", 'say "foot"', "knee=1", "\x7f", "\x00\x1f", "\\", "é", "𝛥ω", "[x]", "#", "'", "a b", "\u2028"])
+    TEXTS,
+    st.sampled_from(
+        [
+            "a.b",
+            'say "foot"',
+            "knee=1",
+            "\x7f",
+            "\x00\x1f",
+            "\\",
+            "é",
+            "𝛥ω",
+            "[x]",
+            "#",
+            "'",
+            "a b",
+            "\u2028",
+        ]
+    ),
 )
 FLOATS = st.one_of(st.floats(0.0, 1.0), st.floats(-1e12, 1e12))  # most bounds are 0 or 1
 
@@ -364,14 +438,22 @@ def records(kind, **given):
     options = options_of(kind)
 
     def valid(name, hint):
-        return values(hint).filter(lambda value: name not in options or not options[name].fault(value))
+        return values(hint).filter(
+            lambda value: name not in options or not options[name].fault(value)
+        )
 
-    return st.builds(kind, **({name: valid(name, hint) for name, hint in get_type_hints(kind).items()} | given))
+    return st.builds(
+        kind, **({name: valid(name, hint) for name, hint in get_type_hints(kind).items()} | given)
+    )
 
 
 NO_PATH = NAMES.filter(lambda name: "/" not in name and "\0" not in name and not Path(name).suffix)
 SCENES = records(
-    Scene, robot=NO_PATH, srdf=st.none(), packages=st.just({}), joints=records(Joints, drives=st.sampled_from([None, "none"]))
+    Scene,
+    robot=NO_PATH,
+    srdf=st.none(),
+    packages=st.just({}),
+    joints=records(Joints, drives=st.sampled_from([None, "none"])),
 )
 
 
@@ -387,14 +469,22 @@ def test_a_written_scene_is_read_back(tmp_path_factory, scene):
 
 
 def test_what_is_empty_is_written_where_it_is_not_the_default(tmp_path):
-    scene = Scene(robot="dog", contact=Contact(frame="foot", directions=()), posture=Posture(joint_quaternions={"hip": ()}))
+    scene = Scene(
+        robot="dog",
+        contact=Contact(frame="foot", directions=()),
+        posture=Posture(joint_quaternions={"hip": ()}),
+    )
     assert read_scene(write_scene(tmp_path, scene)) == scene
 
 
 def test_text_of_a_scene(here):
     """What is set, and what a contact or a point has by default; paths are relative to the file."""
     text = by_key(tomllib.loads(scene_text(read_scene(write(here, EVERY_KEY)), here / "dog")))
-    given = by_key(tomllib.loads(EVERY_KEY)) | {"robot": "dog.urdf.xacro", "srdf": "dog.srdf", "packages.dog_description": "."}
+    given = by_key(tomllib.loads(EVERY_KEY)) | {
+        "robot": "dog.urdf.xacro",
+        "srdf": "dog.srdf",
+        "packages.dog_description": ".",
+    }
     assert {key: text.get(key) for key in given} == given
     contact = {"kind": "auto", "restitution": 0, "restitution_along": "normal"}
     defaults = {"gravity": True, "joints.carried": True, "point.1.offset": [0, 0, 0]} | {
@@ -407,15 +497,24 @@ PATHS = """stick.urdf HERE/stick.urdf | ../stick.urdf UP/stick.urdf | dog/../sti
 /robots/stick.urdf /robots/stick.urdf | ~/stick.urdf HOME/stick.urdf | stick stick | anymal_b anymal_b | ./anymal_b HERE/anymal_b"""
 
 
-@pytest.mark.parametrize(("robot", "read"), [pair.split() for pair in PATHS.replace("\n", " | ").split(" | ")])
+@pytest.mark.parametrize(
+    ("robot", "read"), [pair.split() for pair in PATHS.replace("\n", " | ").split(" | ")]
+)
 def test_paths_are_relative_to_the_file(here, monkeypatch, robot, read):
-    """A name stays a name; a path counts from where the scene really lies, wherever the command runs and whatever links to it."""
+    """A name stays a name; a path counts from where the scene really lies, wherever the command
+    runs and whatever links to it.
+    """
     monkeypatch.setenv("HOME", "/home/someone")
     (here / "links").mkdir()
     path = here / "links" / "landing.toml"
-    path.symlink_to(write(here, f'\ufeffrobot = "{robot}"\n'))  # editors put such a mark before a text
+    # editors put such a mark before a text
+    path.symlink_to(write(here, f'\ufeffrobot = "{robot}"\n'))
     monkeypatch.chdir("/")
-    expected = read.replace("HERE", str(here)).replace("UP", str(here.parent)).replace("HOME", "/home/someone")
+    expected = (
+        read.replace("HERE", str(here))
+        .replace("UP", str(here.parent))
+        .replace("HOME", "/home/someone")
+    )
     scene = read_scene(path)
     assert scene.robot == expected
     assert read_scene(write_scene(here, scene)) == scene
@@ -429,18 +528,34 @@ def test_schema_knows_every_key(capfd, here):
     schema = json.loads(good(capfd, "schema"))
     assert schema == scene_schema()
     assert schema["title"] == "shockpc scene"
-    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Part, Joints, Rotor, Closure, LoopEnd)}
+    records = {
+        kind.__name__: kind
+        for kind in (Scene, Posture, Strike, Contact, Point, Part, Joints, Rotor, Closure, LoopEnd)
+    }
     for name, record in records.items():
         part = schema if name == "Scene" else schema["$defs"][name]
         assert list(part["properties"]) == [field.name for field in dataclasses.fields(record)]
         assert part["additionalProperties"] is False
-        required = [f.name for f in dataclasses.fields(record) if f.default is f.default_factory is dataclasses.MISSING]
+        required = [
+            f.name
+            for f in dataclasses.fields(record)
+            if f.default is f.default_factory is dataclasses.MISSING
+        ]
         assert part.get("required", []) == required
-    # Neither friction nor a contact stiffness goes with a contact that slides and a pulse: see test_ground, test_stops, test_flex.
+    # Neither friction nor a contact stiffness goes with a contact that slides and a pulse: see
+    # test_ground, test_stops, test_flex.
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "contact_law", "gravity"}
+        "Scene": {
+            *table,
+            "friction",
+            "contact_stiffness",
+            "tangential_stiffness",
+            "contact_damping",
+            "contact_law",
+            "gravity",
+        }
         | {"stops", "stop_restitution", "stop_stiffness", "flex"},
         "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},
@@ -452,8 +567,15 @@ def test_schema_knows_every_key(capfd, here):
         "Joints": {*table["joints"], "carried", "motors", "torque"},
     }
     rotors = table["joints"]["rotor"].values()
-    used |= {"Rotor": {key for rotor in rotors for key in rotor}, "Closure": {*closure}, "LoopEnd": {*closure["a"]}}
-    assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
+    used |= {
+        "Rotor": {key for rotor in rotors for key in rotor},
+        "Closure": {*closure},
+        "LoopEnd": {*closure["a"]},
+    }
+    assert used == {
+        name: {field.name for field in dataclasses.fields(record)}
+        for name, record in records.items()
+    }
 
 
 def test_schema_accepts_valid_scenes_alone():
@@ -461,15 +583,26 @@ def test_schema_accepts_valid_scenes_alone():
     table = tomllib.loads(EVERY_KEY)
     for valid in (table, scene_table(Scene(robot="leg", contact="heel"))):
         validator.validate(valid)
-    for change in ({"foot": 1}, {"base": "loose"}, {"plane": [0, 1]}, {"strike": {"speed": "fast"}}, {"contact": [{}]}):
+    for change in (
+        {"foot": 1},
+        {"base": "loose"},
+        {"plane": [0, 1]},
+        {"strike": {"speed": "fast"}},
+        {"contact": [{}]},
+    ):
         (fault,) = validator.iter_errors(table | change)
         assert not fault.path or fault.path[0] in change
 
 
 def test_a_contact_may_be_a_name(here):
-    """As in Python: a name or a list of names stands for contacts at the frames of these names; the schema says so."""
+    """As in Python: a name or a list of names stands for contacts at the frames of these names; the
+    schema says so.
+    """
     for text, contact in (('"foot"', "foot"), ('["foot", "hip"]', ("foot", "hip"))):
-        assert read_scene(write(here, f'robot = "leg"\ncontact = {text}\n')).contact == Scene(robot="leg", contact=contact).contact
+        assert (
+            read_scene(write(here, f'robot = "leg"\ncontact = {text}\n')).contact
+            == Scene(robot="leg", contact=contact).contact
+        )
     validator = jsonschema.Draft202012Validator(scene_schema())
     assert not list(validator.iter_errors({"robot": "leg", "contact": "foot"}))
     assert not list(validator.iter_errors({"robot": "leg", "contact": ["foot", {"frame": "hip"}]}))

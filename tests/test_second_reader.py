@@ -13,7 +13,10 @@ from shockpc.robot.second_reader import TOLERANCE, second_reading
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [entry.name for entry in catalogue() if entry.name not in {*NOT_ROBOTS, "cassie"}])  # an MJCF
+# an MJCF
+@pytest.mark.parametrize(
+    "name", [entry.name for entry in catalogue() if entry.name not in {*NOT_ROBOTS, "cassie"}]
+)
 def test_yourdfpy_reads_the_same_robot(name: str):
     """Links, joints, limits, mimics, inertias, and placements at random configurations."""
     reading = second_reading(load_robot(name))

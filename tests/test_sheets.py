@@ -55,12 +55,20 @@ def known(cell):
 
 
 def check(report):
-    """Every cell of CSV is that of JSON, and every table for people is a part of one of these, with the same cells."""
+    """Every cell of CSV is that of JSON, and every table for people is a part of one of these, with
+    the same cells.
+    """
     sheets = {name: sheet() for name, sheet in report.sheets.items()}
     written = json.loads(report.text("json")) if report.tables else {}
-    assert not report.tables or (written["schema"], list(written["tables"])) == (f"shockpc.{report.name}/2", list(sheets))
+    assert not report.tables or (written["schema"], list(written["tables"])) == (
+        f"shockpc.{report.name}/2",
+        list(sheets),
+    )
     for name, sheet in sheets.items():
-        keys, headings = [one.key for one in sheet.columns], [one.heading(exact=True) for one in sheet.columns]
+        keys, headings = (
+            [one.key for one in sheet.columns],
+            [one.heading(exact=True) for one in sheet.columns],
+        )
         assert len(set(keys)) == len(keys), name
         assert len(set(headings)) == len(headings), name
         header, *lines = csv.reader(io.StringIO(as_csv(sheet)))
@@ -72,9 +80,17 @@ def check(report):
                 if isinstance(value, str):
                     assert cell.removeprefix("'") == value
                 else:
-                    assert cell == ("" if value is None else ("no", "yes")[value] if isinstance(value, bool) else repr(value))
+                    assert cell == (
+                        ""
+                        if value is None
+                        else ("no", "yes")[value]
+                        if isinstance(value, bool)
+                        else repr(value)
+                    )
         if written:
-            assert written["units"][name] == {one.key: one.exact_unit for one in sheet.columns if one.unit}
+            assert written["units"][name] == {
+                one.key: one.exact_unit for one in sheet.columns if one.unit
+            }
         assert not {one.exact_unit for one in sheet.columns} & SHOWN.keys()
     blocks = [*report.body(True), *report.body(False), *(report.brief() if report.brief else ())]
     shown = [block for block in blocks if isinstance(block, Sheet)]
@@ -92,7 +108,10 @@ def check(report):
 def is_part(sheet, whole):
     """Whether a table has only cells of another, under the same keys and with the same units."""
     units = {one.key: one.exact_unit for one in whole.columns}
-    if not all(one.exact_unit in ("", units.get(one.key), *WORDS) and one.key in units for one in sheet.columns):
+    if not all(
+        one.exact_unit in ("", units.get(one.key), *WORDS) and one.key in units
+        for one in sheet.columns
+    ):
         return False
     rows = [tuple(map(str, row)) for row in whole.only(*(one.key for one in sheet.columns)).rows]
     return all(tuple(map(str, row)) in rows for row in sheet.rows)
@@ -128,5 +147,7 @@ def test_every_format_of_what_is_no_study_has_the_same_cells(made):
 def test_every_format_of_a_landing_has_the_same_cells(name):
     profile = shock_profile(SCENES[name], known_robot("anymal_b"))
     check(analyze_report({"one": profile}))
-    other = shock_profile(replace(SCENES[name], contact="RF_FOOT", stance=()), known_robot("anymal_b"))
+    other = shock_profile(
+        replace(SCENES[name], contact="RF_FOOT", stance=()), known_robot("anymal_b")
+    )
     check(analyze_report({"one": profile, "other": other}))

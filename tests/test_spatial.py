@@ -21,15 +21,20 @@ def test_named_planes_have_their_letters_for_axes(name, e1, e2):
     """Plane "xz" has e1 = x and e2 = z, so its normal x × z is −y; and so for the others."""
     plane = plane_of(Scene(robot="any", plane=name))
     np.testing.assert_array_equal(plane, [np.cross(e1, e2), e1, e2])
-    assert not np.signbit(np.concatenate(plane))[np.concatenate(plane) == 0.0].any()  # "-0" would reach printed files
+    # "-0" would reach printed files
+    assert not np.signbit(np.concatenate(plane))[np.concatenate(plane) == 0.0].any()
 
 
-@example(np.array([1e-7, -2e-7, 1.0]))  # nearly level: the normal leaves "up" almost no component in the plane
+# nearly level: the normal leaves "up" almost no component in the plane
+@example(np.array([1e-7, -2e-7, 1.0]))
 @given(VECTORS.filter(lambda n: np.linalg.norm(n) > 1e-3))
 def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
-    """Its axes are orthonormal with e1 × e2 = n, n is parallel to the given normal, and no direction in it is higher than e2."""
+    """Its axes are orthonormal with e1 × e2 = n, n is parallel to the given normal, and no
+    direction in it is higher than e2.
+    """
     n, e1, e2 = plane = plane_from(normal)
-    np.testing.assert_allclose(np.stack(plane) @ np.stack(plane).T, np.eye(3), atol=1e-7)  # cancellation in a nearly level plane
+    # cancellation in a nearly level plane
+    np.testing.assert_allclose(np.stack(plane) @ np.stack(plane).T, np.eye(3), atol=1e-7)
     np.testing.assert_allclose(np.cross(e1, e2), n, atol=1e-14)
     np.testing.assert_allclose(n * np.linalg.norm(normal), normal, rtol=1e-12, atol=1e-12)
     if np.hypot(n[0], n[1]) > 1e-6:
@@ -37,7 +42,10 @@ def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
         assert e2[2] > 0.0
 
 
-@pytest.mark.parametrize(("normal", "forward"), [((0, -1, 0), X), ((0, 1, 0), X), ((1, 0, 0), Y), ((-1, 0, 0), Y), ((0, 0, 1), X)])
+@pytest.mark.parametrize(
+    ("normal", "forward"),
+    [((0, -1, 0), X), ((0, 1, 0), X), ((1, 0, 0), Y), ((-1, 0, 0), Y), ((0, 0, 1), X)],
+)
 def test_forward_does_not_depend_on_the_sign_of_the_normal(normal, forward):
     """It points to world x, or to world y in a plane across x, where e1 reverses with the normal."""
     np.testing.assert_allclose(plane_from(normal).forward, forward, atol=1e-15)
@@ -66,5 +74,6 @@ def test_the_cross_matrix_is_the_cross_product(r, u):
 def test_points_of_a_rigid_body_keep_their_distances(omega, v, r, s):
     """Velocities of two points differ only across the line between them (Eq. 10)."""
     difference = velocity_at(omega, v, r) - velocity_at(omega, v, s)
-    assert difference @ (r - s) == pytest.approx(0.0, abs=1e-11)  # products of three numbers up to 10
+    # products of three numbers up to 10
+    assert difference @ (r - s) == pytest.approx(0.0, abs=1e-11)
     np.testing.assert_allclose(difference, np.cross(omega, r - s), atol=1e-12)

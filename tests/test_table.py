@@ -1,4 +1,6 @@
-"""Tables of landings as tables of other libraries: the same columns, and nothing where there is no number or no message."""
+"""Tables of landings as tables of other libraries: the same columns, and nothing where there is no
+number or no message.
+"""
 
 import numpy as np
 import pytest
@@ -39,7 +41,13 @@ def test_the_interchange_protocol_gives_the_same_table(table):
 
     frame = table.__dataframe__()
     assert (frame.num_rows(), list(frame.column_names())) == (3, [*COLUMNS, "message"])
-    assert [frame.get_column_by_name(name).null_count for name in frame.column_names()] == [0, 0, 1, 0, 2]
+    assert [frame.get_column_by_name(name).null_count for name in frame.column_names()] == [
+        0,
+        0,
+        1,
+        0,
+        2,
+    ]
     assert from_dataframe(table).to_pydict() == table.to_arrow().to_pydict()
 
 
@@ -97,17 +105,32 @@ def fallen(folder):
     """Touchdown of a body on a leg, in a log of the positions of its legs."""
     time = np.arange(0.0, 0.5, 1e-3)
     z = 0.6 - 0.1 * time
-    columns = {"time": time, "z": z, "qw": np.ones(len(time))} | dict.fromkeys(("x", "y", "qx", "qy", "qz"), np.zeros(len(time)))
+    columns = {"time": time, "z": z, "qw": np.ones(len(time))} | dict.fromkeys(
+        ("x", "y", "qx", "qy", "qz"), np.zeros(len(time))
+    )
     legs = {f"{side}_leg": np.maximum(0.2 - time, 0.0) + 0.5 - z for side in ("left", "right")}
     (folder / "stepper.urdf").write_text(STEPPER)
-    return shockpc.touchdowns(columns | legs, Scene(robot=str(folder / "stepper.urdf"), contact=("left_foot", "right_foot")))
+    return shockpc.touchdowns(
+        columns | legs,
+        Scene(robot=str(folder / "stepper.urdf"), contact=("left_foot", "right_foot")),
+    )
 
 
 STUDIES = {
-    "batch": (lambda _: shockpc.batch(["anymal_b"]), lambda found: len(found.rows), {"shock_max": "-"}),
-    "check_budgets": (checked, lambda found: len(found.outcomes), {"strike_angle_deg": "deg", "value": ""}),
+    "batch": (
+        lambda _: shockpc.batch(["anymal_b"]),
+        lambda found: len(found.rows),
+        {"shock_max": "-"},
+    ),
+    "check_budgets": (
+        checked,
+        lambda found: len(found.outcomes),
+        {"strike_angle_deg": "deg", "value": ""},
+    ),
     "compare": (
-        lambda _: shockpc.compare([Design("a", FOOT, load_robot("anymal_b"))], changes=["mass:LF_SHANK=0.9x"]),
+        lambda _: shockpc.compare(
+            [Design("a", FOOT, load_robot("anymal_b"))], changes=["mass:LF_SHANK=0.9x"]
+        ),
         lambda found: sum(len(one.rows) for one in found.quantities),
         {"quantity": "", "A": ""},
     ),
@@ -117,12 +140,16 @@ STUDIES = {
         {"rotation": "deg", "speed": "m/s", "energy": "J", "struck": ""},
     ),
     "identify": (
-        lambda _: shockpc.identify(blocks(np.random.default_rng(0), 8), TOSSED, {"friction": "0:1.5"}),
+        lambda _: shockpc.identify(
+            blocks(np.random.default_rng(0), 8), TOSSED, {"friction": "0:1.5"}
+        ),
         lambda found: len(found.unknowns),
         {"unknown": "", "value": ""},
     ),
     "improve": (
-        lambda _: shockpc.improve(FOOT, ["shock@imu_link"], vary={"LF_KFE": "-80:-60"}, any_ground=True, starts=0),
+        lambda _: shockpc.improve(
+            FOOT, ["shock@imu_link"], vary={"LF_KFE": "-80:-60"}, any_ground=True, starts=0
+        ),
         lambda found: len(found.variables),
         {"variable": ""},
     ),
@@ -132,12 +159,16 @@ STUDIES = {
         {"shock@imu_link": "-"},
     ),
     "limits": (
-        lambda _: shockpc.limits(FOOT, "LF_KFE", "shock@imu_link", 0.1, joint_range=(-1.5, -1.0), step=0.02),
+        lambda _: shockpc.limits(
+            FOOT, "LF_KFE", "shock@imu_link", 0.1, joint_range=(-1.5, -1.0), step=0.02
+        ),
         lambda found: sum(len(one.pieces) or 1 for one in found.limits),
         {"low [deg]": "deg", "strike from [deg]": "deg", "low end": ""},
     ),
     "place": (
-        lambda _: shockpc.place({"down": FOOT, "slanted": Scene(robot="anymal_b", contact="RH_FOOT")}),
+        lambda _: shockpc.place(
+            {"down": FOOT, "slanted": Scene(robot="anymal_b", contact="RH_FOOT")}
+        ),
         lambda found: len(found.today) + len(found.places),
         {"x [m]": "m", "maximum shock [-]": "-", "in landing": ""},
     ),
@@ -151,13 +182,22 @@ STUDIES = {
         lambda found: 3,
         {"strike-angle [deg]": "deg", "ropc@base": "m"},
     ),
-    "touchdowns": (fallen, lambda found: 1, {"time": "s", "q_left_leg": "m", "before_left_leg": "m/s", "contact": ""}),
+    "touchdowns": (
+        fallen,
+        lambda found: 1,
+        {"time": "s", "q_left_leg": "m", "before_left_leg": "m/s", "contact": ""},
+    ),
 }
 
 
 def test_every_study_is_among_these():
-    declared = {name for name in shockpc.__all__ if "study" in getattr(getattr(shockpc, name), "__dict__", {})}
-    assert STUDIES.keys() == declared - {"export"} | {"check_budgets"}  # the result of an export is code
+    declared = {
+        name
+        for name in shockpc.__all__
+        if "study" in getattr(getattr(shockpc, name), "__dict__", {})
+    }
+    # the result of an export is code
+    assert STUDIES.keys() == declared - {"export"} | {"check_budgets"}
 
 
 @pytest.mark.slow
@@ -176,24 +216,32 @@ def test_every_study_has_a_table_with_units(name, tmp_path):
     assert all("<table>" in one._repr_html_() for one in (found, table))
     arrow = table.to_arrow().to_pydict()
     for heading, values in table.columns.items():
-        assert [cell is None for cell in arrow[heading]] == [cell is None or cell != cell for cell in values.tolist()]
+        assert [cell is None for cell in arrow[heading]] == [
+            cell is None or cell != cell for cell in values.tolist()
+        ]
     import pandas
 
     frame = table.to_pandas()
     assert list(frame.columns) == [*table.columns, "message"]
     for heading, values in table.columns.items():
         missing = pandas.isna(frame[heading]).to_numpy()
-        np.testing.assert_array_equal(missing, [cell is None or cell != cell for cell in values.tolist()])
+        np.testing.assert_array_equal(
+            missing, [cell is None or cell != cell for cell in values.tolist()]
+        )
         assert frame[heading].to_numpy()[~missing].tolist() == values[~missing].tolist()
     assert frame.attrs["units"] == table.units
     assert frame.attrs["titles"].keys() == {column.name for column in table.computed}
 
 
 def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
-    """Their columns are of the worst place of each row, so that a heading is a quantity without a place."""
+    """Their columns are of the worst place of each row, so that a heading is a quantity without a
+    place.
+    """
     batch = shockpc.batch(["anymal_b", "nosuch"])
     table = batch.table
-    assert [table.columns["contact"][i] for i in table.worst(len(batch.rows), "shock")] == [row.contact for row in batch.rows]
+    assert [table.columns["contact"][i] for i in table.worst(len(batch.rows), "shock")] == [
+        row.contact for row in batch.rows
+    ]
     assert table.ranked("shock_max")[-1] == len(batch.rows)  # the robot that is none
     assert (np.diff(table.values("mass_sticking")[table.worst(4, "mass_sticking")]) <= 0.0).all()
     falls = shockpc.fall(Scene(robot=str(BLOCKS)), drop=0.5, attitudes=4)
@@ -218,7 +266,9 @@ def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
     ],
 )
 def test_what_a_table_does_not_have_is_refused(call):
-    table = shockpc.recorded({"q_LF_KFE": [-1.0, -1.2], "name": ["a", "b"]}, FOOT, ["shock@imu_link"]).table()
+    table = shockpc.recorded(
+        {"q_LF_KFE": [-1.0, -1.2], "name": ["a", "b"]}, FOOT, ["shock@imu_link"]
+    ).table()
     assert table.worst(-1, "shock@imu_link") == []
     with pytest.raises(shockpc.StudyError):
         call(Table(table.computed, {**table.columns, "name": np.array(["a", "b"])}, {}))

@@ -32,14 +32,21 @@ from shockpc.text.printed import cause_lines, causes, message, printable
 
 
 def directions(*shape):
-    """Impact directions that every machine finds alike; for a beam, many directions are equally severe."""
-    most, least = np.broadcast_to([0.6, 0.0, -0.8], (*shape, 3)), np.broadcast_to([0.0, -1.0, 0.0], (*shape, 3))
+    """Impact directions that every machine finds alike; for a beam, many directions are equally
+    severe.
+    """
+    most, least = (
+        np.broadcast_to([0.6, 0.0, -0.8], (*shape, 3)),
+        np.broadcast_to([0.0, -1.0, 0.0], (*shape, 3)),
+    )
     return ExtremeDirections(most, np.full(shape, 1.25), least, np.full(shape, 0.0625))
 
 
 def landing(contact: str, **changes):
     """The paper's beam struck somewhere, with the accuracy in round numbers."""
-    scene = Scene(robot="beam", contact=contact, point=(Point(frame="tip", offset=(0, 0, 0.1)),), **changes)
+    scene = Scene(
+        robot="beam", contact=contact, point=(Point(frame="tip", offset=(0, 0, 0.1)),), **changes
+    )
     found = shock_profile(scene)
     points = tuple(Altered(point, directions=directions()) for point in found.points)
     warned = health(warnings=(Diagnostic("scene", "", None, "the ground is wet; feet may slip"),))
@@ -53,7 +60,9 @@ def landings():
 
 def text_of(profiles, format_):
     """The landings in a format."""
-    return analyze_report({str(k): profile for k, profile in enumerate(profiles)}, whole=True).text(format_)
+    return analyze_report({str(k): profile for k, profile in enumerate(profiles)}, whole=True).text(
+        format_
+    )
 
 
 def header(**scene):
@@ -65,13 +74,17 @@ def header(**scene):
 
 
 def test_formats_hold_the_same(landings):
-    """Every line and every cell of the text for a terminal is in the Markdown document too, for one landing and for several."""
+    """Every line and every cell of the text for a terminal is in the Markdown document too, for one
+    landing and for several.
+    """
     report = landing_report(landings[0], whole=True)
     text, markdown = report.text("table"), report.files()["report.md"]
     assert "![shock profile of beam](shock.svg)" in markdown
     body = list(report.body(True))
     for sheet in (block for block in body if isinstance(block, Sheet)):
-        for column, cell in (pair for row in sheet.rows for pair in zip(sheet.columns, row, strict=True)):
+        for column, cell in (
+            pair for row in sheet.rows for pair in zip(sheet.columns, row, strict=True)
+        ):
             assert f" {column.shown(cell)}" in text.replace("\n", " ")
             assert f"| {escaped(column.shown(cell))} |" in markdown
     named = [line for block in body if isinstance(block, Lines) for _, line in block.lines]
@@ -85,22 +98,33 @@ def test_formats_hold_the_same(landings):
 
 
 def test_the_result_comes_first():
-    """The shock at the IMU with its range, what is assumed, the largest impulse through a joint, and warnings; then all else."""
+    """The shock at the IMU with its range, what is assumed, the largest impulse through a joint,
+    and warnings; then all else.
+    """
     scene = Scene(robot="anymal_b", contact="LF_FOOT", posture=Posture(joints={"RH_KFE": 0.1}))
     profile = shock_profile(scene)
     shock, assumed, joint, warnings, blank = text_of([profile], "table").splitlines()[:5]
     found = range_of(profile, select("point.shock"), profile.landing.points[0])
     ends = f"{found.smallest:.4f} … {found.largest:.4f}"
-    assert shock == f"shock        LF_FOOT only: imu_link {profile.points[0].shock:.4f} ({ends}, drives derived)"
+    assert shock == (
+        f"shock        LF_FOOT only: imu_link {profile.points[0].shock:.4f} ({ends}, drives "
+        f"derived)"
+    )
     assert assumed.startswith("assumed      drives of all 12 joints: derived, ")
     sizes = [np.linalg.norm(load.force) for load in profile.loads]
     load = profile.loads[int(np.argmax(sizes))]
-    assert joint == f"joint        largest impulse: {load.joint} {max(sizes):.3f} N s, 0 N m s along its axis"
+    assert joint == (
+        f"joint        largest impulse: {load.joint} {max(sizes):.3f} N s, 0 N m s along its axis"
+    )
     found = [str(warning) for warning in profile.health.warnings]
     assert found
     assert warnings == f"warnings     {len(found)} warning{'s' * (len(found) > 1)}: {found[0]}"
     assert blank == ""
-    assert text_of([profile], "markdown").splitlines()[2].startswith("- **shock**: LF_FOOT only: imu_link ")
+    assert (
+        text_of([profile], "markdown")
+        .splitlines()[2]
+        .startswith("- **shock**: LF_FOOT only: imu_link ")
+    )
     beam = text_of([shock_profile(Scene(robot="beam", contact="pivot"))], "table").splitlines()
     assert beam[0] == "shock        pivot only: CoM of beam 0.2500"
     assert beam[1:4] == [
@@ -111,12 +135,19 @@ def test_the_result_comes_first():
 
 
 def test_the_result_of_a_contact_that_slides_is_that_with_friction():
-    """Of all contacts that stick, the same lines as without friction; feet that stand are in the header."""
+    """Of all contacts that stick, the same lines as without friction; feet that stand are in the
+    header.
+    """
 
     def answer(profile):
         return landing_report(profile).text("table")
 
-    scene = Scene(robot="anymal_b", contact="LF_FOOT", pulse="half-sine:5ms", strike=Strike(strike_angle_deg=60.0))
+    scene = Scene(
+        robot="anymal_b",
+        contact="LF_FOOT",
+        pulse="half-sine:5ms",
+        strike=Strike(strike_angle_deg=60.0),
+    )
     sliding, sticking = (shock_profile(replace(scene, friction=mu)) for mu in (0.05, 5.0))
     lines = dict(line.split(maxsplit=1) for line in answer(sliding).splitlines()[:6])
     shock, peak = (sliding.value(f"{key}_friction", "point")[0] for key in ("shock", "peak_g"))
@@ -124,10 +155,15 @@ def test_the_result_of_a_contact_that_slides_is_that_with_friction():
     size = np.linalg.norm(sliding.value("impulse_friction", "contact")[0])
     assert sliding.friction.state == ("slides",)
     assert lines["shock"].startswith(f"LF_FOOT only: imu_link {shock:.4f} with friction 0.05 (")
-    assert lines["shock"].endswith(f", sampled, drives derived), sticking {sliding.points[0].shock:.4f}")
-    assert lines["peak"] == f"imu_link {rounded(peak)} g for a pulse half-sine:5ms with friction 0.05"
+    assert lines["shock"].endswith(
+        f", sampled, drives derived), sticking {sliding.points[0].shock:.4f}"
+    )
+    assert (
+        lines["peak"] == f"imu_link {rounded(peak)} g for a pulse half-sine:5ms with friction 0.05"
+    )
     assert lines["joint"].startswith(
-        f"largest impulse with friction 0.05: {sliding.loads[int(sizes.argmax())].joint} {sizes.max():.4f} N s"
+        f"largest impulse with friction 0.05: {sliding.loads[int(sizes.argmax())].joint} "
+        f"{sizes.max():.4f} N s"
     )
     assert lines["ground"] == f"LF_FOOT: slides with friction 0.05, impulse {size:.4f} N s"
     plain = answer(shock_profile(scene)).splitlines()[:5]
@@ -137,12 +173,16 @@ def test_the_result_of_a_contact_that_slides_is_that_with_friction():
 
 
 def test_report_of_a_robot_with_joints():
-    """How the robot lands, in words; peaks of a pulse with their range, and what a base that is held leaves out."""
+    """How the robot lands, in words; peaks of a pulse with their range, and what a base that is
+    held leaves out.
+    """
     scene = Scene(
         robot="leg",
         base="planar",
         contact=Contact(frame="heel", directions=("z",), restitution=0.3),
-        posture=Posture(base_rpy_deg=(0.0, 15.0, 0.0), joints={"knee": -0.2}, joints_deg={"k*": -15.0}),
+        posture=Posture(
+            base_rpy_deg=(0.0, 15.0, 0.0), joints={"knee": -0.2}, joints_deg={"k*": -15.0}
+        ),
         strike=Strike(speed=2.0, strike_angle_deg=30.0),
         point=(Point(frame="heel"),),
         pulse="half-sine:5ms",
@@ -150,11 +190,15 @@ def test_report_of_a_robot_with_joints():
     )
     profile = shock_profile(scene)
     report = landing_report(profile, whole=True)
-    lines, tables = report.text("table").splitlines(), [block for block in report.body(True) if isinstance(block, Sheet)]
+    lines, tables = (
+        report.text("table").splitlines(),
+        [block for block in report.body(True) if isinstance(block, Sheet)],
+    )
     for line in (
         "posture      standing, knee = -0.2 rad, k* = -15 deg, base at roll 0, pitch 15, yaw 0 deg",
         "base         moves in the plane only; --base free releases it",
-        "contact      heel at (-0.304, 0.000, 0.048) m, slides, constrained along z, restitution 0.3",
+        "contact      heel at (-0.304, 0.000, 0.048) m, slides, constrained along z, restitution "
+        "0.3",
         "strike       2 m/s, 30 deg from the vertical: velocity (1, 0, -1.732) m/s",
         "energy lost: 4.076 J",
         "contact rows: 1 of 1 independent",
@@ -174,7 +218,9 @@ def test_report_of_a_robot_with_joints():
 
 
 def test_the_last_line_is_the_accuracy():
-    """Proven bound, precision, error of double precision, and the sensitivity to the data where it was computed."""
+    """Proven bound, precision, error of double precision, and the sensitivity to the data where it
+    was computed.
+    """
     profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
@@ -183,18 +229,37 @@ def test_the_last_line_is_the_accuracy():
     )
     assert text_of([proven], "table").splitlines()[-1] == line
     assert text_of([proven], "markdown").splitlines()[-1] == f"- {line}"
-    assert "double precision finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
+    assert "double precision finds no solution" in accuracy_line(
+        Altered(profile, health=health(double_error=math.inf))
+    )
 
 
 def test_csv_has_every_digit(landings):
-    """One row for each landing and body; a body that translates has empty cells and an infinite radius."""
+    """One row for each landing and body; a body that translates has empty cells and an infinite
+    radius.
+    """
     head, pivot, center, end = text_of(landings, "csv").split("\n")
-    assert head.startswith("contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],minimum [-],")
-    assert (center[:44], center[-11:], end) == ("center,beam,0.0,,,,inf,1.0,1.0,1.0,0.0,0.0,0", ",translates", "")
+    assert head.startswith(
+        "contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM "
+        "[-],minimum [-],"
+    )
+    assert (center[:44], center[-11:], end) == (
+        "center,beam,0.0,,,,inf,1.0,1.0,1.0,0.0,0.0,0",
+        ",translates",
+        "",
+    )
     name, body, *numbers = pivot.split(",")[:11]
     assert (name, body) == ("pivot", "beam")
     profile = landings[0]
-    expected = [1.5, *profile.copc[0], profile.ropc[0], profile.shock_com[0], profile.shock_min[0], profile.shock_max[0], 0.0]
+    expected = [
+        1.5,
+        *profile.copc[0],
+        profile.ropc[0],
+        profile.shock_com[0],
+        profile.shock_min[0],
+        profile.shock_max[0],
+        0.0,
+    ]
     assert [float(number) for number in numbers] == pytest.approx(expected, abs=1e-15)
     assert "-0.0" not in numbers
 
@@ -203,9 +268,21 @@ def test_csv_has_every_digit(landings):
 
 
 CELLS = {
-    None: "–", "trunk": "trunk", math.inf: "inf", 0.0: "0", -1e-13: "0", 1e-12: "1.00e-12", -0.0009999: "-1.00e-03",
-    0.001: "0.0010", 0.99996: "1.000", 1.0: "1.000", -12.34567: "-12.35", 123.456: "123.5", 9999.0: "9999", 9999.6: "1.00e+04",
-}  # fmt: skip
+    None: "–",
+    "trunk": "trunk",
+    math.inf: "inf",
+    0.0: "0",
+    -1e-13: "0",
+    1e-12: "1.00e-12",
+    -0.0009999: "-1.00e-03",
+    0.001: "0.0010",
+    0.99996: "1.000",
+    1.0: "1.000",
+    -12.34567: "-12.35",
+    123.456: "123.5",
+    9999.0: "9999",
+    9999.6: "1.00e+04",
+}
 
 
 @pytest.mark.parametrize("cell", CELLS)
@@ -216,7 +293,9 @@ def test_cells(cell):
 
 
 def test_alignment_and_notes():
-    """Names to the left, numbers at their points, headers over both; the unit below the name, if there is one."""
+    """Names to the left, numbers at their points, headers over both; the unit below the name, if
+    there is one.
+    """
     sheet = Sheet(
         "title",
         ("name", "long number [m]", "note"),
@@ -242,7 +321,9 @@ def test_alignment_and_notes():
 
 @given(st.text())
 def test_what_is_printed_cannot_control_a_terminal(text):
-    """No control character, line break, mark that reverses text, or lone surrogate; ordinary text stays as it is."""
+    """No control character, line break, mark that reverses text, or lone surrogate; ordinary text
+    stays as it is.
+    """
     found = printable(text)
     assert found.isprintable()
     assert found == text or not text.isprintable()
@@ -271,12 +352,24 @@ def test_names_in_messages_are_shortened_and_nothing_between_them():
 
 
 def test_names_cannot_break_a_table():
-    """Escapes in the terminal; in Markdown also no HTML, no cell, no link; in CSV no formula, and numbers stay numbers."""
+    """Escapes in the terminal; in Markdown also no HTML, no cell, no link; in CSV no formula, and
+    numbers stay numbers.
+    """
     names = ["a|b", "<script>", "[x](http://y)", "*b*", "\x1b[2J", "=1+1", "@x", "-5", "+1"]
     sheet = Sheet("title", ("name", "m"), [(name, -1.5) for name in names])
     assert "\x1b" not in as_text(sheet) + as_markdown(sheet)
     assert [line.split(" | ")[0] for line in as_markdown(sheet).splitlines()[4:]] == [
-        *("| a\\|b", "| &lt;script&gt;", "| [x\\](http\\://y)", "| \\*b\\*", "| \\\\x1b[2J", "| \\=1+1", "| @x", "| -5", "| \\+1")
+        *(
+            "| a\\|b",
+            "| &lt;script&gt;",
+            "| [x\\](http\\://y)",
+            "| \\*b\\*",
+            "| \\\\x1b[2J",
+            "| \\=1+1",
+            "| @x",
+            "| -5",
+            "| \\+1",
+        )
     ]
     rows = list(csv.reader(io.StringIO(as_csv(sheet))))[1:]
     assert [row[0] for row in rows] == [*names[:4], "\\x1b[2J", "'=1+1", "'@x", "-5", "+1"]
@@ -289,37 +382,73 @@ def test_names_cannot_break_a_table():
 
 UP = "deg from the vertical"
 HEADERS = [
-    ("strike", {"strike": Strike(speed=2.5, strike_angle_deg=30.0)}, f"2.5 m/s, 30 {UP}: velocity (1.25, 0, -2.165) m/s"),
-    ("strike", {"strike": Strike(velocity=(0.0, 0.0, -2.0))}, f"2 m/s, 0 {UP}: velocity (0, 0, -2) m/s"),
-    ("strike", {"strike": Strike(drop_height=0.5)}, f"3.132 m/s, 0 {UP}, after a fall of 0.5 m: velocity (0, 0, -3.132) m/s"),
-    ("strike", {"strike": Strike(strike_angle_deg=-12.345)}, f"1 m/s, -12.35 {UP}: velocity (-0.2138, 0, -0.9769) m/s"),
-    ("strike", {"strike": Strike(strike_angle_deg=30.0), "plane": (0, 1.0, 0)}, f"1 m/s, 30 {UP}: velocity (0.5, 0, -0.866) m/s"),
+    (
+        "strike",
+        {"strike": Strike(speed=2.5, strike_angle_deg=30.0)},
+        f"2.5 m/s, 30 {UP}: velocity (1.25, 0, -2.165) m/s",
+    ),
+    (
+        "strike",
+        {"strike": Strike(velocity=(0.0, 0.0, -2.0))},
+        f"2 m/s, 0 {UP}: velocity (0, 0, -2) m/s",
+    ),
+    (
+        "strike",
+        {"strike": Strike(drop_height=0.5)},
+        f"3.132 m/s, 0 {UP}, after a fall of 0.5 m: velocity (0, 0, -3.132) m/s",
+    ),
+    (
+        "strike",
+        {"strike": Strike(strike_angle_deg=-12.345)},
+        f"1 m/s, -12.35 {UP}: velocity (-0.2138, 0, -0.9769) m/s",
+    ),
+    (
+        "strike",
+        {"strike": Strike(strike_angle_deg=30.0), "plane": (0, 1.0, 0)},
+        f"1 m/s, 30 {UP}: velocity (0.5, 0, -0.866) m/s",
+    ),
     (
         "strike",
         {"strike": Strike(angular_velocity=(0.0, 2.0, 0.0)), "v_in": "com"},
-        f"1 m/s, 0 {UP}, robot rotates at (0, 2, 0) rad/s: velocity (0, 0, -1) m/s; shock relative to 2 m/s of the centre of mass",
+        f"1 m/s, 0 {UP}, robot rotates at (0, 2, 0) rad/s: velocity (0, 0, -1) m/s; shock relative "
+        f"to 2 m/s of the centre of mass",
     ),
     # A point 1 m below the base moves back: speed and angle are those of the contact.
     (
         "strike",
-        {"strike": Strike(angular_velocity=(0.0, 1.0, 0.0)), "contact": Contact(frame="pivot", offset=(0.0, 0.0, -1.0))},
+        {
+            "strike": Strike(angular_velocity=(0.0, 1.0, 0.0)),
+            "contact": Contact(frame="pivot", offset=(0.0, 0.0, -1.0)),
+        },
         f"1.414 m/s, -45 {UP}, robot rotates at (0, 1, 0) rad/s: velocity (-1, 0, -1) m/s",
     ),
     *(
         ("plane", {"plane": plane, "strike": Strike(velocity=(0.0, 0.0, -1.0))}, line)
         for plane, line in {
-            "xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)", (0.0, -2.0, 2.0): "normal (0, -0.7071, 0.7071)",
+            "xz": "xz (sagittal)",
+            "yz": "yz (frontal)",
+            "xy": "xy (from above)",
+            (0.0, -2.0, 2.0): "normal (0, -0.7071, 0.7071)",
         }.items()
     ),
     *(
         ("plane", {"strike": Strike(velocity=velocity), **changes}, line)
         for velocity, changes, line in (
-            ((0.0, 0.8, -0.6), {}, "yz (frontal); 80 % of the motion is out of the sagittal plane, which --plane xz selects"),
+            (
+                (0.0, 0.8, -0.6),
+                {},
+                "yz (frontal); 80 % of the motion is out of the sagittal plane, which --plane xz "
+                "selects",
+            ),
             ((0.0, -0.49, -0.8717), {}, "xz (sagittal)"),
-            ((0.0, 0.8, -0.6), {"plane": "xz"}, "xz (sagittal); 80 % of the motion is out of the sagittal plane"),
+            (
+                (0.0, 0.8, -0.6),
+                {"plane": "xz"},
+                "xz (sagittal); 80 % of the motion is out of the sagittal plane",
+            ),
         )
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("name", "changes", "line"), HEADERS)
@@ -332,19 +461,35 @@ def test_header_shows_what_was_set_with_units():
     found = header(
         robot="leg",
         base="planar",
-        contact=(Contact(frame="heel", offset=(0.01, 0, 0), directions=("z", (0, 1, 0)), restitution=0.3),),
+        contact=(
+            Contact(
+                frame="heel", offset=(0.01, 0, 0), directions=("z", (0, 1, 0)), restitution=0.3
+            ),
+        ),
         posture=Posture(
-            reference="standing_on_ball", base_rpy_deg=(0.0, 15.0, 0.0), joints={"knee": -0.2}, joints_deg={"k*": -1.4}
+            reference="standing_on_ball",
+            base_rpy_deg=(0.0, 15.0, 0.0),
+            joints={"knee": -0.2},
+            joints_deg={"k*": -1.4},
         ),
         joints=Joints(armature={"knee": 0.01}),
     )
-    assert found["posture"] == "standing_on_ball, knee = -0.2 rad, k* = -1.4 deg, base at roll 0, pitch 15, yaw 0 deg"
+    assert (
+        found["posture"]
+        == "standing_on_ball, knee = -0.2 rad, k* = -1.4 deg, base at roll 0, pitch 15, yaw 0 deg"
+    )
     assert found["base"] == "moves in the plane only; --base free releases it"
-    assert re.fullmatch(r"heel at \(.*\) m, slides, constrained along z \(0 1 0\), restitution 0\.3", found["contact"])
+    assert re.fullmatch(
+        r"heel at \(.*\) m, slides, constrained along z \(0 1 0\), restitution 0\.3",
+        found["contact"],
+    )
     geared = "geared (every joint has the reflected inertia of its drive)"
     assert found["joint model"] == f"{geared}; reflected inertia knee = 0.01 kg m²"
     rotor = Joints(rotor={"*": Rotor(inertia=1e-5, gear_ratio=9.0)})
-    assert header(robot="leg", contact="heel", joints=rotor)["joint model"] == f"{geared}; rotor of *: 1e-05 kg m², gear ratio 9"
+    assert (
+        header(robot="leg", contact="heel", joints=rotor)["joint model"]
+        == f"{geared}; rotor of *: 1e-05 kg m², gear ratio 9"
+    )
     assert "1 moving body" in header(robot="beam", contact="pivot")["robot"]
 
 
@@ -352,16 +497,24 @@ def test_header_shows_what_was_set_with_units():
 
 
 @pytest.mark.parametrize(
-    ("slides", "ways"), [(("z",), ["parallel", "parallel"]), (("x", "y", "z"), ["parallel", "towards"])], ids=["slides", "sticks"]
+    ("slides", "ways"),
+    [(("z",), ["parallel", "parallel"]), (("x", "y", "z"), ["parallel", "towards"])],
+    ids=["slides", "sticks"],
 )
 def test_a_least_severe_direction_along_the_ground_is_called_parallel(slides, ways):
     """A contact that slides transmits nothing of an impact along the ground, which is no landing."""
-    scene = Scene(robot="leg", contact=Contact(frame="heel", directions=slides), posture=Posture(joints_deg={"knee": -15.0}))
+    scene = Scene(
+        robot="leg",
+        contact=Contact(frame="heel", directions=slides),
+        posture=Posture(joints_deg={"knee": -15.0}),
+    )
     assert [row[-1] for row in directions_sheet(shock_profile(scene)).rows] == ways
 
 
 def test_parallel_is_along_the_ground_that_is_struck():
-    """In a plane seen from above, struck within it, the ground is vertical, so an impact along world z is parallel to it."""
+    """In a plane seen from above, struck within it, the ground is vertical, so an impact along
+    world z is parallel to it.
+    """
     scene = Scene(robot="beam", contact="tip", strike=Strike(velocity=(0.0, -1.0, 0.0)), plane="xy")
     found = shock_profile(scene)
     for least, way in (((0.0, -1.0, 0.0), "towards"), ((0.0, 0.0, -1.0), "parallel")):
@@ -376,16 +529,30 @@ SPINNING = urdf(
 )
 
 
-@pytest.mark.parametrize(("plane", "base"), [("xz", ("–", "–", "–", "inf")), ("yz", ("0", "-0.4000", "0", "0.9000"))])
+@pytest.mark.parametrize(
+    ("plane", "base"), [("xz", ("–", "–", "–", "inf")), ("yz", ("0", "-0.4000", "0", "0.9000"))]
+)
 def test_a_body_that_rotates_out_of_the_plane(plane, base):
-    """Struck beside its centre, seen along the axis and across it: a word, or a point; in CSV no word among numbers."""
+    """Struck beside its centre, seen along the axis and across it: a word, or a point; in CSV no
+    word among numbers.
+    """
     contact = Contact(frame="base", offset=(0.0, 0.5, 0.0))
     profile = shock_profile(Scene(robot="r", contact=(contact,), plane=plane), robot_from(SPINNING))
-    rows = [line.strip("| ").split(" | ") for line in text_of([profile], "markdown").split("---|\n")[1].splitlines()]
-    # A wheel on a bearing along the axis of the turn keeps its orientation and is only carried: I / (m d) = 0.4 / (2 · 0.5).
-    assert [(row[0], *row[2:6]) for row in rows[:2]] == [("base", *base), ("wheel", "–", "–", "–", "inf")]
+    rows = [
+        line.strip("| ").split(" | ")
+        for line in text_of([profile], "markdown").split("---|\n")[1].splitlines()
+    ]
+    # A wheel on a bearing along the axis of the turn keeps its orientation and is only carried: I /
+    # (m d) = 0.4 / (2 · 0.5).
+    assert [(row[0], *row[2:6]) for row in rows[:2]] == [
+        ("base", *base),
+        ("wheel", "–", "–", "–", "inf"),
+    ]
     motion = ["out of plane" if plane == "xz" else "–", "translates"]
-    assert [row[-2:] for row in rows[:2]] == [["100.0" if plane == "xz" else "0", motion[0]], ["0", motion[1]]]
+    assert [row[-2:] for row in rows[:2]] == [
+        ["100.0" if plane == "xz" else "0", motion[0]],
+        ["0", motion[1]],
+    ]
     table = list(csv.reader(io.StringIO(text_of([profile], "csv"))))
     assert [row[-1] for row in table[1:]] == [motion[0].strip("–"), motion[1]]
     assert table[2][3:7] == ["", "", "", "inf"]
@@ -393,17 +560,35 @@ def test_a_body_that_rotates_out_of_the_plane(plane, base):
 
 
 def test_stance_feet_are_listed_with_the_total():
-    """A row for each stance foot, one for the total, and the total moment; contacts without an impulse of their own say so."""
-    profile = shock_profile(Scene(robot="hyq", contact=Contact(frame="lf_foot"), stance=("rh_foot",)))
-    *rows, moment = [re.split(r" {2,}", line) for line in as_text(contacts_view(profile)).strip().split("─\n")[1].splitlines()]
+    """A row for each stance foot, one for the total, and the total moment; contacts without an
+    impulse of their own say so.
+    """
+    profile = shock_profile(
+        Scene(robot="hyq", contact=Contact(frame="lf_foot"), stance=("rh_foot",))
+    )
+    *rows, moment = [
+        re.split(r" {2,}", line)
+        for line in as_text(contacts_view(profile)).strip().split("─\n")[1].splitlines()
+    ]
     assert [row[0] for row in rows] == ["lf_foot", "rh_foot", "total"]
     assert rows[1][-1].startswith("stance")
-    np.testing.assert_allclose(sum(np.array(row[1:4], float) for row in rows[:2]), np.array(rows[2][1:4], float), atol=2e-4)
-    assert moment == [f"(total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of the robot)"]
+    np.testing.assert_allclose(
+        sum(np.array(row[1:4], float) for row in rows[:2]), np.array(rows[2][1:4], float), atol=2e-4
+    )
+    assert moment == [
+        f"(total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of "
+        f"the robot)"
+    ]
     assert len(contacts_view(shock_profile(Scene(robot="leg", contact="heel"))).rows) == 1
     feet = tuple(Contact(frame=f"{leg}_foot") for leg in ("lf", "rf", "lh", "rh"))
-    text = as_text(contacts_view(shock_profile(Scene(robot="hyq", contact=feet, joints=Joints(model="locked")))))
-    assert re.search(r"\nlf_foot +not unique\n", text) or re.search(r"\nlf_foot +– .*not unique\n", text)
+    text = as_text(
+        contacts_view(
+            shock_profile(Scene(robot="hyq", contact=feet, joints=Joints(model="locked")))
+        )
+    )
+    assert re.search(r"\nlf_foot +not unique\n", text) or re.search(
+        r"\nlf_foot +– .*not unique\n", text
+    )
     assert "redundant" in text
 
 
@@ -419,12 +604,18 @@ def test_bodies_that_do_not_move_become_one_line():
 
 
 def test_messages_that_differ_only_in_a_gap_are_counted_together():
-    text = 'closure "a–b" cannot be closed: its ends stay {} mm apart and {} deg turned; joints that may move: "{}"'
+    text = (
+        'closure "a–b" cannot be closed: its ends stay {} mm apart and {} deg turned; joints that '
+        'may move: "{}"'
+    )
     gaps = (("1.2", "3", "other"), ("1.2", "3", "k"), ("4e-05", "-0.5", "k"))
     found = causes(enumerate(text.format(*given) for given in gaps))
     assert [(one.rows, one.first) for one in found] == [(2, 1), (1, 0)]
     same = text.format("some", "some", "k")
-    assert list(cause_lines(found, "rows", 1)) == [f"2 rows: {same} (first: 1)", "and 1 other cause"]
+    assert list(cause_lines(found, "rows", 1)) == [
+        f"2 rows: {same} (first: 1)",
+        "and 1 other cause",
+    ]
 
 
 HYQ = ("hyq", "--contact", "lf_foot")
@@ -433,7 +624,17 @@ TABLES = {
     "batch": HYQ,
     "compare": (*HYQ, "--change", "mass:trunk=1.2345x"),
     "place": (*HYQ, "--vary", "strike-angle=0:30:3"),
-    "limits": (*HYQ, "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", "0.01", "--step", "5"),
+    "limits": (
+        *HYQ,
+        "--joint",
+        "lf_kfe_joint",
+        "--at",
+        "trunk_imu",
+        "--max",
+        "0.01",
+        "--step",
+        "5",
+    ),
     "sensitivity": (*HYQ, "--at", "trunk_imu"),
     "sweep": (*HYQ, "--vary", "armature:*_kfe_joint=0:0.12345", "--sample", "20", "--rows", "csv"),
     "paper": ("1", "2"),
@@ -454,18 +655,30 @@ def test_tables_have_at_most_four_digits(capfd, tmp_path, command):
 
 
 def test_warnings_of_several_landings_are_one_for_each_cause():
-    """The worst of them, with where else it is, in the order of their effect; those of one landing with the number of places."""
-    stop, pull = "{} is driven beyond its end stop at {} rad/s", '"{}" would have to be pulled by {} N s'
+    """The worst of them, with where else it is, in the order of their effect; those of one landing
+    with the number of places.
+    """
+    stop, pull = (
+        "{} is driven beyond its end stop at {} rad/s",
+        '"{}" would have to be pulled by {} N s',
+    )
     found = {
-        "a": [Diagnostic("limits", f"j{k}", 0.1 * k, stop.format(f"j{k}", 0.1 * k)) for k in range(1, 6)],
-        "b": [Diagnostic("limits", "j1", 2.0, stop.format("j1", 2.0)), Diagnostic("contact", "b", -1.0, pull.format("b", 1.0))],
+        "a": [
+            Diagnostic("limits", f"j{k}", 0.1 * k, stop.format(f"j{k}", 0.1 * k))
+            for k in range(1, 6)
+        ],
+        "b": [
+            Diagnostic("limits", "j1", 2.0, stop.format("j1", 2.0)),
+            Diagnostic("contact", "b", -1.0, pull.format("b", 1.0)),
+        ],
         "c": [Diagnostic("contact", "c", -3.0, pull.format("c", 3.0))],
     }
     (merged,) = by_cause(found["a"])
     assert str(merged) == f"{found['a'][4]} (5 alike: j5, j4, j3, j2 and 1 more)"
     assert (merged.subject, merged.value) == ("j5+j4+j3+j2+j1", 0.5)
     landings = {
-        name: SimpleNamespace(health=SimpleNamespace(warnings=by_cause(every)), unknowns=()) for name, every in found.items()
+        name: SimpleNamespace(health=SimpleNamespace(warnings=by_cause(every)), unknowns=())
+        for name, every in found.items()
     }
     first, second = shared_warnings(landings)
     assert first == f"warning: {found['c'][0]} (in c, less in 1 more)"

@@ -1,7 +1,8 @@
 """Random mechanisms, drawn as bodies and joints in the world and only then hung on a root.
 
-A mechanism knows no root, no link frames and no joint values: those are choices of whoever writes it down as a file. So the same
-one can be written in many ways, and `least_energy_jump` answers for it without any of them.
+A mechanism knows no root, no link frames and no joint values: those are choices of whoever writes
+it down as a file. So the same one can be written in many ways, and `least_energy_jump` answers for
+it without any of them.
 """
 
 import functools
@@ -34,7 +35,9 @@ class Joint(NamedTuple):
 
 
 class Mechanism(NamedTuple):
-    """Bodies in the world: masses (n,), centres of mass (n, 3), inertias about them (n, 3, 3), and the joints of a tree."""
+    """Bodies in the world: masses (n,), centres of mass (n, 3), inertias about them (n, 3, 3), and
+    the joints of a tree.
+    """
 
     mass: np.ndarray
     com: np.ndarray
@@ -73,7 +76,9 @@ class Written(NamedTuple):
 
 @st.composite
 def mechanisms(draw, kinds=URDF_KINDS, most=15, planar=False, decades=1.5):
-    """Trees of 1 to `most` bodies with masses over 2 · `decades` decades; a planar one lies in x–z and turns about y."""
+    """Trees of 1 to `most` bodies with masses over 2 · `decades` decades; a planar one lies in x–z
+    and turns about y.
+    """
     n = draw(st.integers(1, most))
     parents = [draw(st.integers(0, i - 1)) for i in range(1, n)]
     chosen = [draw(st.sampled_from(kinds)) for _ in parents]
@@ -102,12 +107,25 @@ def random_mechanism(rng, parents, kinds, planar=False, decades=1.5):
 
 
 def random_rotations(rng, n):
-    return np.stack([pin.Quaternion(*(q / np.linalg.norm(q))).matrix() for q in rng.normal(size=(n, 4))])
+    return np.stack(
+        [pin.Quaternion(*(q / np.linalg.norm(q))).matrix() for q in rng.normal(size=(n, 4))]
+    )
 
 
 @st.composite
-def landings(draw, kinds=URDF_KINDS, most=15, planar=False, hits=3, sticking=False, restitution=True, decades=1.5):
-    """Landings on 1 to `hits` points, all with one restitution, sticking, sliding or stopped along a slanted direction."""
+def landings(
+    draw,
+    kinds=URDF_KINDS,
+    most=15,
+    planar=False,
+    hits=3,
+    sticking=False,
+    restitution=True,
+    decades=1.5,
+):
+    """Landings on 1 to `hits` points, all with one restitution, sticking, sliding or stopped along
+    a slanted direction.
+    """
     mechanism = draw(mechanisms(kinds, most, planar, decades))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     flat = np.array([1.0, 0.0, 1.0]) if planar else np.ones(3)
@@ -141,14 +159,16 @@ def neighbours(mechanism, root):
 
 
 def written(mechanism, root=0, seed=0, dialect="urdf", mimics=()):
-    """The mechanism hung on `root`, with link frames and joint values that do not matter, drawn from the seed.
+    """The mechanism hung on `root`, with link frames and joint values that do not matter, drawn
+    from the seed.
 
     Args:
         mechanism: bodies and joints.
         root: body that becomes the base.
         seed: of the link frames and joint values.
         dialect: "urdf" or "mjcf".
-        mimics: (follower, leader, multiplier) of joints that follow others, by the bodies that they carry; URDF only.
+        mimics: (follower, leader, multiplier) of joints that follow others, by the bodies that they
+            carry; URDF only.
     """
     rng = np.random.default_rng(seed)
     n = len(mechanism.mass)
@@ -165,19 +185,29 @@ def written(mechanism, root=0, seed=0, dialect="urdf", mimics=()):
         turned = pin.exp3(axis * value) if joint.kind in ("revolute", "continuous") else np.eye(3)
         rotation = R[parent].T @ R[body] @ turned.T
         slid = joint.axis * value if joint.kind == "prismatic" else np.zeros(3)
-        joints.append((body, parent, joint.kind, R[parent].T @ (x[body] - slid - x[parent]), rotation, axis))
+        joints.append(
+            (body, parent, joint.kind, R[parent].T @ (x[body] - slid - x[parent]), rotation, axis)
+        )
         if joint.kind not in ("spherical", "planar"):
             values[f"joint{body}"] = value
     follows = {
-        follower: (leader, multiplier, values.pop(f"joint{follower}") - multiplier * values[f"joint{leader}"])
+        follower: (
+            leader,
+            multiplier,
+            values.pop(f"joint{follower}") - multiplier * values[f"joint{leader}"],
+        )
         for follower, leader, multiplier in mimics
     }
     com = [R[i].T @ (mechanism.com[i] - x[i]) for i in range(n)]
     inertia = [R[i].T @ mechanism.inertia[i] @ R[i] for i in range(n)]
     bodies = (mechanism.mass.tolist(), com, inertia)
-    text = _mjcf(root, joints, *bodies) if dialect == "mjcf" else _urdf(root, joints, follows, *bodies)
+    text = (
+        _mjcf(root, joints, *bodies) if dialect == "mjcf" else _urdf(root, joints, follows, *bodies)
+    )
     quaternion = tuple(float(c) for c in pin.Quaternion(R[root]).coeffs())
-    posture = Posture(base_position=tuple(x[root].tolist()), base_quaternion=quaternion, joints=values)
+    posture = Posture(
+        base_position=tuple(x[root].tolist()), base_quaternion=quaternion, joints=values
+    )
     return Written(text, posture, x, R)
 
 
@@ -190,16 +220,23 @@ def _urdf(root, joints, follows, mass, com, inertia):
     for i in [root, *(joint[0] for joint in joints)]:
         (xx, xy, xz), (_, yy, yz), (*_, zz) = inertia[i].tolist()
         lines.append(
-            f'<link name="body{i}"><inertial><origin xyz="{_numbers(com[i])}"/><mass value="{mass[i]!r}"/>'
-            f'<inertia ixx="{xx!r}" ixy="{xy!r}" ixz="{xz!r}" iyy="{yy!r}" iyz="{yz!r}" izz="{zz!r}"/></inertial></link>'
+            f'<link name="body{i}"><inertial><origin xyz="{_numbers(com[i])}"/><mass '
+            f'value="{mass[i]!r}"/>'
+            f'<inertia ixx="{xx!r}" ixy="{xy!r}" ixz="{xz!r}" iyy="{yy!r}" iyz="{yz!r}" '
+            f'izz="{zz!r}"/></inertial></link>'
         )
     for body, parent, kind, offset, rotation, axis in joints:
-        limit = "" if kind == "continuous" else '<limit lower="-9" upper="9" effort="1" velocity="1"/>'
+        limit = (
+            "" if kind == "continuous" else '<limit lower="-9" upper="9" effort="1" velocity="1"/>'
+        )
         if body in follows:
             leader, multiplier, start = follows[body]
-            limit += f'<mimic joint="joint{leader}" multiplier="{multiplier!r}" offset="{start!r}"/>'
+            limit += (
+                f'<mimic joint="joint{leader}" multiplier="{multiplier!r}" offset="{start!r}"/>'
+            )
         lines.append(
-            f'<joint name="joint{body}" type="{kind}"><parent link="body{parent}"/><child link="body{body}"/>'
+            f'<joint name="joint{body}" type="{kind}"><parent link="body{parent}"/><child '
+            f'link="body{body}"/>'
             f'<origin xyz="{_numbers(offset)}" rpy="{_numbers(pin.rpy.matrixToRpy(rotation))}"/>'
             f'<axis xyz="{_numbers(axis)}"/>{limit}</joint>'
         )
@@ -215,13 +252,24 @@ def _mjcf(root, joints, mass, com, inertia):
     def body(i, opening):
         (xx, xy, xz), (_, yy, yz), (*_, zz) = inertia[i].tolist()
         full = _numbers((xx, yy, zz, xy, xz, yz))
-        inner = [f'{opening}<inertial pos="{_numbers(com[i])}" mass="{mass[i]!r}" fullinertia="{full}"/>']
+        inner = [
+            f'{opening}<inertial pos="{_numbers(com[i])}" mass="{mass[i]!r}" fullinertia="{full}"/>'
+        ]
         for child, _, kind, offset, rotation, axis in children.get(i, []):
             x, y, z, w = pin.Quaternion(rotation).coeffs()
-            head = f'<body name="body{child}" pos="{_numbers(offset)}" quat="{_numbers((w, x, y, z))}">'
+            head = (
+                f'<body name="body{child}" pos="{_numbers(offset)}" '
+                f'quat="{_numbers((w, x, y, z))}">'
+            )
             across = np.linalg.svd(axis[None])[2][1:]
-            parts = [("slide", across[0]), ("slide", across[1]), ("hinge", axis)] if kind == "planar" else [(kinds[kind], axis)]
-            for letter, (name, along) in zip("abc" if kind == "planar" else ("",), parts, strict=True):
+            parts = (
+                [("slide", across[0]), ("slide", across[1]), ("hinge", axis)]
+                if kind == "planar"
+                else [(kinds[kind], axis)]
+            )
+            for letter, (name, along) in zip(
+                "abc" if kind == "planar" else ("",), parts, strict=True
+            ):
                 head += f'<joint name="joint{child}{letter}" type="{name}"'
                 head += "/>" if kind == "spherical" else f' axis="{_numbers(along)}"/>'
             inner.append(body(child, head))
@@ -239,7 +287,9 @@ def robot_from(text: str, suffix: str = ".urdf", **files: str) -> Robot:
         beside = {kind: Path(folder) / f"robot.{kind}" for kind in files}
         for kind, content in files.items():
             beside[kind].write_text(content)
-        return load_robot(os.fspath(path), **{kind: os.fspath(place) for kind, place in beside.items()})
+        return load_robot(
+            os.fspath(path), **{kind: os.fspath(place) for kind, place in beside.items()}
+        )
 
 
 def scene_of(landing, file, **changes):
@@ -247,7 +297,9 @@ def scene_of(landing, file, **changes):
     contacts = tuple(
         Contact(
             frame=f"body{hit.body}",
-            offset=tuple(float(r) for r in file.rotations[hit.body].T @ (hit.point - file.origins[hit.body])),
+            offset=tuple(
+                float(r) for r in file.rotations[hit.body].T @ (hit.point - file.origins[hit.body])
+            ),
             directions=hit.directions,
             restitution=hit.restitution,
             restitution_along="directions",
@@ -270,12 +322,16 @@ def land(landing, root=0, seed=0, dialect="urdf", **changes) -> ShockProfile:
 
 
 def twists(profile: ShockProfile) -> np.ndarray:
-    """Jump of every body's twist at its centre of mass, world axes (n, 6), in the order of the mechanism."""
+    """Jump of every body's twist at its centre of mass, world axes (n, 6), in the order of the
+    mechanism.
+    """
     jumps = np.empty((len(profile.bodies), 6))
     for i, body in enumerate(profile.robot.bodies):
         R = profile.rotation[i]
         v = profile.delta_v[i] + np.cross(profile.delta_omega[i], body.com)
-        jumps[int(body.name.removeprefix("body"))] = np.concatenate([R @ profile.delta_omega[i], R @ v])
+        jumps[int(body.name.removeprefix("body"))] = np.concatenate(
+            [R @ profile.delta_omega[i], R @ v]
+        )
     return jumps
 
 
@@ -289,12 +345,18 @@ def gyration(mechanism) -> np.ndarray:
 
 
 def motion(mechanism, jumps) -> np.ndarray:
-    """Size of every twist as one velocity [m/s]: a turn counts by what it does at the radius of gyration."""
-    return np.linalg.norm(jumps[..., 3:], axis=-1) + gyration(mechanism) * np.linalg.norm(jumps[..., :3], axis=-1)
+    """Size of every twist as one velocity [m/s]: a turn counts by what it does at the radius of
+    gyration.
+    """
+    return np.linalg.norm(jumps[..., 3:], axis=-1) + gyration(mechanism) * np.linalg.norm(
+        jumps[..., :3], axis=-1
+    )
 
 
 def point_rows(mechanism, body, point, directions) -> np.ndarray:
-    """(n, 6 nb) velocity of a body's point along some directions, over all twists at the centres of mass."""
+    """(n, 6 nb) velocity of a body's point along some directions, over all twists at the centres of
+    mass.
+    """
     directions = np.asarray(directions, dtype=float)
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     rows = np.zeros((len(directions), len(mechanism.mass), 6))
@@ -309,7 +371,9 @@ def joint_rows(mechanism) -> np.ndarray:
     rows = [np.zeros((0, 6 * n))]
     for joint in mechanism.joints:
         across = np.linalg.svd(joint.axis[None])[2][1:]
-        slip = point_rows(mechanism, joint.b, joint.point, STICKS) - point_rows(mechanism, joint.a, joint.point, STICKS)
+        slip = point_rows(mechanism, joint.b, joint.point, STICKS) - point_rows(
+            mechanism, joint.a, joint.point, STICKS
+        )
         turn = np.zeros((3, n, 6))
         turn[:, joint.b, :3], turn[:, joint.a, :3] = np.eye(3), -np.eye(3)
         turn = turn.reshape(3, -1)
@@ -326,10 +390,11 @@ def joint_rows(mechanism) -> np.ndarray:
 
 
 def least_energy_jump(landing) -> np.ndarray:
-    """The jump of minimum kinetic energy that meets joints and contacts (Gauss; Kelvin), as (n, 6) twists at the centres of mass.
+    """The jump of minimum kinetic energy that meets joints and contacts (Gauss; Kelvin), as (n, 6)
+    twists at the centres of mass.
 
-    One least-squares solve over free bodies: no tree, no joint rates, no joint-space inertia. Minimum norm is minimum energy once
-    every unknown is scaled by the root of its inertia.
+    One least-squares solve over free bodies: no tree, no joint rates, no joint-space inertia.
+    Minimum norm is minimum energy once every unknown is scaled by the root of its inertia.
     """
     m = landing.mechanism
     n = len(m.mass)
@@ -341,7 +406,9 @@ def least_energy_jump(landing) -> np.ndarray:
     rows, asked = [joint_rows(m)], [np.zeros(len(joint_rows(m)))]
     for hit in landing.hits:
         rows.append(point_rows(m, hit.body, hit.point, hit.directions))
-        speeds = np.asarray(hit.directions) @ landing.strike / np.linalg.norm(hit.directions, axis=1)
+        speeds = (
+            np.asarray(hit.directions) @ landing.strike / np.linalg.norm(hit.directions, axis=1)
+        )
         asked.append(-(1.0 + hit.restitution) * speeds)
     rows, asked = np.concatenate(rows) @ root, np.concatenate(asked)
     length = np.linalg.norm(rows, axis=1)

@@ -1,4 +1,5 @@
-"""Error against run time of several methods on stiff and extreme landings, and what the package costs.
+"""Error against run time of several methods on stiff and extreme landings, and what the package
+costs.
 
 Nothing else in the package but the command line imports it.
 """

@@ -1,4 +1,6 @@
-"""The cases: families of landings that one parameter makes harder, on known robots and on lists of links, loaded as URDF."""
+"""The cases: families of landings that one parameter makes harder, on known robots and on lists of
+links, loaded as URDF.
+"""
 
 import functools
 import math
@@ -31,7 +33,11 @@ ENDS = {
     for root in ("light", "heavy")
 }
 LIMBS = {"ankle": (3.0, None, 0.5), "toe": (3.0, 1.0, None), "arm": (3.0, 1.0, 0.5, None)}
-BASES = {"free base": ("free", STICKING), "fixed base": ("fixed", STICKING), "fixed base, foot slides": ("fixed", ("z",))}
+BASES = {
+    "free base": ("free", STICKING),
+    "fixed base": ("fixed", STICKING),
+    "fixed base, foot slides": ("fixed", ("z",)),
+}
 Built = tuple[Robot, Scene]
 Build = Callable[[Any, Any], Built]
 
@@ -40,7 +46,8 @@ class Link(NamedTuple):
     """A body and the joint that carries it.
 
     Attributes:
-        parent: index of the link that carries the joint; −1 for the root, whose joint is the free base.
+        parent: index of the link that carries the joint; −1 for the root, whose joint is the free
+            base.
         kind: "revolute", "continuous" or "prismatic"; not used for the root.
         origin: (3,) of the joint in the parent's frame [m].
         axis: (3,) unit vector of the joint; the axes of parent and link are parallel at q = 0.
@@ -59,7 +66,9 @@ class Link(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """One landing of a family: the names of family and variant, the value of the parameter, and what builds robot and scene."""
+    """One landing of a family: the names of family and variant, the value of the parameter, and
+    what builds robot and scene.
+    """
 
     family: str
     variant: str
@@ -99,11 +108,15 @@ FAMILIES: dict[str, Family] = {}
 
 
 def _rod(mass: float, along: Array) -> tuple[Array, Array]:
-    """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`, as thick as a fiftieth of its length."""
+    """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`, as thick
+    as a fiftieth of its length.
+    """
     length = float(np.linalg.norm(along))
     u = along / length
     across = mass * length**2 * (1.0 / 12.0 + 1.0 / 10000.0)
-    return 0.5 * along, across * (np.eye(3) - np.outer(u, u)) + mass * length**2 / 5000.0 * np.outer(u, u)
+    return 0.5 * along, across * (
+        np.eye(3) - np.outer(u, u)
+    ) + mass * length**2 / 5000.0 * np.outer(u, u)
 
 
 def box(mass: float, sides: tuple[float, float, float]) -> Array:
@@ -118,23 +131,36 @@ def known_robot(name: str) -> Robot:
 
 
 def robot_from_links(links: list[Link], name: str = "tree") -> Robot:
-    """Write the links as a file and load it. Link i is called "link<i>" and its joint "joint<i>"; the first link is the root.
+    """Write the links as a file and load it.
+
+    Link i is called "link<i>" and its joint "joint<i>"; the first link is the root.
 
     Raises:
         RobotError: the links are not a robot.
     """
     lines = [f'<robot name="{name}">']
     for i, link in enumerate(links):
-        moments = " ".join(f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"' for r in range(3) for c in range(r, 3))
+        moments = " ".join(
+            f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"'
+            for r in range(3)
+            for c in range(r, 3)
+        )
         lines.append(
-            f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/><mass value="{float(link.mass)!r}"/>'
+            f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/><mass '
+            f'value="{float(link.mass)!r}"/>'
             f"<inertia {moments}/></inertial></link>"
         )
     for i, link in enumerate(links[1:], start=1):
-        limit = "" if link.kind == "continuous" else '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
+        limit = (
+            ""
+            if link.kind == "continuous"
+            else '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
+        )
         lines.append(
-            f'<joint name="joint{i}" type="{link.kind}"><parent link="link{link.parent}"/><child link="link{i}"/>'
-            f'<origin xyz="{_numbers(link.origin)}"/><axis xyz="{_numbers(link.axis)}"/>{limit}</joint>'
+            f'<joint name="joint{i}" type="{link.kind}"><parent link="link{link.parent}"/><child '
+            f'link="link{i}"/>'
+            f'<origin xyz="{_numbers(link.origin)}"/><axis '
+            f'xyz="{_numbers(link.axis)}"/>{limit}</joint>'
         )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.urdf"
@@ -148,7 +174,9 @@ def _numbers(values: Array) -> str:
 
 
 def chain(masses: Array, lengths: Array) -> Robot:
-    """A chain of rods, each hinged to the end of the last; hinges turn about y, and every third about x."""
+    """A chain of rods, each hinged to the end of the last; hinges turn about y, and every third
+    about x.
+    """
     origins = [ORIGIN, *(length * Z for length in lengths[:-1])]
     links = [
         Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *_rod(mass, length * Z))
@@ -163,20 +191,30 @@ def bent(robot: Robot, scale: float = 1.0) -> Posture:
     return Posture(base_rpy_deg=(0.0, 25.0, 0.0), joints=joints)
 
 
-def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any) -> Built:
-    """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name.
+def landing(
+    robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any
+) -> Built:
+    """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by
+    name.
 
-    The base is free unless the scene says otherwise; by default a chain would be fixed, as an arm is. Rotors add to the diagonal
-    of the inertia alone, as in the other methods that are measured.
+    The base is free unless the scene says otherwise; by default a chain would be fixed, as an arm
+    is. Rotors add to the diagonal of the inertia alone, as in the other methods that are measured.
     """
     parts.setdefault("base", "free")
     parts["joints"] = replace(parts.get("joints", Joints()), carried=False)
-    contact = tuple(Contact(frame=one, at="frame", kind="point") if isinstance(one, str) else one for one in contacts)
+    contact = tuple(
+        Contact(frame=one, at="frame", kind="point") if isinstance(one, str) else one
+        for one in contacts
+    )
     return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
 
 
-def _family(about: str, parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -> Callable[[Build], Build]:
-    """Make a function that builds landings a family, which has the function's name; arguments as in `Family`."""
+def _family(
+    about: str, parameter: str, variants: dict[str, Any], values: tuple[Any, ...]
+) -> Callable[[Build], Build]:
+    """Make a function that builds landings a family, which has the function's name; arguments as in
+    `Family`.
+    """
 
     def add(build: Build) -> Build:
         name = build.__name__.strip("_").replace("_", " ")
@@ -187,7 +225,8 @@ def _family(about: str, parameter: str, variants: dict[str, Any], values: tuple[
 
 
 @_family(
-    "Robots of example-robot-data, with links without mass (romeo, human) and condition numbers up to 9e18 (icub)",
+    "Robots of example-robot-data, with links without mass (romeo, human) and condition numbers up "
+    "to 9e18 (icub)",
     "robot",
     {"one foot": 1, "all feet": None},
     (*SETS["quadrupeds"], *SETS["bipeds"], "human"),
@@ -198,7 +237,8 @@ def _robots(feet: int | None, name: str) -> Built:
 
 
 @_family(
-    "Six links with a large ratio of masses: light ones are lost in sums, and small motions are differences of large ones",
+    "Six links with a large ratio of masses: light ones are lost in sums, and small motions are "
+    "differences of large ones",
     "mass ratio [-]",
     ENDS,
     (1e10, 1e20),
@@ -207,11 +247,16 @@ def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
     at_root, rooted_light = variant
     masses = np.geomspace(ratio**-0.5, ratio**0.5, 6)
     robot = chain(masses if rooted_light else masses[::-1], np.full(6, 0.4))
-    return landing(robot, "link0" if at_root else Contact(frame="link5", offset=(0.0, 0.0, 0.4)), posture=bent(robot))
+    return landing(
+        robot,
+        "link0" if at_root else Contact(frame="link5", offset=(0.0, 0.0, 0.4)),
+        posture=bent(robot),
+    )
 
 
 @_family(
-    "A knee that straightens, struck along the leg, which cannot move that way then: a fixed base has no solution or verdict",
+    "A knee that straightens, struck along the leg, which cannot move that way then: a fixed base "
+    "has no solution or verdict",
     "knee angle [rad]",
     BASES,
     (0.0, 1e-9, 1e-5),
@@ -236,17 +281,21 @@ def _links(where: float, n: int) -> Built:
 
 
 @_family(
-    "ANYmal B with drives from free to almost locked: large reflected inertias dominate the diagonal of H",
+    "ANYmal B with drives from free to almost locked: large reflected inertias dominate the "
+    "diagonal of H",
     "reflected inertia [kg m²]",
     {"one foot": 1, "four feet": 4},
     (1e-18, 1e-3, 1e12),
 )
 def _armature(feet: int, inertia: float) -> Built:
-    return landing(known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=Joints(armature={"*": inertia}))
+    return landing(
+        known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=Joints(armature={"*": inertia})
+    )
 
 
 @_family(
-    "A leg with a link of almost no mass, whose motion is a quotient of rounding errors; without mass it is not determined",
+    "A leg with a link of almost no mass, whose motion is a quotient of rounding errors; without "
+    "mass it is not determined",
     "mass of the link [kg]",
     LIMBS,
     (0.0, 1e-15, 1e-10),
@@ -255,41 +304,63 @@ def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
     masses = [light if mass is None else mass for mass in variant]
     # Hip, knee, ankle, and an arm on the body.
     parents, axes = (0, 1, 2, 0), (Y, 0.6 * Y + 0.8 * Z, Y, X)
-    origins, along = (ORIGIN, -0.3 * Z, -0.3 * Z, 0.1 * X + 0.1 * Z), (-0.3 * Z, -0.3 * Z, -0.3 * Z, 0.3 * Z)
+    origins, along = (
+        (ORIGIN, -0.3 * Z, -0.3 * Z, 0.1 * X + 0.1 * Z),
+        (-0.3 * Z, -0.3 * Z, -0.3 * Z, 0.3 * Z),
+    )
     body = Link(-1, "", ORIGIN, Y, 10.0, 0.1 * Z, box(10.0, (0.4, 0.3, 0.2)))
-    limbs = [Link(parents[k], "revolute", origins[k], axes[k], mass, *_rod(mass, along[k])) for k, mass in enumerate(masses)]
+    limbs = [
+        Link(parents[k], "revolute", origins[k], axes[k], mass, *_rod(mass, along[k]))
+        for k, mass in enumerate(masses)
+    ]
     posture = Posture(joints={"joint1": 0.4, "joint2": -0.9, "joint3": 0.6})
-    return landing(robot_from_links([body, *limbs], "light"), Contact(frame="link3", offset=(0.0, 0.0, -0.3)), posture=posture)
+    return landing(
+        robot_from_links([body, *limbs], "light"),
+        Contact(frame="link3", offset=(0.0, 0.0, -0.3)),
+        posture=posture,
+    )
 
 
 @_family(
-    "One robot in other units of length and mass, which set the condition number of H: it holds masses and moments of inertia",
+    "One robot in other units of length and mass, which set the condition number of H: it holds "
+    "masses and moments of inertia",
     "units of length in one metre [-]",
     {"kg": 1.0, "g": 1e3},
     (1e-3, 1e3, 1e6),
 )
 def _units(mass: float, length: float) -> Built:
-    robot = chain(mass * np.array([8.0, 2.0, 1.0, 3.0, 0.5]), length * np.array([0.5, 0.3, 0.2, 0.4, 0.1]))
+    robot = chain(
+        mass * np.array([8.0, 2.0, 1.0, 3.0, 0.5]), length * np.array([0.5, 0.3, 0.2, 0.4, 0.1])
+    )
     foot = Contact(frame="link4", offset=(0.0, 0.0, 0.1 * length))
-    return landing(robot, foot, posture=bent(robot), strike=Strike(velocity=(0.4 * length, 0.1 * length, -0.9 * length)))
+    return landing(
+        robot,
+        foot,
+        posture=bent(robot),
+        strike=Strike(velocity=(0.4 * length, 0.1 * length, -0.9 * length)),
+    )
 
 
 @_family(
-    "A box with a mast that lands on several corners: from the third on rows are dependent, and the KKT matrix is singular",
+    "A box with a mast that lands on several corners: from the third on rows are dependent, and "
+    "the KKT matrix is singular",
     "corners [-]",
     {"sticking": STICKING, "sliding": ("z",)},
     (1, 4),
 )
 def _corners(directions: Any, n: int) -> Built:
     body = Link(-1, "", ORIGIN, Y, 7.0, np.array([0.02, 0.01, 0.03]), box(7.0, (0.6, 0.4, 0.2)))
-    mast = Link(0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *_rod(1.0, 0.4 * Z))
+    mast = Link(
+        0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *_rod(1.0, 0.4 * Z)
+    )
     corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
     contacts = (Contact(frame="link0", offset=corner, directions=directions) for corner in corners)
     return landing(robot_from_links([body, mast], "brick"), *contacts)
 
 
 @_family(
-    "ANYmal B with locked joints on several feet: up to twelve rows on a mechanism with six to ten degrees of freedom",
+    "ANYmal B with locked joints on several feet: up to twelve rows on a mechanism with six to ten "
+    "degrees of freedom",
     "feet [-]",
     {"locked": Joints(model="locked"), "hips free": Joints(locked=("*HFE", "*KFE"))},
     (1, 2, 4),
@@ -299,23 +370,31 @@ def _locked_feet(joints: Joints, feet: int) -> Built:
 
 
 @_family(
-    "A foot of ANYmal B that strikes with two points: they stop a rotation by rows that differ only by their distance",
+    "A foot of ANYmal B that strikes with two points: they stop a rotation by rows that differ "
+    "only by their distance",
     "distance [m]",
     {"with another foot": "RH_FOOT"},
     (1e-8, 1e-5, 1e-2),
 )
 def _doubled_contact(other: str, apart: float) -> Built:
-    return landing(known_robot("anymal_b"), "LF_FOOT", other, Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0)))
+    return landing(
+        known_robot("anymal_b"),
+        "LF_FOOT",
+        other,
+        Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0)),
+    )
 
 
 @_family(
-    "A four-bar linkage almost folded into a line, where a closure row vanishes; closed in space, another row is dependent",
+    "A four-bar linkage almost folded into a line, where a closure row vanishes; closed in space, "
+    "another row is dependent",
     "height over length [-]",
     {"closed in the plane": ("x", "z"), "closed in space": STICKING},
     (0.0, 1e-10, 1.0),
 )
 def _flat_four_bar(directions: Any, height: float) -> Built:
-    # Drawn closed, so that every angle is zero: ends of crank and coupler, and the rocker's hinge, from the crank's hinge.
+    # Drawn closed, so that every angle is zero: ends of crank and coupler, and the rocker's hinge,
+    # from the crank's hinge.
     crank, coupler, rocker = 0.5 * X + height * Z, 1.1 * X - 0.7 * height * Z, 1.6 * X
     hinge = -0.8 * X - 0.1 * Z
     links = [
@@ -324,16 +403,26 @@ def _flat_four_bar(directions: Any, height: float) -> Built:
         Link(1, "revolute", crank, Y, 0.6, *_rod(0.6, coupler - crank)),
         Link(0, "revolute", hinge + rocker, Y, 0.7, *_rod(0.7, coupler - rocker)),
     ]
-    a, b = LoopEnd(frame="link2", offset=tuple(coupler - crank)), LoopEnd(frame="link3", offset=tuple(coupler - rocker))
+    a, b = (
+        LoopEnd(frame="link2", offset=tuple(coupler - crank)),
+        LoopEnd(frame="link3", offset=tuple(coupler - rocker)),
+    )
     foot = Contact(frame="link1", offset=(0.2, 0.0, -0.1))
-    return landing(robot_from_links(links, "four_bar"), foot, closure=(Closure(a=a, b=b, directions=directions),))
+    return landing(
+        robot_from_links(links, "four_bar"),
+        foot,
+        closure=(Closure(a=a, b=b, directions=directions),),
+    )
 
 
 @_family(
-    "ANYmal B far from the origin of the world: velocities written there multiply every rotation by the distance",
+    "ANYmal B far from the origin of the world: velocities written there multiply every rotation "
+    "by the distance",
     "distance [m]",
     {"one foot": "LF_FOOT"},
     (1e6, 1e9),
 )
 def _far_from_the_origin(foot: str, away: float) -> Built:
-    return landing(known_robot("anymal_b"), foot, posture=Posture(base_position=(away, -0.3 * away, 0.5)))
+    return landing(
+        known_robot("anymal_b"), foot, posture=Posture(base_position=(away, -0.3 * away, 0.5))
+    )

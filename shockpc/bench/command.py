@@ -18,9 +18,15 @@ def bench(
     *,
     options: SceneOptions,
     robot: str | None = argument(
-        "A robot file, a robot's name or a scene (TOML); without it the standing suite runs.", "ROBOT", robot_name
+        "A robot file, a robot's name or a scene (TOML); without it the standing suite runs.",
+        "ROBOT",
+        robot_name,
     ),
-    out: Path | None = in_output("Folder of the report. [default: out/bench for the suite, none for a landing]", "DIR", out_folder),
+    out: Path | None = in_output(
+        "Folder of the report. [default: out/bench for the suite, none for a landing]",
+        "DIR",
+        out_folder,
+    ),
 ) -> None:
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
@@ -32,7 +38,9 @@ def bench(
     elif not options.typed:
         _suite(out or Path("out/bench"))
     else:
-        raise SceneError("the options of a landing need a robot: shockpc bench robot.urdf --contact foot")
+        raise SceneError(
+            "the options of a landing need a robot: shockpc bench robot.urdf --contact foot"
+        )
 
 
 def _suite(out: Path) -> None:
@@ -46,7 +54,9 @@ def _suite(out: Path) -> None:
 
 
 def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
-    """The landings that the options describe, each with a table; several have a folder each in `out`."""
+    """The landings that the options describe, each with a table; several have a folder each in
+    `out`.
+    """
     from shockpc.bench.report import bench_report
     from shockpc.cli.scenes import file_names, scenes_from
     from shockpc.show.folder import write_report_folder

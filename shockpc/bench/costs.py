@@ -1,4 +1,6 @@
-"""What the package costs: analyses, commands, many postures against Pinocchio and MuJoCo, and rows of sweeps."""
+"""What the package costs: analyses, commands, many postures against Pinocchio and MuJoCo, and rows
+of sweeps.
+"""
 
 import os
 import subprocess
@@ -44,7 +46,9 @@ COMMANDS = {
     "shockpc analyze --format json": (*ANALYZE, "--format", "json"),
     "shockpc analyze --out, with the figure": (*ANALYZE, "--out", "FOLDER"),
 }
-"""Arguments of Python by the name of the row, FOLDER for one that is removed; run times are compared with that of the first."""
+"""Arguments of Python by the name of the row, FOLDER for one that is removed; run times are
+compared with that of the first.
+"""
 
 FEET = tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR", "RL", "RR"))
 HOPPING = tuple(replace(foot, restitution=0.1) for foot in FEET)
@@ -63,46 +67,64 @@ ROWS = 16384
 
 
 def _package(budget: float) -> Sheet:
-    """Warm analyses, and commands against `import pinocchio` in alternating processes. Args: budget for each clock [s].
+    """Warm analyses, and commands against `import pinocchio` in alternating processes.
+
+    Args: budget for each clock [s].
 
     Raises:
         SolveError: a process failed; the text is the last line of its output.
     """
-    anymal, talos = landing(known_robot("anymal_b"), "LF_FOOT"), landing(known_robot("talos"), "left_sole_link", "right_sole_link")
+    anymal, talos = (
+        landing(known_robot("anymal_b"), "LF_FOOT"),
+        landing(known_robot("talos"), "left_sole_link", "right_sole_link"),
+    )
     rows: list[tuple[Cell, ...]] = []
 
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
         rows.append((what, cost(run, budget), target, None))
 
-    for name, (robot, scene), target in (("ANYmal B, one foot", anymal, "3 ms"), ("Talos, both feet", talos, "12 ms")):
+    for name, (robot, scene), target in (
+        ("ANYmal B, one foot", anymal, "3 ms"),
+        ("Talos, both feet", talos, "12 ms"),
+    ):
         add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
         whole = all_quantities(system_of(robot, scene)).run
         whole()  # reads the meshes, once
         add(f"shock_profile with all derived numbers, {name}", whole)
     resolved = resolve(anymal[1], anymal[0])
-    add("steps 1-3 in double precision, ANYmal B, one foot", partial(_double_percussion, resolved), "0.25 ms")
+    add(
+        "steps 1-3 in double precision, ANYmal B, one foot",
+        partial(_double_percussion, resolved),
+        "0.25 ms",
+    )
     for what, scene in (
         ("finite stiffness", replace(anymal[1], contact_stiffness=1e5)),
         ("friction", replace(anymal[1], friction=0.6)),
     ):
         added, printed = _added(anymal[0], anymal[1], scene, budget)
-        rows.append((f"{what} adds to shock_profile, ANYmal B, one foot", float(added), "1 ms", None))
+        rows.append(
+            (f"{what} adds to shock_profile, ANYmal B, one foot", float(added), "1 ms", None)
+        )
         rows.append((f"{what} adds to shock_profile and its text", float(printed), None, None))
     go2 = known_robot("go2")
     for what, given in STIFF.items():
         stiff = resolve(Scene(robot="go2", contact_stiffness=1e5, **given), go2)
         add(
-            f"motion on finite stiffness, Go2, {what}, {len(CompliantLanding(stiff).motion.events)} events",
+            f"motion on finite stiffness, Go2, {what}, "
+            f"{len(CompliantLanding(stiff).motion.events)} events",
             partial(CompliantLanding, stiff),
         )
-    times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
+    times = np.median(
+        [[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0
+    )
     for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True):
         rows.append((what, float(seconds), aim, float(seconds / times[0])))
     return Sheet("run time of the package", ("what", "median [ms]", "target", "× import [-]"), rows)
 
 
 def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> Array:
-    """How much more processor time (2,) an analysis takes if the scene is changed, without its text and with it [s].
+    """How much more processor time (2,) an analysis takes if the scene is changed, without its text
+    and with it [s].
 
     Median of alternating runs.
     """
@@ -122,8 +144,14 @@ def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> Array:
 def _double_percussion(resolved: PosedLanding) -> Array:
     """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
     jumps = double_jumps(resolved)
-    omega, v, normal = jumps[:, :3], jumps[:, 3:], resolved.plane.normal @ resolved.state.rotation[0]
-    return np.asarray(percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc)
+    omega, v, normal = (
+        jumps[:, :3],
+        jumps[:, 3:],
+        resolved.plane.normal @ resolved.state.rotation[0],
+    )
+    return np.asarray(
+        percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc
+    )
 
 
 def _process_time(arguments: tuple[str, ...]) -> float:
@@ -132,7 +160,9 @@ def _process_time(arguments: tuple[str, ...]) -> float:
         start = time.perf_counter()
         # An installed package is compiled once, not in each process.
         env = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
-        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False, env=env)
+        done = subprocess.run(
+            [sys.executable, *words], capture_output=True, text=True, check=False, env=env
+        )
         seconds = time.perf_counter() - start
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no output"])[-1]
@@ -141,7 +171,10 @@ def _process_time(arguments: tuple[str, ...]) -> float:
 
 
 def _sweeps(budget: float) -> Sheet:
-    """Rows of sweeps against the maps alone, what dominates them, and two processes against one. Args: budget for a clock [s]."""
+    """Rows of sweeps against the maps alone, what dominates them, and two processes against one.
+
+    Args: budget for a clock [s].
+    """
     rows: list[tuple[Cell, ...]] = []
     for name in ("hyq", "anymal_b", "talos"):
         made = _sample(name, ROWS)
@@ -151,28 +184,48 @@ def _sweeps(budget: float) -> Sheet:
         equation = resolved.equation(dynamics(source.robot, block, joints), False)
         row = cost(partial(_written, made, None), budget, ROWS)
         maps = cost(partial(shock_maps, resolved, Q), budget, len(Q))
-        few = [cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024) for wanted in (False, True)]
+        few = [
+            cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024)
+            for wanted in (False, True)
+        ]
         calls = cost(partial(dynamics, source.robot, block, joints), budget, len(block))
-        step = partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance)
+        step = partial(
+            solve_impact,
+            equation.inertia,
+            equation.J_c,
+            equation.b,
+            equation.terms,
+            equation.tolerance,
+        )
         eq_4 = cost(step, budget, len(block))
         size = len(source.robot.bodies) * source.robot.model.nv
         rows.append((name, size, row, maps, row / maps, few[1] / few[0], calls / row, eq_4 / row))
     single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
-        "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
+        "row: joints drawn within limits, shock at one point with its most severe direction, "
+        "friction and condition, in Parquet; "
         "maps: shock_maps of all bodies in the same postures; "
         "derivatives: the same with derivatives, in 1024 of them",
-        f"{16 * ROWS} rows of hyq: {single:.2f} s in one process, {together:.2f} s in two: {single / together:.2f} times as fast",
+        f"{16 * ROWS} rows of hyq: {single:.2f} s in one process, {together:.2f} s in two: "
+        f"{single / together:.2f} times as fast",
     )
     header = (
-        "robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps [-]", "derivatives / maps [-]", "row: Pinocchio [%]",
+        "robot",
+        "bodies × velocities",
+        "row [µs]",
+        "maps [µs]",
+        "row / maps [-]",
+        "derivatives / maps [-]",
+        "row: Pinocchio [%]",
         "row: Eq. 4 [%]",
-    )  # fmt: skip
+    )
     return Sheet("sweeps", header, rows, notes)
 
 
 def _in_processes(made: Evaluation[VariedLandings], jobs: int) -> float:
-    """Time for a sweep in so many processes, after they have started [s]; one has a process too, so that both do the same."""
+    """Time for a sweep in so many processes, after they have started [s]; one has a process too, so
+    that both do the same.
+    """
     with processes(jobs) as workers:
         # Long enough to keep a worker busy until the other one has started as well.
         for future in [workers.submit(time.sleep, 0.5) for _ in range(jobs)]:
@@ -207,4 +260,6 @@ COSTS = {
     "measured steps": measured_steps,
     "touchdowns in logs": found_touchdowns,
 }
-"""Tables of what the package costs, and of how far the model is from measurements; the argument is the time for each clock [s]."""
+"""Tables of what the package costs, and of how far the model is from measurements; the argument is
+the time for each clock [s].
+"""

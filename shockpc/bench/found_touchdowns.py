@@ -1,4 +1,6 @@
-"""Touchdowns that are found in logs, against those of a simulated quadruped, whose contacts are known."""
+"""Touchdowns that are found in logs, against those of a simulated quadruped, whose contacts are
+known.
+"""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -19,7 +21,9 @@ STEP = 5e-4
 """Of the simulation, whose samples are the log at 2 kHz [s]."""
 
 SAMPLES_APART = 40
-"""Samples without contact before one that counts as a touchdown: a contact of the simulation chatters."""
+"""Samples without contact before one that counts as a touchdown: a contact of the simulation
+chatters.
+"""
 
 MATCH = 6e-3
 """By how much a touchdown may be early or late and count as found [s]."""
@@ -31,26 +35,33 @@ FALLS = 24
 """Falls, from attitudes and with rates of a seeded sample."""
 
 LOGS = ((1, 0.0), (2, 0.0), (4, 0.0), (10, 0.0), (2, 1e-4), (2, 3e-4), (2, 1e-3))
-"""Every how many samples of the simulation one is in the log, and noise of positions in it [m, rad]."""
+"""Every how many samples of the simulation one is in the log, and noise of positions in it [m,
+rad].
+"""
 
 
 def quadruped() -> str:
     """A quadruped with two joints a leg, in the text of an MJCF."""
     legs = "".join(
-        f'<body name="{foot}_thigh" pos="{x} {y} 0"><joint name="{foot}_hip" axis="0 1 0" armature="0.005" range="-170 170"/>'
+        f'<body name="{foot}_thigh" pos="{x} {y} 0"><joint name="{foot}_hip" axis="0 1 0" '
+        f'armature="0.005" range="-170 170"/>'
         '<inertial pos="0 0 -.08" mass="0.6" diaginertia="0.002 0.002 0.0005"/>'
-        f'<body name="{foot}_shank" pos="0 0 -.2"><joint name="{foot}_knee" axis="0 1 0" armature="0.005" range="-170 170"/>'
+        f'<body name="{foot}_shank" pos="0 0 -.2"><joint name="{foot}_knee" axis="0 1 0" '
+        f'armature="0.005" range="-170 170"/>'
         '<inertial pos="0 0 -.08" mass="0.15" diaginertia="0.0005 0.0005 0.00005"/>'
-        f'<geom name="{foot}_foot" type="sphere" size=".02" pos="0 0 -.2" mass="0.02" solref="0.005 1"/>'
+        f'<geom name="{foot}_foot" type="sphere" size=".02" pos="0 0 -.2" mass="0.02" '
+        f'solref="0.005 1"/>'
         f'<site name="{foot}_site" pos="0 0 -.2" size=".03"/></body></body>'
         for foot, x, y in zip(FEET, (0.2, 0.2, -0.2, -0.2), (0.12, -0.12, 0.12, -0.12), strict=True)
     )
     motors = "".join(f'<motor joint="{foot}_{name}"/>' for foot in FEET for name in ("hip", "knee"))
     touch = "".join(f'<touch site="{foot}_site"/>' for foot in FEET)
     return (
-        '<mujoco model="dog"><compiler autolimits="true"/><option timestep="0.0005" integrator="implicitfast"/>'
+        '<mujoco model="dog"><compiler autolimits="true"/><option timestep="0.0005" '
+        'integrator="implicitfast"/>'
         '<worldbody><geom type="plane" size="9 9 1"/>'
-        '<body name="trunk" pos="0 0 .36"><freejoint/><inertial pos="0 0 0" mass="9" diaginertia="0.06 0.2 0.22"/>'
+        '<body name="trunk" pos="0 0 .36"><freejoint/><inertial pos="0 0 0" mass="9" '
+        'diaginertia="0.06 0.2 0.22"/>'
         f"{legs}</body></worldbody><actuator>{motors}</actuator><sensor>{touch}</sensor></mujoco>"
     )
 
@@ -90,16 +101,25 @@ def trot(period: float = 0.36, seconds: float = 2.0) -> Simulated:
 
 
 def fall(seed: int, seconds: float = 1.5) -> Simulated:
-    """A fall from a tilted attitude, with rates, onto legs that are held. Args: seed of these; seconds, how long it lasts."""
+    """A fall from a tilted attitude, with rates, onto legs that are held.
+
+    Args: seed of these; seconds, how long it lasts.
+    """
     rng = np.random.default_rng(seed)
     axis, angle = rng.standard_normal(3), rng.uniform(0.2, 0.8)
-    attitude = np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * axis / np.linalg.norm(axis)])
+    attitude = np.concatenate(
+        [[np.cos(angle / 2)], np.sin(angle / 2) * axis / np.linalg.norm(axis)]
+    )
     base = np.concatenate([[0.0, 0.0, rng.uniform(0.6, 0.9)], attitude])
-    return _simulated(base, np.concatenate([rng.uniform(-0.5, 0.5, 3), rng.uniform(-2.0, 2.0, 3)]), None, seconds)
+    return _simulated(
+        base, np.concatenate([rng.uniform(-0.5, 0.5, 3), rng.uniform(-2.0, 2.0, 3)]), None, seconds
+    )
 
 
 def _simulated(base: Array, velocity: Array, period: float | None, seconds: float) -> Simulated:
-    """The motion from a pose (7,) and a velocity (6,) of the base: a trot with a period, or legs that are held."""
+    """The motion from a pose (7,) and a velocity (6,) of the base: a trot with a period, or legs
+    that are held.
+    """
     import mujoco  # an extra
 
     model = mujoco.MjModel.from_xml_string(quadruped())
@@ -117,7 +137,9 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
                 height += 0.08 * np.sin(2.0 * np.pi * phase) * (phase < 0.5 and moves)
             motors = slice(2 * i, 2 * i + 2)
             wanted = np.array(_hip_and_knee(x, height))
-            data.ctrl[motors] = np.clip(100.0 * (wanted - data.qpos[7:][motors]) - 6.0 * data.qvel[6:][motors], -40.0, 40.0)
+            data.ctrl[motors] = np.clip(
+                100.0 * (wanted - data.qpos[7:][motors]) - 6.0 * data.qvel[6:][motors], -40.0, 40.0
+            )
         qpos[k], qvel[k] = data.qpos, data.qvel
         mujoco.mj_step(model, data)
         force[k] = data.sensordata
@@ -127,37 +149,58 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
         np.asarray(time),
         qpos,
         qvel,
-        [[k for k in ks if not on[max(k - SAMPLES_APART, 0) : k + 1, i].any()] for i, ks in enumerate(begins)],
+        [
+            [k for k in ks if not on[max(k - SAMPLES_APART, 0) : k + 1, i].any()]
+            for i, ks in enumerate(begins)
+        ],
     )
 
 
 def found_touchdowns(budget: float = 0.0) -> Sheet:
-    """How many touchdowns of simulated logs are found, and how many are invented. Args: budget, of clocks; here are none."""
+    """How many touchdowns of simulated logs are found, and how many are invented.
+
+    Args: budget, of clocks; here are none.
+    """
     del budget
     header = ("log", "touchdowns", "found", "invented", "late, median [ms]")
-    notes = f"a quadruped in MuJoCo; found: within {1e3 * MATCH:g} ms; trots of {len(TROTS)} periods, {FALLS} falls on held legs"
+    notes = (
+        f"a quadruped in MuJoCo; found: within {1e3 * MATCH:g} ms; trots of {len(TROTS)} periods, "
+        f"{FALLS} falls on held legs"
+    )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "dog.xml")
         file.write_text(quadruped(), encoding="utf-8")
-        scene = Scene(robot=str(file), contact=tuple(Contact(frame=f"{foot}_foot") for foot in FEET))
+        scene = Scene(
+            robot=str(file), contact=tuple(Contact(frame=f"{foot}_foot") for foot in FEET)
+        )
         robot = load_robot(str(file))
         trots, falls = [trot(period) for period in TROTS], [fall(seed) for seed in range(FALLS)]
         rows: list[tuple[Cell, ...]] = []
         for step, noise in LOGS:
             for name, motions in (("trots", trots), ("falls", falls)):
-                what = f"{name}, {1e-3 / (STEP * step):g} kHz" + (f", noise of {1e3 * noise:g} mm and mrad" if noise else "")
+                what = f"{name}, {1e-3 / (STEP * step):g} kHz" + (
+                    f", noise of {1e3 * noise:g} mm and mrad" if noise else ""
+                )
                 rows.append((what, *_compared(motions, step, noise, scene, robot)))
     return Sheet("touchdowns found in simulated logs", header, rows, [notes])
 
 
-def _compared(motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot) -> Iterator[Cell]:
-    """Touchdowns, how many of them are found and how many others are, and the median by how much these are late [s]."""
+def _compared(
+    motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot
+) -> Iterator[Cell]:
+    """Touchdowns, how many of them are found and how many others are, and the median by how much
+    these are late [s].
+    """
     known, invented, late = 0, 0, list[float]()
     for seed, motion in enumerate(motions):
         columns = motion.log(step, noise, seed)
         landings = touchdowns(columns, scene, robot=robot).landings
         for foot, samples in zip(FEET, motion.touchdowns, strict=True):
-            left = [float(columns["time"][one.first]) for one in landings if f"{foot}_foot" in one.contacts]
+            left = [
+                float(columns["time"][one.first])
+                for one in landings
+                if f"{foot}_foot" in one.contacts
+            ]
             for true in motion.time[samples].tolist():
                 known += 1
                 nearest = min(left, key=lambda time: abs(time - true), default=np.inf)

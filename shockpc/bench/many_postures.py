@@ -1,4 +1,6 @@
-"""Many postures: the batched path against loops over Pinocchio and MuJoCo, and against the same landings in symbols."""
+"""Many postures: the batched path against loops over Pinocchio and MuJoCo, and against the same
+landings in symbols.
+"""
 
 import ctypes
 import math
@@ -45,12 +47,16 @@ WITH_DERIVATIVES = 256
 """Postures in which maps have derivatives, which take much memory."""
 
 Way: TypeAlias = Callable[[System, Array], Prepared]
-"""Makes what computes a landing in postures (N, nq) ready; raises `UnsuitedError` or `StudyError` where it cannot."""
+"""Makes what computes a landing in postures (N, nq) ready; raises `UnsuitedError` or `StudyError`
+where it cannot.
+"""
 
 
 def many_system(name: str) -> System:
     """The landing of a robot of `STRUCK`, in one posture."""
-    robot = chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
+    robot = (
+        chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
+    )
     return system_of(*landing(robot, STRUCK[name]))
 
 
@@ -62,7 +68,9 @@ def random_postures(system: System, n: int) -> Array:
 
 
 def _bare_loop(system: System, Q: Array) -> Prepared:
-    """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
+    """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction;
+    joint velocities alone.
+    """
     model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
     frame = model.getFrameId(system.landing.scene.contact[0].frame)
     out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
@@ -76,7 +84,12 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
         return out
 
     def read(after: Array) -> Array:
-        return np.array([system.jumps(system.motions(data, v, q)) for q, v in zip(Q, after - before, strict=True)])[..., None]
+        return np.array(
+            [
+                system.jumps(system.motions(data, v, q))
+                for q, v in zip(Q, after - before, strict=True)
+            ]
+        )[..., None]
 
     return Prepared(run, read)
 
@@ -112,7 +125,8 @@ def _compared(
         robots: of `STRUCK`.
         ways: by name.
         n: number of postures.
-        expected: makes of a system and postures what says what should be read, which has the shape of what is.
+        expected: makes of a system and postures what says what should be read, which has the shape
+            of what is.
         budget: for each clock [s].
     """
     rows: list[tuple[Cell, ...]] = []
@@ -129,10 +143,15 @@ def _compared(
             found = prepared.read(prepared.run())
             seconds, same = cost(prepared.run, budget, len(found)), right(found)
             first = seconds if math.isnan(first) else first
-            off, size = (np.abs(numbers).reshape(len(found), -1).max(axis=1) for numbers in (found - same, same))
+            off, size = (
+                np.abs(numbers).reshape(len(found), -1).max(axis=1)
+                for numbers in (found - same, same)
+            )
             rows.append((name, way, seconds, seconds / first, float(np.max(off / size)), None))
     off_by = Column("difference", "difference", "-", zero=0.0)
-    return Sheet("", ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark"), rows)
+    return Sheet(
+        "", ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark"), rows
+    )
 
 
 def many_postures(budget: float) -> Sheet:
@@ -143,36 +162,52 @@ def many_postures(budget: float) -> Sheet:
         maps = batched.read(batched.run())
         return lambda jumps: maps if jumps.shape[-1] == 3 else (maps @ velocity)[..., None]
 
-    sheet = _compared(("anymal_b", "talos", "chain of 100 links"), PEERS, MANY_POSTURES, expected, budget)
-    return sheet._replace(title="many postures", notes=("difference: from the batched path, relative to the fastest body",))
+    sheet = _compared(
+        ("anymal_b", "talos", "chain of 100 links"), PEERS, MANY_POSTURES, expected, budget
+    )
+    return sheet._replace(
+        title="many postures",
+        notes=("difference: from the batched path, relative to the fastest body",),
+    )
 
 
 def _loop_to_shocks(system: System, Q: Array) -> Prepared:
     loop, speed = _bare_loop(system, Q), np.linalg.norm(system.landing.before.velocity)
-    return loop._replace(read=lambda after: np.linalg.norm(loop.read(after)[..., 3:, 0], axis=-1) / speed)
+    return loop._replace(
+        read=lambda after: np.linalg.norm(loop.read(after)[..., 3:, 0], axis=-1) / speed
+    )
 
 
 def _maps(derivatives: bool, system: System, Q: Array) -> Prepared:
     Q = Q[:WITH_DERIVATIVES] if derivatives else Q
     names = [body.name for body in system.landing.robot.bodies]
     return Prepared(
-        partial(shock_maps, system.landing, Q, derivatives), lambda maps: np.stack([maps.shock(name) for name in names], axis=1)
+        partial(shock_maps, system.landing, Q, derivatives),
+        lambda maps: np.stack([maps.shock(name) for name in names], axis=1),
     )
 
 
 def _symbols(bodies: int | None, system: System) -> SymbolicLanding:
     """The shock of so many bodies, or of all, in symbols."""
     robot = system.landing.robot
-    return symbolic(system.landing.scene, [f"shock@{body.name}" for body in robot.bodies[:bodies]], robot=robot)
+    return symbolic(
+        system.landing.scene, [f"shock@{body.name}" for body in robot.bodies[:bodies]], robot=robot
+    )
 
 
 def _in_numpy(bodies: int | None, system: System, Q: Array) -> Prepared:
     symbols = _symbols(bodies, system)
-    return Prepared(partial(symbols.value, Q), lambda found: np.stack(list(found.values())[: -len(ACCURACY)], axis=1))
+    return Prepared(
+        partial(symbols.value, Q),
+        lambda found: np.stack(list(found.values())[: -len(ACCURACY)], axis=1),
+    )
 
 
 def _slope_in_numpy(system: System, Q: Array) -> Prepared:
-    return Prepared(partial(_symbols(1, system).slopes, Q), lambda found: np.stack(list(found[0].values()), axis=1))
+    return Prepared(
+        partial(_symbols(1, system).slopes, Q),
+        lambda found: np.stack(list(found[0].values()), axis=1),
+    )
 
 
 LOOP = """#include "landing.h"
@@ -188,7 +223,11 @@ def _in_c(bodies: int | None, system: System, Q: Array) -> Prepared:
     """The code that `shockpc export` writes, compiled."""
     if not shutil.which("cc"):
         raise UnsuitedError("cc is not installed")
-    program, nq, strike = _symbols(bodies, system).program, Q.shape[1], system.landing.before.velocity
+    program, nq, strike = (
+        _symbols(bodies, system).program,
+        Q.shape[1],
+        system.landing.before.velocity,
+    )
     m = len(program.outputs) - len(ACCURACY)
     names = [f"number_{k}" for k in range(m + len(ACCURACY))]
     untested = Samples(np.zeros((1, nq + 3)), np.zeros((1, m)), np.ones(m))
@@ -196,7 +235,18 @@ def _in_c(bodies: int | None, system: System, Q: Array) -> Prepared:
     with tempfile.TemporaryDirectory() as folder:
         for name, text in {**files, "many.c": LOOP % nq}.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        compiler = ("cc", "-std=c99", "-O1", "-fPIC", "-shared", "-o", "landing.so", "landing.c", "many.c", "-lm")
+        compiler = (
+            "cc",
+            "-std=c99",
+            "-O1",
+            "-fPIC",
+            "-shared",
+            "-o",
+            "landing.so",
+            "landing.c",
+            "many.c",
+            "-lm",
+        )
         subprocess.run(compiler, cwd=folder, check=True)
         many, out = ctypes.CDLL(f"{folder}/landing.so").many, np.empty((len(Q), len(names)))
     arrays = np.ascontiguousarray(Q), strike.copy(), out
@@ -226,5 +276,8 @@ def in_symbols(budget: float) -> Sheet:
         return lambda found: shocks[: len(found), : found.shape[1]]
 
     sheet = _compared(IN_SYMBOLS, WAYS, BLOCK, expected, budget)
-    note = f"{BLOCK} postures, {WITH_DERIVATIVES} of them with derivatives of maps; difference: of shocks, from shock_maps"
+    note = (
+        f"{BLOCK} postures, {WITH_DERIVATIVES} of them with derivatives of maps; difference: of "
+        f"shocks, from shock_maps"
+    )
     return sheet._replace(title="landings in symbols", notes=(note,))

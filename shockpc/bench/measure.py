@@ -25,7 +25,10 @@ OUTCOMES = {
     "approximate": "its contact is soft or damped, and the error depends on how much",
     "not finite": "NaN or infinity",
     "exception": "an exception of a library",
-    "refused": "an error message: the landing has no unique solution, or the posture is singular or nearly so",
+    "refused": (
+        "an error message: the landing has no unique solution, or the posture is singular or "
+        "nearly so"
+    ),
     "unfounded": "numbers for such a landing",
     "unsuited": "the method cannot take such a landing",
 }
@@ -39,8 +42,8 @@ class Result(NamedTuple):
         case: what was landed.
         method: its name.
         outcome: a key of `OUTCOMES`.
-        error: largest over the bodies, relative to the body's motion [1]; the proven bound for the package's printed numbers;
-            None without numbers or without a reference.
+        error: largest over the bodies, relative to the body's motion [1]; the proven bound for the
+            package's printed numbers; None without numbers or without a reference.
         seconds: run time of each run [s]; none if it failed.
         message: why it failed.
     """
@@ -59,7 +62,9 @@ class Result(NamedTuple):
 
 
 def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]]:
-    """Run until the budget is spent, three to a thousand times unless one run is long. Args: budget [s]; at zero it runs once.
+    """Run until the budget is spent, three to a thousand times unless one run is long.
+
+    Args: budget [s]; at zero it runs once.
 
     The first run loads and fills caches; it counts only if it is not repeated.
 
@@ -81,7 +86,10 @@ def cost(run: Callable[[], Any], budget: float, count: int = 1) -> float:
 
 
 def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[Result]:
-    """Solve a case by every method; one that the package cannot prepare has a single result. Args: budget for each clock [s]."""
+    """Solve a case by every method; one that the package cannot prepare has a single result.
+
+    Args: budget for each clock [s].
+    """
     robot, scene = case.build()
     try:
         system = system_of(robot, scene)
@@ -91,11 +99,16 @@ def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[R
         proof = shock_profile(scene, robot).proof
     except ShockError:
         proof = None
-    return [Result(case, name, *_solved(system, proof, method, budget)) for name, method in methods.items()]
+    return [
+        Result(case, name, *_solved(system, proof, method, budget))
+        for name, method in methods.items()
+    ]
 
 
 def _solved(system: System, proof: Proof | None, method: Method, budget: float) -> tuple[Any, ...]:
-    """Outcome, error, run times and message of one method on one system; the proof is None where there is no answer."""
+    """Outcome, error, run times and message of one method on one system; the proof is None where
+    there is no answer.
+    """
     try:
         with np.errstate(all="ignore"):
             prepared = method(system)
@@ -108,5 +121,17 @@ def _solved(system: System, proof: Proof | None, method: Method, budget: float) 
         return "not finite", None, seconds
     if proof is None:
         return "unfounded", None, seconds
-    error = float(proof.bounds.max()) if isinstance(raw, ShockProfile) else double_error(system.landing, proof, jumps)
-    return "accurate" if error <= ACCURATE else "approximate" if prepared.approximates else "inaccurate", error, seconds
+    error = (
+        float(proof.bounds.max())
+        if isinstance(raw, ShockProfile)
+        else double_error(system.landing, proof, jumps)
+    )
+    return (
+        "accurate"
+        if error <= ACCURATE
+        else "approximate"
+        if prepared.approximates
+        else "inaccurate",
+        error,
+        seconds,
+    )

@@ -1,4 +1,6 @@
-"""Measured landings: how far the model is from reality, which is another matter than the error of its solution."""
+"""Measured landings: how far the model is from reality, which is another matter than the error of
+its solution.
+"""
 
 from dataclasses import replace
 
@@ -21,7 +23,9 @@ MODELS = {
 """Joint models of Cassie."""
 
 STIFFNESS = 1e5
-"""Of each of the four contact points [N/m], where the prediction has finite stiffness: a generic value, fitted to nothing."""
+"""Of each of the four contact points [N/m], where the prediction has finite stiffness: a generic
+value, fitted to nothing.
+"""
 
 IGNORED = {"second_foot_later_ms": "", "ankle_spring_joint_*": ""}
 """Columns of its table that are not used: the angle of the heel springs was not measured."""
@@ -34,46 +38,74 @@ LAWS = {
 """Laws of the contact of the hinged blocks: coefficients of restitution and of friction."""
 
 CLEAR = 0.006
-"""Height of the next corner above the lowest one from which on that one alone struck [m]: what the blocks' motion capture tells."""
+"""Height of the next corner above the lowest one from which on that one alone struck [m]: what the
+blocks' motion capture tells.
+"""
 
 
 def measured_landings(budget: float = 0.0) -> Sheet:
-    """The jumps of Cassie's joint rates, measured against predicted. Args: budget, of clocks, which are none here."""
+    """The jumps of Cassie's joint rates, measured against predicted.
+
+    Args: budget, of clocks, which are none here.
+    """
     del budget
     folder = project_robots_folder() / "measured"
     scene = read_scene(folder / "cassie.toml")
     scenes = {name: replace(scene, joints=joints) for name, joints in MODELS.items()}
     geared = next(iter(MODELS))
     scenes[geared] = replace(scenes[geared], contact_stiffness=STIFFNESS)
-    comparison = compare_measured(read_table(folder / "cassie_landings.csv"), scenes, robot_of(scene), IGNORED)
+    comparison = compare_measured(
+        read_table(folder / "cassie_landings.csv"), scenes, robot_of(scene), IGNORED
+    )
     rates = tuple(one for one in comparison.agreements if one.name == "joint rates")
     sheet = agreement_sheet(comparison._replace(agreements=rates))
-    return sheet._replace(title="measured landings of Cassie, 14 joint rates in each of 14 landings")
+    return sheet._replace(
+        title="measured landings of Cassie, 14 joint rates in each of 14 landings"
+    )
 
 
 def measured_tosses(budget: float = 0.0) -> Sheet:
-    """The jumps of two hinged blocks that struck with one corner, by law of contact. Args: budget, of clocks; here are none."""
+    """The jumps of two hinged blocks that struck with one corner, by law of contact.
+
+    Args: budget, of clocks; here are none.
+    """
     del budget
     folder = project_robots_folder() / "measured" / "elbow"
-    columns, robot = read_table(folder / "elbow_landings.csv"), load_robot(str(folder / "elbow.urdf"))
+    columns, robot = (
+        read_table(folder / "elbow_landings.csv"),
+        load_robot(str(folder / "elbow.urdf")),
+    )
     clear = columns.pop("gap") > CLEAR
     columns = {name: values[clear] for name, values in columns.items()}
     scenes = {
-        law: Scene(robot=str(folder / "elbow.urdf"), contact=(Contact(frame="elbow_1_corner_0", restitution=e),), friction=mu)
+        law: Scene(
+            robot=str(folder / "elbow.urdf"),
+            contact=(Contact(frame="elbow_1_corner_0", restitution=e),),
+            friction=mu,
+        )
         for law, (e, mu) in LAWS.items()
     }
     sheet = agreement_sheet(compare_measured(columns, scenes, robot))
-    title = f"measured impacts of two hinged blocks, {clear.sum()} tosses with one clear corner, by law of contact"
+    title = (
+        f"measured impacts of two hinged blocks, {clear.sum()} tosses with one clear corner, by "
+        f"law of contact"
+    )
     return sheet._replace(title=title, header=("contact", *sheet.header[1:]))
 
 
 def measured_steps(budget: float = 0.0) -> Sheet:
-    """The jumps of both legs' rates in heel strikes of a compass-gait biped. Args: budget, of clocks; here are none."""
+    """The jumps of both legs' rates in heel strikes of a compass-gait biped.
+
+    Args: budget, of clocks; here are none.
+    """
     del budget
     folder = project_robots_folder() / "measured" / "sydney"
     columns, file = read_table(folder / "landings.csv"), str(folder / "sydney_compass_gait.urdf")
     foot = Contact(frame="inner_foot", directions=("x", "z"))
     scene = Scene(robot=file, base="planar", joints=Joints(model="free"), contact=(foot,))
     comparison = compare_measured(columns, {"free": scene}, load_robot(file))
-    title = f"measured heel strikes of a compass-gait biped, rates of both legs in {len(columns['contact'])} strikes"
+    title = (
+        f"measured heel strikes of a compass-gait biped, rates of both legs in "
+        f"{len(columns['contact'])} strikes"
+    )
     return agreement_sheet(comparison)._replace(title=title)

@@ -28,10 +28,13 @@ class System(NamedTuple):
 
     Attributes:
         landing: the scene resolved on the robot.
-        model: the robot's Pinocchio model with the scene's reflected inertia in it, and a frame at every point that is held.
-        constraints: rows of each contact, standing foot and loop: world axes (n, 6) of forces and moments; and the frames, one on
-            each body that it holds, with 1, or −1 for the opposite impulse.
-        v: (nv,) joint velocities before the impact in Pinocchio's layout; a base without joint is at rest.
+        model: the robot's Pinocchio model with the scene's reflected inertia in it, and a frame at
+            every point that is held.
+        constraints: rows of each contact, standing foot and loop: world axes (n, 6) of forces and
+            moments; and the frames, one on each body that it holds, with 1, or −1 for the opposite
+            impulse.
+        v: (nv,) joint velocities before the impact in Pinocchio's layout; a base without joint is
+            at rest.
         b: (nc,) speed to be undone along every row.
         G: (nv, ny) columns of the free velocities, or None where all are free.
     """
@@ -47,29 +50,47 @@ class System(NamedTuple):
         """H (nv, nv) and J_c (nc, nv) in the posture of the landing, computed from q."""
         H = pin.crba(self.model, data, self.landing.q, pin.Convention.WORLD)
         J_c = [
-            axes @ sum(sign * pin.getFrameJacobian(self.model, data, frame, WORLD_AXES) for frame, sign in ends)
+            axes
+            @ sum(
+                sign * pin.getFrameJacobian(self.model, data, frame, WORLD_AXES)
+                for frame, sign in ends
+            )
             for axes, ends in self.constraints
         ]
         return H, np.concatenate(J_c)
 
     def motions(self, data: pin.Data, v: Array, q: Array | None = None) -> Any:
-        """Motions of the world and of all joints for joint velocities (nv,), by default in the posture of the landing."""
+        """Motions of the world and of all joints for joint velocities (nv,), by default in the
+        posture of the landing.
+        """
         pin.forwardKinematics(self.model, data, self.landing.q if q is None else q, v)
         return data.v
 
     def jumps(self, motions: Sequence[pin.Motion]) -> Array:
-        """Jumps (nb, 6) of the bodies, body axes at their frames' origins. Args: motions of the world and of Pinocchio's joints."""
-        twists = (pin.SE3(body.rotation, body.offset).actInv(motions[body.joint]) for body in self.landing.robot.bodies)
+        """Jumps (nb, 6) of the bodies, body axes at their frames' origins.
+
+        Args: motions of the world and of Pinocchio's joints.
+        """
+        twists = (
+            pin.SE3(body.rotation, body.offset).actInv(motions[body.joint])
+            for body in self.landing.robot.bodies
+        )
         return np.array([[*motion.angular, *motion.linear] for motion in twists])
 
     @property
     def sticking(self) -> bool:
         """Whether all contacts are points that stop in all directions."""
-        return all(np.array_equal(contact.forces, np.eye(3)) and not len(contact.moments) for contact in self.landing.contacts)
+        return all(
+            np.array_equal(contact.forces, np.eye(3)) and not len(contact.moments)
+            for contact in self.landing.contacts
+        )
 
     def contact_points(self) -> list[tuple[int, Array]]:
         """Pinocchio's joint, and point in its frame [m], of every contact."""
-        frames = (self.model.frames[ends[0][0]] for _, ends in self.constraints[: len(self.landing.contacts)])
+        frames = (
+            self.model.frames[ends[0][0]]
+            for _, ends in self.constraints[: len(self.landing.contacts)]
+        )
         return [(frame.parentJoint, frame.placement.translation) for frame in frames]
 
 
@@ -89,9 +110,14 @@ def system_of(robot: Robot, scene: Scene) -> System:
         ends = []
         for i, sign in ((block.body, 1.0), (block.other, -1.0)):
             if i >= 0:
-                body, offset = robot.bodies[i], state.rotation[0, i].T @ (point - state.position[0, i])
+                body, offset = (
+                    robot.bodies[i],
+                    state.rotation[0, i].T @ (point - state.position[0, i]),
+                )
                 place = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
-                frame = pin.Frame(f"end {len(model.frames)}", body.joint, 0, place, pin.FrameType.OP_FRAME)
+                frame = pin.Frame(
+                    f"end {len(model.frames)}", body.joint, 0, place, pin.FrameType.OP_FRAME
+                )
                 ends.append((model.addFrame(frame), sign))
         constraints.append((axes, ends))
     v = np.array(before.joint_rates)
@@ -142,18 +168,26 @@ def all_quantities(system: System) -> Prepared:
 
 
 def double_jumps(landing: PosedLanding) -> Array:
-    """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
+    """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates
+    at the body frames' origins.
+    """
     _, _, jumps = impact_jumps(landing, landing.state)
-    return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
+    return np.asarray(
+        (jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6)
+    )
 
 
 def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) -> Prepared:
-    """Solve for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to the bodies."""
+    """Solve for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to
+    the bodies.
+    """
     data, b, G = system.model.createData(), system.b, system.G
 
     def run() -> Any:
         H, J_c = system.assemble(data)
-        return system.motions(data, solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b))
+        return system.motions(
+            data, solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b)
+        )
 
     return Prepared(run, system.jumps)
 
@@ -175,7 +209,9 @@ def _schur_cholesky(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _partition(H: Array, J_c: Array, b: Array) -> Array:
-    """Eq. 6: the velocity of the contact point replaces that of the base, Δq̇₁ = -b, Δq̇₂ = -H₂₂⁻¹ H₂₁ Δq̇₁."""
+    """Eq. 6: the velocity of the contact point replaces that of the base, Δq̇₁ = -b, Δq̇₂ = -H₂₂⁻¹
+    H₂₁ Δq̇₁.
+    """
     if len(J_c) != 3 or len(H) < 3 or np.linalg.cond(J_c[:, :3]) > 1e3:
         raise UnsuitedError("Eq. 6 needs one sticking point on a free base")
     T = np.eye(len(H))
@@ -186,7 +222,9 @@ def _partition(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _reduced(H: Array, J_c: Array, b: Array) -> Array:
-    """Eq. 7 for all rows: Δq̇ = G Δẏ - J_c⁺ b, where G spans the null space of J_c and GᵀHG Δẏ = GᵀH J_c⁺ b."""
+    """Eq. 7 for all rows: Δq̇ = G Δẏ - J_c⁺ b, where G spans the null space of J_c and GᵀHG Δẏ =
+    GᵀH J_c⁺ b.
+    """
     U, s, Vt = np.linalg.svd(J_c)
     rank = int(np.sum(s > max(J_c.shape) * np.finfo(float).eps * s.max(initial=0.0)))
     met = -Vt[:rank].T @ ((U[:, :rank].T @ b) / s[:rank])
@@ -195,12 +233,18 @@ def _reduced(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _one_restitution(system: System) -> float:
-    """The restitution that Pinocchio's functions take; they take no system where something else is held."""
+    """The restitution that Pinocchio's functions take; they take no system where something else is
+    held.
+    """
     e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
-    if any(e) and any(contact.rebound is not None and contact.size > 1 for contact in system.landing.contacts):
-        raise UnsuitedError("Pinocchio's restitution reverses the speed along all rows, not only along the normal")
+    if any(e) and any(
+        contact.rebound is not None and contact.size > 1 for contact in system.landing.contacts
+    ):
+        raise UnsuitedError(
+            "Pinocchio's restitution reverses the speed along all rows, not only along the normal"
+        )
     if system.G is not None or not system.landing.robot.free_base or system.landing.scene.stance:
         raise UnsuitedError("Pinocchio's impulse has no held joints, mimic joints or standing feet")
     return float(e.pop())
@@ -212,33 +256,44 @@ def _pin_jacobian(system: System) -> Prepared:
 
     def run() -> Any:
         _, J_c = system.assemble(data)  # its crba is the one that the function needs
-        return system.motions(data, pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0) - system.v)
+        return system.motions(
+            data, pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0) - system.v
+        )
 
     return Prepared(run, system.jumps)
 
 
 def _pin_constraints(mu: float, system: System) -> Prepared:
-    """pin.impulseDynamics with rigid constraint models. The damping µ stays in the answer: the function solves once."""
+    """pin.impulseDynamics with rigid constraint models.
+
+    The damping µ stays in the answer: the function solves once.
+    """
     e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
     if system.landing.loops or not system.sticking:
         raise UnsuitedError("rigid constraint models are used here for sticking points only")
     models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
     for joint, point in system.contact_points():
         place = pin.SE3(np.eye(3), point)
-        models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, WORLD_AXES))
+        models.append(
+            pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, WORLD_AXES)
+        )
         datas.append(models[-1].createData())
     data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
     pin.initConstraintDynamics(model, data, models, datas)
 
     def run() -> Any:
-        return system.motions(data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v)
+        return system.motions(
+            data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v
+        )
 
     return Prepared(run, system.jumps, approximates=mu > 0.0)
 
 
 DIRECT: dict[str, Method] = {
     PROVEN: _proven,
-    "shockpc, double precision": lambda system: Prepared(lambda: double_jumps(system.landing), np.asarray),
+    "shockpc, double precision": lambda system: Prepared(
+        lambda: double_jumps(system.landing), np.asarray
+    ),
     "dense KKT (Eq. 4)": partial(_joint_space, _dense_kkt),
     "Schur complement, Cholesky": partial(_joint_space, _schur_cholesky),
     "partition (Eq. 6)": partial(_joint_space, _partition),

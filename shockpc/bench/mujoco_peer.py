@@ -1,4 +1,6 @@
-"""MuJoCo on the same landing: simulated with compliant contacts, or the impulsive equation solved with its matrices."""
+"""MuJoCo on the same landing: simulated with compliant contacts, or the impulsive equation solved
+with its matrices.
+"""
 
 import functools
 from typing import Any
@@ -12,19 +14,28 @@ from shockpc.core.spatial import Array
 try:
     import mujoco
 
-    mujoco.set_mju_user_warning(lambda text: None)  # by default it writes to standard error and into a file
+    # by default it writes to standard error and into a file
+    mujoco.set_mju_user_warning(lambda text: None)
 except ImportError:
     mujoco = None
 
 
-KINDS = {"free": "FREE", "ball": "BALL", "prismatic": "SLIDE", "revolute": "HINGE", "continuous": "HINGE"}
+KINDS = {
+    "free": "FREE",
+    "ball": "BALL",
+    "prismatic": "SLIDE",
+    "revolute": "HINGE",
+    "continuous": "HINGE",
+}
 """MuJoCo's joint for a kind of ours."""
 
 
 def _model(system: System, tau: float | None = None) -> Any:
-    """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing; body and joint have one number.
+    """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing; body
+    and joint have one number.
 
-    With a time constant τ [s], a spring and damper act between every contact point and the place that it strikes.
+    With a time constant τ [s], a spring and damper act between every contact point and the place
+    that it strikes.
 
     Raises:
         UnsuitedError: MuJoCo is not installed, has no such joint, or refuses the model.
@@ -33,8 +44,13 @@ def _model(system: System, tau: float | None = None) -> Any:
         raise UnsuitedError("MuJoCo is not installed; pip install mujoco")
     model, spec, data = system.model, mujoco.MjSpec(), system.model.createData()
     pin.forwardKinematics(model, data, system.landing.q)
-    spec.option.gravity, spec.option.solver, spec.option.tolerance = np.zeros(3), mujoco.mjtSolver.mjSOL_NEWTON, 1e-12
-    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # an unstable simulation ends in NaN
+    spec.option.gravity, spec.option.solver, spec.option.tolerance = (
+        np.zeros(3),
+        mujoco.mjtSolver.mjSOL_NEWTON,
+        1e-12,
+    )
+    # an unstable simulation ends in NaN
+    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET
     bodies = [spec.worldbody]
     for i, joint in enumerate(system.landing.robot.joints, start=1):
         if joint.kind not in KINDS:
@@ -42,9 +58,13 @@ def _model(system: System, tau: float | None = None) -> Any:
         inertia, place = model.inertias[i], data.liMi[i]
         # Bodies are numbered depth first in MuJoCo, as joints of a file are in Pinocchio.
         body = bodies[model.parents[i]].add_body(
-            pos=place.translation, quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1), mass=inertia.mass, ipos=inertia.lever,
-            fullinertia=inertia.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], explicitinertial=True,
-        )  # fmt: skip
+            pos=place.translation,
+            quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1),
+            mass=inertia.mass,
+            ipos=inertia.lever,
+            fullinertia=inertia.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)],
+            explicitinertial=True,
+        )
         written = body.add_joint(type=getattr(mujoco.mjtJoint, f"mjJNT_{KINDS[joint.kind]}"))
         if joint.axis is not None:
             written.axis, written.armature = joint.axis, model.armature[joint.v.start]
@@ -53,13 +73,19 @@ def _model(system: System, tau: float | None = None) -> Any:
         bodies[carrier].add_site(name=f"foot{k}", pos=point)
         bodies[0].add_site(name=f"ground{k}", pos=data.oMi[carrier].act(point))
         spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_SITE, name1=f"foot{k}", name2=f"ground{k}",
-            solref=[tau, 100], solimp=[0.9999, 0.9999, 0.001, 0.5, 2],
-        )  # fmt: skip
+            type=mujoco.mjtEq.mjEQ_CONNECT,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            name1=f"foot{k}",
+            name2=f"ground{k}",
+            solref=[tau, 100],
+            solimp=[0.9999, 0.9999, 0.001, 0.5, 2],
+        )
     try:
         return spec.compile()
     except ValueError as refusal:
-        raise UnsuitedError(f"MuJoCo refuses the model: {str(refusal).strip().splitlines()[0]}") from None
+        raise UnsuitedError(
+            f"MuJoCo refuses the model: {str(refusal).strip().splitlines()[0]}"
+        ) from None
 
 
 def _jumps(system: System, peer: Any, data: Any) -> Array:
@@ -78,7 +104,9 @@ def _place(peer: Any, data: Any, q: Array) -> None:
 
 
 def _simulation(tau: float, system: System) -> Prepared:
-    """A landing in MuJoCo until the speed of the contact has decayed: 20 τ, at two steps in τ, the fewest that MuJoCo allows."""
+    """A landing in MuJoCo until the speed of the contact has decayed: 20 τ, at two steps in τ, the
+    fewest that MuJoCo allows.
+    """
     landing = system.landing
     if system.G is not None or not landing.floating or landing.loops:
         raise UnsuitedError("MuJoCo is used here for contacts of free robots without loops")
@@ -102,15 +130,19 @@ def _simulation(tau: float, system: System) -> Prepared:
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
-    """The impulsive equation of one sticking point of a free robot with MuJoCo's matrices and sparse factor, for three directions.
+    """The impulsive equation of one sticking point of a free robot with MuJoCo's matrices and
+    sparse factor, for three directions.
 
-    The base is where it is in the landing in all postures Q (N, nq), which are in Pinocchio's layout.
+    The base is where it is in the landing in all postures Q (N, nq), which are in Pinocchio's
+    layout.
     """
     ((body, foot),) = system.contact_points()
     peer = _model(system)
     data, postures = mujoco.MjData(peer), np.tile(peer.qpos0, (len(Q), 1))
     for posture, q in zip(postures, Q, strict=True):
-        mujoco.mj_integratePos(peer, posture, pin.difference(system.model, system.landing.q, q), 1.0)
+        mujoco.mj_integratePos(
+            peer, posture, pin.difference(system.model, system.landing.q, q), 1.0
+        )
     J, H_J = np.zeros((2, 3, peer.nv))
     out = np.empty((len(Q), 3, peer.nbody - 1, 6))
 
@@ -141,5 +173,6 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
 
 
 MUJOCO: dict[str, Method] = {
-    f"simulated in MuJoCo, τ = {tau:.0e} s": functools.partial(_simulation, tau) for tau in (1e-2, 1e-3, 1e-4, 1e-5)
+    f"simulated in MuJoCo, τ = {tau:.0e} s": functools.partial(_simulation, tau)
+    for tau in (1e-2, 1e-3, 1e-4, 1e-5)
 }

@@ -1,4 +1,6 @@
-"""The benchmark and its report: the standing suite, and one given landing; tables, and a chart of error against run time."""
+"""The benchmark and its report: the standing suite, and one given landing; tables, and a chart of
+error against run time.
+"""
 
 import importlib.metadata
 import math
@@ -33,35 +35,46 @@ ERROR = Column("error", "error", "-", zero=0.0)
 WHOLE = "shockpc, all quantities"
 WHOLE_NOTE = f'"{WHOLE}": a whole analysis, from the scene to every number of the document'
 NOTES = (
-    "error: of the velocity jump, largest over the bodies, relative to the body's motion; for shockpc's printed numbers the "
-    "proven bound, for the robot as loaded; below 1e-16 it is that of the reference, which is rounded to doubles",
-    "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the difference from the rigid impact "
+    "error: of the velocity jump, largest over the bodies, relative to the body's motion; for "
+    "shockpc's printed numbers the "
+    "proven bound, for the robot as loaded; below 1e-16 it is that of the reference, which is "
+    "rounded to doubles",
+    "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the "
+    "difference from the rigid impact "
     "becomes smaller with it",
 )
 
 REFERENCE = (
-    "reference: the answer that shockpc proves by ball arithmetic; run times are from q to the velocities of all bodies, in one "
+    "reference: the answer that shockpc proves by ball arithmetic; run times are from q to the "
+    "velocities of all bodies, in one "
     'thread, without the first run; those of "shockpc, proven" include the proof'
 )
 
 LIMITS = (
-    "bodies are rigid; without a contact stiffness the impact takes no time, and a real one takes milliseconds",
-    "without a coefficient of friction contacts stick, or slide along given directions; whether friction suffices is reported",
-    "a drive is free, has a reflected inertia, with or without a spring, or is locked; gearboxes that slip are not modelled",
+    "bodies are rigid; without a contact stiffness the impact takes no time, and a real one takes "
+    "milliseconds",
+    "without a coefficient of friction contacts stick, or slide along given directions; whether "
+    "friction suffices is reported",
+    "a drive is free, has a reflected inertia, with or without a spring, or is locked; gearboxes "
+    "that slip are not modelled",
     "all contacts come to rest together; restitution is Newton's, for each contact",
-    "masses and placements are taken as exact; their uncertainty is usually the larger error by far",
+    "masses and placements are taken as exact; their uncertainty is usually the larger error by "
+    "far",
     "impulses of contacts whose rows are dependent are not unique, and are not given",
 )
 
 
 def suite_report(
-    families: Iterable[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
+    families: Iterable[str] = tuple(FAMILIES),
+    budget: float = 0.003,
+    progress: Callable[[str], None] = lambda part: None,
 ) -> Report:
     """Measure every case of every family, and what the package costs.
 
     Args:
         families: of cases.
-        budget: time to spend on each method's clock on each case [s]; a hundred times as much on each other clock.
+        budget: time to spend on each method's clock on each case [s]; a hundred times as much on
+            each other clock.
         progress: is called with the name of each part that is done.
 
     Raises:
@@ -71,7 +84,9 @@ def suite_report(
     results: list[Result] = []
     tables, costs = dict[str, Sheet](), dict[str, Sheet]()
     for name in families:
-        measured = [result for case in FAMILIES[name].cases() for result in measure(case, METHODS, budget)]
+        measured = [
+            result for case in FAMILIES[name].cases() for result in measure(case, METHODS, budget)
+        ]
         results += measured
         tables[name] = _family_sheet(FAMILIES[name], measured)
         progress(name)
@@ -81,15 +96,47 @@ def suite_report(
     methods = _methods_sheet(results)
     summaries = {"methods": methods, **tables, **costs}
     run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {time.perf_counter() - start:.0f} s for"
-    facts = Lines([*_surroundings(), f"{run} {len({result.case for result in results})} cases", REFERENCE, *NOTES])
-    header = ("family", "variant", "value", "method", "outcome", ERROR, "low [s]", "median [s]", "high [s]", "runs", "message")
-    rows = [(*result.case[:3], *result[1:4], *result.quartiles, len(result.seconds), result.message or None) for result in results]
+    facts = Lines(
+        [
+            *_surroundings(),
+            f"{run} {len({result.case for result in results})} cases",
+            REFERENCE,
+            *NOTES,
+        ]
+    )
+    header = (
+        "family",
+        "variant",
+        "value",
+        "method",
+        "outcome",
+        ERROR,
+        "low [s]",
+        "median [s]",
+        "high [s]",
+        "runs",
+        "message",
+    )
+    rows = [
+        (
+            *result.case[:3],
+            *result[1:4],
+            *result.quartiles,
+            len(result.seconds),
+            result.message or None,
+        )
+        for result in results
+    ]
     every = {"cases": Sheet("", header, rows), **summaries}
     limits = Lines(LIMITS, "limits of the method")
     return Report(
         name="bench",
         title="Error against run time",
-        body=lambda full: [facts, _chart(results), *summaries.values(), limits] if full else [methods, *costs.values()],
+        body=lambda full: (
+            [facts, _chart(results), *summaries.values(), limits]
+            if full
+            else [methods, *costs.values()]
+        ),
         sheets={name: partial(every.__getitem__, name) for name in every},
         document=lambda: {"surroundings": _surroundings()},
         tables=True,
@@ -98,9 +145,30 @@ def suite_report(
 
 def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
     """Error against run time of every method on one landing. Args: budget for each clock [s]."""
-    results = measure(Trial("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
-    rows = [(result.method, _largest([result]), *result.quartiles, result.outcome, result.message or None) for result in results]
-    header = ("method", ERROR, "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
+    results = measure(
+        Trial("landing", robot.name, "", lambda: (robot, scene)),
+        METHODS | {WHOLE: all_quantities},
+        budget,
+    )
+    rows = [
+        (
+            result.method,
+            _largest([result]),
+            *result.quartiles,
+            result.outcome,
+            result.message or None,
+        )
+        for result in results
+    ]
+    header = (
+        "method",
+        ERROR,
+        "first quartile [µs]",
+        "median run time [µs]",
+        "third quartile [µs]",
+        "outcome",
+        "remark",
+    )
     sheet = Sheet("error against run time on this landing", header, rows, (*NOTES, WHOLE_NOTE))
     return Report(
         name="landing",
@@ -117,11 +185,19 @@ def _surroundings() -> list[str]:
     installed = {package.name: package.version for package in importlib.metadata.distributions()}
     versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
     info = Path("/proc/cpuinfo")  # on Linux Python does not know the name of the processor
-    names = re.findall(r"^model name\s*: (.*)", info.read_text(encoding="utf-8") if info.exists() else "", re.MULTILINE)
-    processor, threads = (names or [platform.processor() or platform.machine()])[0], os.environ.get("OPENBLAS_NUM_THREADS", "")
+    names = re.findall(
+        r"^model name\s*: (.*)",
+        info.read_text(encoding="utf-8") if info.exists() else "",
+        re.MULTILINE,
+    )
+    processor, threads = (
+        (names or [platform.processor() or platform.machine()])[0],
+        os.environ.get("OPENBLAS_NUM_THREADS", ""),
+    )
     return [
         f"versions: {', '.join(versions)}, Python {platform.python_version()}",
-        f"machine: {processor}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}",
+        f"machine: {processor}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; "
+        f"{platform.platform()}",
     ]
 
 
@@ -129,9 +205,16 @@ def _chart(results: Iterable[Result]) -> Picture:
     series: dict[str, list[tuple[float, float]]] = {}
     for result in results:
         if result.error is not None:
-            series.setdefault(result.method.split(", τ")[0], []).append((median(result.seconds), result.error))
+            series.setdefault(result.method.split(", τ")[0], []).append(
+                (median(result.seconds), result.error)
+            )
     title = "Error against run time; for shockpc's printed numbers the proven bound"
-    return Picture("error-against-run-time", "error against run time", "bench.figure:draw_error_time", (title, series, ACCURATE))
+    return Picture(
+        "error-against-run-time",
+        "error against run time",
+        "bench.figure:draw_error_time",
+        (title, series, ACCURATE),
+    )
 
 
 def _methods_sheet(results: Sequence[Result]) -> Sheet:
@@ -141,13 +224,27 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
         of_method = [result for result in results if result.method == name]
         counted = Counter(result.outcome for result in of_method)
         middle = [median(result.seconds) for result in of_method if result.seconds]
-        rows.append((name, *(counted[key] for key in OUTCOMES), median(middle or [math.nan]), _largest(of_method)))
+        rows.append(
+            (
+                name,
+                *(counted[key] for key in OUTCOMES),
+                median(middle or [math.nan]),
+                _largest(of_method),
+            )
+        )
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
-    return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", ERROR), rows, (note,))
+    return Sheet(
+        "outcomes of every method",
+        ("method", *OUTCOMES, "median run time [µs]", ERROR),
+        rows,
+        (note,),
+    )
 
 
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
-    """One family: a column for each method, and a row for each case that one of them does not solve."""
+    """One family: a column for each method, and a row for each case that one of them does not
+    solve.
+    """
     rows: list[tuple[Cell, ...]] = []
     cases = [list(of_case) for _, of_case in groupby(results, lambda result: result.case)]
     for case in cases:
@@ -156,9 +253,15 @@ def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
             rows.append((case[0].case.value, case[0].case.variant, *map(cells.get, DIRECT)))
     note = family.about
     if len(rows) < len(cases):
-        note += f"; {len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate"
+        note += (
+            f"; {len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that "
+            f"can take them is accurate"
+        )
     return Sheet(
-        f"{family.name}: error", (family.parameter, "variant", *(Column(name, name, zero=0.0) for name in DIRECT)), rows, (note,)
+        f"{family.name}: error",
+        (family.parameter, "variant", *(Column(name, name, zero=0.0) for name in DIRECT)),
+        rows,
+        (note,),
     )
 
 

@@ -1,4 +1,6 @@
-"""Error of contacts of finite stiffness against the impulse that they approach, and run time, beside MuJoCo's soft contact."""
+"""Error of contacts of finite stiffness against the impulse that they approach, and run time,
+beside MuJoCo's soft contact.
+"""
 
 import math
 from collections.abc import Callable
@@ -22,20 +24,38 @@ STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
 """Of the contact [N/m]."""
 
 ROTOR, SPRING = 0.01, 100.0
-"""Reflected inertia of every drive [kg m²], and stiffness of the spring before it [N m/rad]: the impulse does not feel it."""
+"""Reflected inertia of every drive [kg m²], and stiffness of the spring before it [N m/rad]: the
+impulse does not feel it.
+"""
 
 
 def stiff_contacts(budget: float) -> Sheet:
-    """One foot of ANYmal B with rotors behind springs, on contacts of rising stiffness. Args: budget for each clock [s]."""
+    """One foot of ANYmal B with rotors behind springs, on contacts of rising stiffness.
+
+    Args: budget for each clock [s].
+    """
     robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
     slides = replace(scene, contact=(replace(scene.contact[0], directions=("z",)),))
     profile, sticks = shock_profile(slides, robot), shock_profile(scene, robot)
     rows: list[tuple[Cell, ...]] = []
 
-    def add(at: ShockProfile, what: str, size: float, run: Callable[[], object], jumps: Array, last: tuple[float, float]) -> float:
+    def add(
+        at: ShockProfile,
+        what: str,
+        size: float,
+        run: Callable[[], object],
+        jumps: Array,
+        last: tuple[float, float],
+    ) -> float:
         error = double_error(at.landing, at.proof, jumps)
-        slope = math.log(error / last[1]) / math.log(size / last[0]) if error > 0.0 < last[1] else math.nan
-        rows.append((what, error, None if math.isnan(slope) else slope, median(timed(run, budget)[1])))
+        slope = (
+            math.log(error / last[1]) / math.log(size / last[0])
+            if error > 0.0 < last[1]
+            else math.nan
+        )
+        rows.append(
+            (what, error, None if math.isnan(slope) else slope, median(timed(run, budget)[1]))
+        )
         return error
 
     drives = robot.actuated_dofs
@@ -44,10 +64,19 @@ def stiff_contacts(budget: float) -> Sheet:
     )
     last = (1.0, math.nan)
     for k in STIFFNESSES:
-        stiff = replace(profile.landing, scene=replace(profile.scene, contact_stiffness=k, gravity=False), joint_model=model)
+        stiff = replace(
+            profile.landing,
+            scene=replace(profile.scene, contact_stiffness=k, gravity=False),
+            joint_model=model,
+        )
         compliant = CompliantLanding(stiff)
         jumps = compliant.impact_at(compliant.compressed).jumps[0, ..., 0]
-        last = k, add(profile, f"contact of {k:.0e} N/m", k, partial(CompliantLanding, stiff), jumps, last)
+        last = (
+            k,
+            add(
+                profile, f"contact of {k:.0e} N/m", k, partial(CompliantLanding, stiff), jumps, last
+            ),
+        )
     last = (1.0, math.nan)
     for name, method in MUJOCO.items():
         try:
@@ -56,10 +85,15 @@ def stiff_contacts(budget: float) -> Sheet:
             rows.append((f"{name}: {reason}", None, None, None))
             continue
         tau = float(name.split(" = ")[1].split()[0])
-        last = 1.0 / tau, add(sticks, name, 1.0 / tau, prepared.run, prepared.read(prepared.run()), last)
+        last = (
+            1.0 / tau,
+            add(sticks, name, 1.0 / tau, prepared.run, prepared.read(prepared.run()), last),
+        )
     notes = (
-        f"one foot of ANYmal B, rotors of {ROTOR:g} kg m² behind springs of {SPRING:g} N m/rad, a foot that slides, at the end of "
-        "compression; MuJoCo: no rotors, a foot that sticks; error: largest over the bodies, from the impulse; slope: of log error "
+        f"one foot of ANYmal B, rotors of {ROTOR:g} kg m² behind springs of {SPRING:g} N m/rad, a "
+        f"foot that slides, at the end of "
+        "compression; MuJoCo: no rotors, a foot that sticks; error: largest over the bodies, from "
+        "the impulse; slope: of log error "
         "over log stiffness, or over log 1/τ",
     )
     header = ("contact", Column("error", "error", "-", zero=0.0), "slope [-]", "run time [µs]")

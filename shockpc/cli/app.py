@@ -21,19 +21,32 @@ from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 STUDIES = Path(__file__).resolve().parent.parent / "studies"
 
 COMMANDS = {
-    **{path.parent.name: f"shockpc.studies.{path.parent.name}" for path in sorted(STUDIES.glob("*/__init__.py"))},
+    **{
+        path.parent.name: f"shockpc.studies.{path.parent.name}"
+        for path in sorted(STUDIES.glob("*/__init__.py"))
+    },
     "bench": "shockpc.bench",
     "paper": "shockpc.paper",
 }
-"""The package of each command, which says what it does (`SUMMARY`) and where it is listed (`HEADING`).
+"""The package of each command, which says what it does (`SUMMARY`) and where it is listed
+(`HEADING`).
 
-Its command is the function of its name in the module `command`, else that of a study as `study_command` makes it.
+Its command is the function of its name in the module `command`, else that of a study as
+`study_command` makes it.
 """
 
 RENAMED = {"landings": "recorded"}
 """New names of commands by their old ones, which still work."""
 
-HEADINGS = ("Begin", "Look at a robot", "One landing", "Many landings", "Decide", "Data", "For developers")
+HEADINGS = (
+    "Begin",
+    "Look at a robot",
+    "One landing",
+    "Many landings",
+    "Decide",
+    "Data",
+    "For developers",
+)
 
 
 NARROW = 27
@@ -48,13 +61,21 @@ class Commands(TyperGroup):
         packages = {name: importlib.import_module(package) for name, package in COMMANDS.items()}
         for heading in HEADINGS:
             with formatter.section(heading):
-                formatter.write_dl([(name, one.SUMMARY) for name, one in packages.items() if heading == one.HEADING])
+                formatter.write_dl(
+                    [
+                        (name, one.SUMMARY)
+                        for name, one in packages.items()
+                        if heading == one.HEADING
+                    ]
+                )
 
 
 class GroupedCommand(TyperCommand):
-    """A command whose help groups its options by their `rich_help_panel`, without a rich-text library, and says which repeat.
+    """A command whose help groups its options by their `rich_help_panel`, without a rich-text
+    library, and says which repeat.
 
-    Of a scene's options it lists those that everybody uses, with the first sentence of each, unless all are asked for.
+    Of a scene's options it lists those that everybody uses, with the first sentence of each, unless
+    all are asked for.
     """
 
     def get_params(self, ctx: Any) -> list[Any]:
@@ -66,7 +87,12 @@ class GroupedCommand(TyperCommand):
             text = f"Show these and {others} other options in full, and exit."
             every.append(
                 TyperOption(
-                    param_decls=["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help=text
+                    param_decls=["--help-all"],
+                    is_flag=True,
+                    is_eager=True,
+                    expose_value=False,
+                    callback=_show_all,
+                    help=text,
                 )
             )
         return every
@@ -81,7 +107,10 @@ class GroupedCommand(TyperCommand):
         parameters = self.get_params(ctx)
         short = not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters)
         for parameter in parameters:
-            if short and (parameter.name in RARE_OF_RUN or (parameter.name in RARE and parameter.rich_help_panel in PANELS)):
+            if short and (
+                parameter.name in RARE_OF_RUN
+                or (parameter.name in RARE and parameter.rich_help_panel in PANELS)
+            ):
                 continue
             heading = (
                 "Arguments"
@@ -100,7 +129,9 @@ class GroupedCommand(TyperCommand):
 
 
 def app_for(words: Sequence[str]) -> typer.Typer:
-    """The command line for these words: if they name a command, it alone is imported and set up, because each takes time."""
+    """The command line for these words: if they name a command, it alone is imported and set up,
+    because each takes time.
+    """
     named = [word for word in words[:1] if word in COMMANDS]
     app = typer.Typer(
         cls=Commands,
@@ -115,14 +146,19 @@ def app_for(words: Sequence[str]) -> typer.Typer:
         callback=_before_the_command,
     )
     for name in named or COMMANDS:
-        # Without a command, names alone are wanted: for help, and to suggest one that is spelt alike.
+        # Without a command, names alone are wanted: for help, and to suggest one that is spelt
+        # alike.
         function = _command(name) if named else command(examples=())(lambda: None)
         if ASKED in os.environ:
             for parameter in inspect.signature(function).parameters.values():
-                parameter.default.autocompletion = completer(parameter.name, parameter.default.metavar)
+                parameter.default.autocompletion = completer(
+                    parameter.name, parameter.default.metavar
+                )
         shown: Help = vars(function)["help"]
         summary = importlib.import_module(COMMANDS[name]).SUMMARY
-        app.command(name, cls=GroupedCommand, help=shown.text(summary), epilog=shown.after)(function)
+        app.command(name, cls=GroupedCommand, help=shown.text(summary), epilog=shown.after)(
+            function
+        )
     return app
 
 
@@ -137,7 +173,9 @@ def _command(name: str) -> Command:
 
 
 def _shortened(text: str) -> str:
-    """The first sentence of a help, or what is before its semicolon, with the unit and the default that the help ends with."""
+    """The first sentence of a help, or what is before its semicolon, with the unit and the default
+    that the help ends with.
+    """
     text, bracket, default = text.partition(" [default: ")
     first = re.split(r"[.;] (?![^\[]*\])", text)[0].removesuffix(".")
     unit = re.search(r" \[[^\]]+\]\.$", text)
@@ -158,6 +196,9 @@ def _show_version(wanted: bool) -> None:
 
 
 def _before_the_command(
-    version: Annotated[bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True),
+    ] = False,
 ) -> None:
     """Options that stand before the command."""

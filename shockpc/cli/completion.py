@@ -1,4 +1,6 @@
-"""What a shell completes besides commands and options: robots, names in the robot that is typed, and quantities."""
+"""What a shell completes besides commands and options: robots, names in the robot that is typed,
+and quantities.
+"""
 
 import contextlib
 import os
@@ -18,7 +20,10 @@ LARGEST_FILE = 1_000_000
 """Size of a scene or robot file above which the names in it are not completed [bytes]."""
 
 PLAIN_NAME = re.compile(r"[A-Za-z0-9_.:/+-]+")
-"""A name that every shell inserts as it is. Names in robot files are data, and shells run parts of others."""
+"""A name that every shell inserts as it is.
+
+Names in robot files are data, and shells run parts of others.
+"""
 
 Completer: TypeAlias = Callable[[str], Iterable[str]]
 
@@ -56,7 +61,8 @@ def _robot() -> "Robot | None":
 
 
 def _is_read_quickly(robot: str) -> bool:
-    """Whether the file of a robot is at most `LARGEST_FILE` long and needs no xacro, which runs what the file says.
+    """Whether the file of a robot is at most `LARGEST_FILE` long and needs no xacro, which runs
+    what the file says.
 
     Raises:
         ShockError: there is no such file.
@@ -100,7 +106,9 @@ def _quantities(incomplete: str) -> Iterable[str]:
     from shockpc.quantities.selection import selections
 
     key, at, _ = incomplete.partition("@")
-    return [f"{key}@{place}" for place in (*_frames(""), *_joints(""))] if at else list(selections())
+    return (
+        [f"{key}@{place}" for place in (*_frames(""), *_joints(""))] if at else list(selections())
+    )
 
 
 COMPLETERS: dict[str, Completer] = {

@@ -1,4 +1,6 @@
-"""The rows of a study of many landings: computed, and with a folder and a format written there, with progress."""
+"""The rows of a study of many landings: computed, and with a folder and a format written there,
+with progress.
+"""
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -17,9 +19,14 @@ from shockpc.text.errors import StudyError
 
 @contextmanager
 def computed(
-    evaluation: Evaluation[Any], noun: str, folder: Path | None, format_: Format | None, run: RunOptions
+    evaluation: Evaluation[Any],
+    noun: str,
+    folder: Path | None,
+    format_: Format | None,
+    run: RunOptions,
 ) -> Iterator[Table]:
-    """Compute the rows, before the block that uses them; if that fails, say how to continue what was written.
+    """Compute the rows, before the block that uses them; if that fails, say how to continue what
+    was written.
 
     Args:
         evaluation: what is computed.
@@ -35,9 +42,15 @@ def computed(
     if format_ is not None and folder is None:
         raise StudyError(f"--rows {format_} is the format of files, and needs a folder: --out DIR")
     if run.wait and run.cluster is None:
-        raise StudyError("--wait waits for the workers of a cluster; give its address with --cluster, or leave --wait out")
+        raise StudyError(
+            "--wait waits for the workers of a cluster; give its address with --cluster, or leave "
+            "--wait out"
+        )
     if run.jobs > 1 and run.cluster is not None:
-        raise StudyError(f"--jobs {run.jobs} is for this machine, and a cluster computes; leave one of the two out")
+        raise StudyError(
+            f"--jobs {run.jobs} is for this machine, and a cluster computes; leave one of the two "
+            f"out"
+        )
     done, rows = 0, evaluation.landings.rows
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
     if folder is None or format_ is None:
@@ -62,5 +75,8 @@ def computed(
         yield files.table()
     except BaseException:
         if done and format_ == "parquet":
-            print_error(f"{done} of {rows} rows are complete in {folder}; the same command with --resume continues")
+            print_error(
+                f"{done} of {rows} rows are complete in {folder}; the same command with --resume "
+                f"continues"
+            )
         raise

@@ -1,11 +1,14 @@
-"""How commands and options are declared, and how a command takes those that a record's fields or a study's parameters declare.
+"""How commands and options are declared, and how a command takes those that a record's fields or a
+study's parameters declare.
 
     @command(examples=("shockpc batch anymal_c go2 solo12",))
-    def batch(*, names: tuple[str, ...] = argument("Robots.", "ROBOT...", default=...), options: SceneOptions) -> None: …
+    def batch(*, names: tuple[str, ...] = argument("Robots.", "ROBOT...", default=...), options:
+    SceneOptions) -> None: …
 
-A parameter that is called like an option of the record, with an underscore after it, takes its place; the record's is then empty.
-An option whose type is a tuple of any length may be repeated. What is not given is the default, else None, False or empty; where
-the type allows none of these, or the default is `...`, it has to be given.
+A parameter that is called like an option of the record, with an underscore after it, takes its
+place; the record's is then empty. An option whose type is a tuple of any length may be repeated.
+What is not given is the default, else None, False or empty; where the type allows none of these, or
+the default is `...`, it has to be given.
 """
 
 import copy
@@ -34,7 +37,9 @@ SIGTERM.
 
 
 class Declared(dict[str, tuple[Any, Any]]):
-    """Options that a field of a record, or a parameter of a command, collects: type and declaration by name."""
+    """Options that a field of a record, or a parameter of a command, collects: type and declaration
+    by name.
+    """
 
 
 class Help(NamedTuple):
@@ -52,7 +57,12 @@ class Help(NamedTuple):
 
     def text(self, summary: str) -> str:
         """What stands above the options, as Typer takes it. Args: summary, what the command does."""
-        return "\n\n".join(filter(None, [summary, self.more, "\n  ".join(["\b\nExamples:", *map(_folded, self.examples)])]))
+        return "\n\n".join(
+            filter(
+                None,
+                [summary, self.more, "\n  ".join(["\b\nExamples:", *map(_folded, self.examples)])],
+            )
+        )
 
 
 def _folded(line: str) -> str:
@@ -70,8 +80,8 @@ def _folded(line: str) -> str:
 def group(heading: str) -> Callable[..., Any]:
     """A function that declares an option which stands under this heading of the help.
 
-    Its arguments are a sentence for the help, the form of the value, a parser, the default, and its name if that is not the
-    parameter's.
+    Its arguments are a sentence for the help, the form of the value, a parser, the default, and its
+    name if that is not the parameter's.
     """
 
     def option(
@@ -83,7 +93,15 @@ def group(heading: str) -> Callable[..., Any]:
         name: str | None = None,
     ) -> Any:
         names = () if name is None else (f"--{name}",)
-        return typer.Option(default, *names, help=help_, metavar=form, parser=parser, rich_help_panel=heading, show_default=False)
+        return typer.Option(
+            default,
+            *names,
+            help=help_,
+            metavar=form,
+            parser=parser,
+            rich_help_panel=heading,
+            show_default=False,
+        )
 
     return option
 
@@ -100,7 +118,8 @@ def command(
     after: str = "Exit codes: shockpc --help lists them.",
     without: Collection[str] = (),
 ) -> Callable[[Command], Command]:
-    """Make a function a command, which takes the options of records among its parameters after the others.
+    """Make a function a command, which takes the options of records among its parameters after the
+    others.
 
     The text is no docstring, because Python can be told to leave those out.
 
@@ -108,7 +127,8 @@ def command(
         examples: as in `Help`.
         more: as in `Help`.
         after: as in `Help`.
-        without: options of records that it does not take, by their names with underscores, or by their headings.
+        without: options of records that it does not take, by their names with underscores, or by
+            their headings.
     """
 
     def declare(function: Command) -> Command:
@@ -120,52 +140,85 @@ def command(
 
 
 def _taking_options(command: Command, without: Collection[str]) -> Command:
-    """Replace each parameter of a command that is a record of options, or `Declared`, by the options. Args: as for `command`."""
+    """Replace each parameter of a command that is a record of options, or `Declared`, by the
+    options. Args: as for `command`.
+    """
     parameters = inspect.signature(command).parameters
-    records = {name: parameter.annotation for name, parameter in parameters.items() if hasattr(parameter.annotation, "_fields")}
-    grouped = {name: parameter.default for name, parameter in parameters.items() if isinstance(parameter.default, Declared)}
+    records = {
+        name: parameter.annotation
+        for name, parameter in parameters.items()
+        if hasattr(parameter.annotation, "_fields")
+    }
+    grouped = {
+        name: parameter.default
+        for name, parameter in parameters.items()
+        if isinstance(parameter.default, Declared)
+    }
     declared: dict[str, tuple[Any, Any]] = {}
     for name, parameter in parameters.items():
         if name in records:
             kinds = records[name].__annotations__
             for field, option in records[name]._field_defaults.items():
-                collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
+                collected = (
+                    option if isinstance(option, Declared) else {field: (kinds[field], option)}
+                )
                 declared |= {
                     key: one
                     for key, one in collected.items()
-                    if f"{key}_" not in parameters and key not in declared and not {key, one[1].rich_help_panel} & set(without)
+                    if f"{key}_" not in parameters
+                    and key not in declared
+                    and not {key, one[1].rich_help_panel} & set(without)
                 }
         else:
             declared |= grouped.get(name, {name: (parameter.annotation, parameter.default)})
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
-        typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
-        typed |= {name: {option: typed.pop(option, None) for option in options} for name, options in grouped.items()}
+        typed = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in typed.items()
+        }
+        typed |= {
+            name: {option: typed.pop(option, None) for option in options}
+            for name, options in grouped.items()
+        }
         for name, record in records.items():
             fields, kinds = record._field_defaults, record.__annotations__
-            typed[name] = record(**{field: _collected(option, field, kinds[field], typed) for field, option in fields.items()})
+            typed[name] = record(
+                **{
+                    field: _collected(option, field, kinds[field], typed)
+                    for field, option in fields.items()
+                }
+            )
         return command(**typed)
 
     # What Typer reads.
-    vars(run)["__signature__"] = inspect.Signature([_for_typer(name, *declaration) for name, declaration in declared.items()])
+    vars(run)["__signature__"] = inspect.Signature(
+        [_for_typer(name, *declaration) for name, declaration in declared.items()]
+    )
     run.__annotations__ = {}
     return run
 
 
 def _collected(option: Any, field: str, kind: Any, typed: dict[str, Any]) -> Any:
-    """What was typed for a field of a record, which is taken out; as if nothing was typed where the command does not take it."""
+    """What was typed for a field of a record, which is taken out; as if nothing was typed where the
+    command does not take it.
+    """
     if isinstance(option, Declared):
         return {name: typed.pop(name, None) for name in option}
     return typed.pop(field, () if get_args(kind)[1:] == (...,) else None)
 
 
 def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
-    """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a parser reads."""
+    """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a
+    parser reads.
+    """
     info, repeated = copy.copy(declared), get_args(kind)[1:] == (...,)
     if info.default is None and type(None) not in get_args(kind):
         info.default = () if repeated else False if kind is bool else ...
     if isinstance(info, OptionInfo) and not info.param_decls:
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
     annotation = list[str] if repeated else str if info.parser else kind
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)
+    return inspect.Parameter(
+        name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info
+    )

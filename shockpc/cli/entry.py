@@ -1,4 +1,7 @@
-"""The `shockpc` command: runs the command line and ends with its exit code. The library's root error is caught here, once."""
+"""The `shockpc` command: runs the command line and ends with its exit code.
+
+The library's root error is caught here, once.
+"""
 
 import contextlib
 import errno
@@ -19,7 +22,9 @@ from shockpc.text.paths import inputs
 from shockpc.text.printed import visible
 
 DEFECT = 70
-"""An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's code would be 1, which means that a budget is exceeded."""
+"""An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's code would be 1, which means
+that a budget is exceeded.
+"""
 INTERRUPTED = 130
 """Also what Typer returns, without a message, when a command raises KeyboardInterrupt."""
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOENT)
@@ -29,30 +34,38 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENOENT)
 def entry() -> None:
     """Run the command line and end the process with its exit code."""
     prepare()
-    # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
+    # Threads of the linear algebra library take a third of a short run, and small matrices gain
+    # nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Most functions of a library are never called; to look up the addresses of all takes a fortieth of a short run.
+    # Most functions of a library are never called; to look up the addresses of all takes a fortieth
+    # of a short run.
     sys.setdlopenflags(os.RTLD_LAZY)
-    # Figures need no backend, and matplotlib refuses to be imported where the environment names an unknown one.
+    # Figures need no backend, and matplotlib refuses to be imported where the environment names an
+    # unknown one.
     os.environ.pop("MPLBACKEND", None)
-    # Libraries make many objects while they are imported, none of them garbage; searching them takes a twentieth of a short run.
+    # Libraries make many objects while they are imported, none of them garbage; searching them
+    # takes a twentieth of a short run.
     gc.set_threshold(100_000)
-    # A result that is not finite is refused or reported where it arises; NumPy's warnings about it are misleading here.
+    # A result that is not finite is refused or reported where it arises; NumPy's warnings about it
+    # are misleading here.
     warnings.simplefilter("ignore")
-    # CPython maps memory for frames in pieces of 16 kB, and unmaps a piece that is left: a loop at its end does both in each round.
-    # A frame that is larger gets a larger piece, in which those of all that is called from it lie.
+    # CPython maps memory for frames in pieces of 16 kB, and unmaps a piece that is left: a loop at
+    # its end does both in each round. A frame that is larger gets a larger piece, in which those of
+    # all that is called from it lie.
     main.__code__ = main.__code__.replace(co_stacksize=16_000)
     code = main(sys.argv[1:])
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
-    # All output is written. Finalising the libraries would take a seventh of a short run, and can change the exit code.
+    # All output is written. Finalising the libraries would take a seventh of a short run, and can
+    # change the exit code.
     os._exit(code)
 
 
 def main(words: Sequence[str]) -> int:
     """Run a command and return its exit code.
 
-    What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
+    What a command prints is kept until it has ended, so that one which fails prints its message and
+    nothing else.
     """
     if ASKED in os.environ:
         return _complete()
@@ -64,13 +77,21 @@ def main(words: Sequence[str]) -> int:
 
         if words and words[0] in RENAMED:
             old, new = words[0], RENAMED[words[0]]
-            print_error(f"warning: the command {old} is now {new}; the old name will be removed in the next release")
+            print_error(
+                f"warning: the command {old} is now {new}; the old name will be removed in the "
+                f"next release"
+            )
             words = command[1:] = [new, *words[1:]]
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)
             try:
-                code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+                code: int = (
+                    app_for(words)(
+                        list(words) or ["--help"], standalone_mode=False, prog_name="shockpc"
+                    )
+                    or 0
+                )
             except SystemExit as done:  # of Typer's options for the completion of shells
                 code = int(done.code or 0)
         if code != INTERRUPTED:
@@ -95,11 +116,13 @@ def _complete() -> int:
     """Print the completions of what is typed so far, for a shell, and return the exit code."""
     from shockpc.cli.app import app_for
 
-    if broken := os.environ.get("COMP_WORDS"):  # bash breaks --option=value into three words, which are one to what reads them
+    # bash breaks --option=value into three words, which are one to what reads them
+    if broken := os.environ.get("COMP_WORDS"):
         words = os.environ["COMP_WORDS"] = re.sub(r"\s+=\s*", "=", broken)
         cursor = int(os.environ["COMP_CWORD"]) - len(broken.split()) + len(words.split())
         os.environ["COMP_CWORD"] = str(cursor)
-    os.environ["COLUMNS"] = "10000"  # Rich breaks the help of an option into lines, each of which fish takes for a completion
+    # Rich breaks the help of an option into lines, each of which fish takes for a completion
+    os.environ["COLUMNS"] = "10000"
     try:
         app_for(words_typed()[:1])([], standalone_mode=False, prog_name="shockpc")
     except SystemExit as done:
@@ -120,13 +143,22 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     if isinstance(error, OSError) and error.filename is not None:
         return f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code
     if isinstance(error, OSError) and error.errno in NO_ROOM:
-        return f"a temporary file cannot be written: {error.strerror}; free space, or set TMPDIR", ShockError.exit_code
+        return (
+            f"a temporary file cannot be written: {error.strerror}; free space, or set TMPDIR",
+            ShockError.exit_code,
+        )
     if isinstance(error, MemoryError):
-        return "the memory of this computer does not suffice; give fewer values or joints", SolveError.exit_code
+        return (
+            "the memory of this computer does not suffice; give fewer values or joints",
+            SolveError.exit_code,
+        )
     import traceback
 
     sys.stderr.write(visible("".join(traceback.format_exception(error)), "\n"))
-    return "this is an error in shockpc itself, not in your input; please report the lines above", DEFECT
+    return (
+        "this is an error in shockpc itself, not in your input; please report the lines above",
+        DEFECT,
+    )
 
 
 def _usage(text: str, words: Sequence[str]) -> str:
@@ -134,6 +166,10 @@ def _usage(text: str, words: Sequence[str]) -> str:
     from shockpc.cli.app import COMMANDS
 
     stop = "" if text.endswith((".", "?")) else "."
-    robot = " To analyze a robot: shockpc analyze ROBOT --contact NAME." if text.startswith("No such command") else ""
+    robot = (
+        " To analyze a robot: shockpc analyze ROBOT --contact NAME."
+        if text.startswith("No such command")
+        else ""
+    )
     command = " ".join(["shockpc", *(word for word in words[:1] if word in COMMANDS)])
     return f"{text[:1].lower()}{text[1:]}{stop}{robot} To see what is valid: {command} --help"

@@ -1,4 +1,6 @@
-"""The options that several commands share, declared once: the fields of records, which a command takes by `command`."""
+"""The options that several commands share, declared once: the fields of records, which a command
+takes by `command`.
+"""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -33,20 +35,41 @@ from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.strike import Strike
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
-_in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
+_in_impact, _in_joints, _in_results = (
+    group("Velocity before the impact"),
+    group("Joint model"),
+    group("What is computed"),
+)
 in_output, in_run = group("Output"), group("How it is computed, and where it is written")
 
-ROBOT = argument("A robot's name or file (URDF, xacro, MJCF, SDFormat), a scene (.toml) or BUDGETS.toml:CASE.", "ROBOT", robot_name)
+ROBOT = argument(
+    "A robot's name or file (URDF, xacro, MJCF, SDFormat), a scene (.toml) or BUDGETS.toml:CASE.",
+    "ROBOT",
+    robot_name,
+)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
-MESHES = _in_files("Folder in which meshes that are not where the file says are found by their names.", "DIR", path)
+MESHES = _in_files(
+    "Folder in which meshes that are not where the file says are found by their names.", "DIR", path
+)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
-JOBS = Option("Number of processes, each of which takes some 100 MB.", "Run", "N", least=1, greatest=512, default="1")
+JOBS = Option(
+    "Number of processes, each of which takes some 100 MB.",
+    "Run",
+    "N",
+    least=1,
+    greatest=512,
+    default="1",
+)
 STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
-AT = group("Question")("The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME)
+AT = group("Question")(
+    "The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME
+)
 TARGET = group("Question")(
-    "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "KEY@PLACE"
+    "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or "
+    "contact.",
+    "KEY@PLACE",
 )
 
 
@@ -78,7 +101,10 @@ def _declared(record: type) -> dict[str, tuple[Any, Any]]:
         kind = given[0] if type(None) in get_args(kinds[field]) else kinds[field]
         parser = PARSERS.get(field) or (None if get_origin(kind) is Literal else PARSERS.get(kind))
         repeated = get_args(kind)[1:] == (...,)
-        declared[one.name.replace("-", "_")] = (kind if repeated else kind | None, group(one.heading)(one.text, one.form, parser))
+        declared[one.name.replace("-", "_")] = (
+            kind if repeated else kind | None,
+            group(one.heading)(one.text, one.form, parser),
+        )
     return declared
 
 
@@ -89,62 +115,87 @@ class SceneOptions(NamedTuple):
     """All that a scene consists of; None, False or empty where nothing was typed.
 
     Attributes:
-        given: the options that are fields of the parts of a scene, by their names with underscores; the others follow.
+        given: the options that are fields of the parts of a scene, by their names with underscores;
+            the others follow.
     """
 
     xacro: tuple[tuple[str, str], ...] = XACRO
     package: tuple[tuple[str, str], ...] = PACKAGE
     meshes: str | None = MESHES
     contact: tuple[str, ...] = _in_contact(
-        "What strikes: a link, site or geom, a name or glob. All names here may be globs, such as '*_foot'. Several "
-        "matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
+        "What strikes: a link, site or geom, a name or glob. All names here may be globs, such as "
+        "'*_foot'. Several "
+        "matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs "
+        "into its end stop.",
         "NAME",
     )
     together: bool = _in_contact("One landing on all matching contacts at once.")
     slide: bool = _in_contact("No friction: the contact stops the normal direction only.")
     directions: tuple[str | Vector, ...] | None = _in_contact(
-        "Directions in which the contact stops the point, axes or vectors with semicolons between them; along the others it slides "
+        "Directions in which the contact stops the point, axes or vectors with semicolons between "
+        "them; along the others it slides "
         "freely, as xz for a leg on a boom along y. By default xyz.",
         "AXES|X,Y,Z;…",
         directions,
     )
     flat: bool = _in_contact("A sole, whatever its geometry is: --contact-kind flat.")
-    stance: tuple[str, ...] = _in_contact("A foot that is on the ground already and stays where it is.", "NAME")
-    set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
-    joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
+    stance: tuple[str, ...] = _in_contact(
+        "A foot that is on the ground already and stays where it is.", "NAME"
+    )
+    set: tuple[Setting, ...] = _in_posture(
+        "Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting
+    )
+    joint_velocity: tuple[Setting, ...] = _in_impact(
+        "Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting
+    )
     rotor: tuple[Motor, ...] = _in_joints(
-        "Inertia of a rotor [kg m²], gear ratio, and stiffness of a spring between gear and joint [N m/rad]. The ratio is "
-        "the file's by default. The gear (planetary, belt, harmonic or spur) gives the sense in which the rotor turns. "
+        "Inertia of a rotor [kg m²], gear ratio, and stiffness of a spring between gear and joint "
+        "[N m/rad]. The ratio is "
+        "the file's by default. The gear (planetary, belt, harmonic or spur) gives the sense in "
+        "which the rotor turns. "
         "[LOW,HIGH] is an interval of the inertia or the ratio.",
         "JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR]",
         rotor,
     )
     joint_stiffness: tuple[Setting, ...] = _in_joints(
-        "Stiffness of a spring of the joint itself, such as in a compliant leg, instead of the stiffness in an MJCF; its load at "
+        "Stiffness of a spring of the joint itself, such as in a compliant leg, instead of the "
+        "stiffness in an MJCF; its load at "
         "touchdown (springref) is included with a contact stiffness [N m/rad; N/m if prismatic].",
         "JOINT=STIFFNESS",
         setting,
     )
     armature: tuple[Inertia, ...] = _in_joints(
-        "Reflected inertia [kg m²; kg if prismatic]. LOW:HIGH is an interval, whose arithmetic mean is used.",
+        "Reflected inertia [kg m²; kg if prismatic]. LOW:HIGH is an interval, whose arithmetic "
+        "mean is used.",
         "JOINT=INERTIA",
         armature,
     )
     torque: tuple[Setting, ...] = _in_joints(
-        "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].", "JOINT=TORQUE", setting
+        "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].",
+        "JOINT=TORQUE",
+        setting,
     )
-    lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
+    lock: tuple[str, ...] = _in_joints(
+        "Locked joints, which keep the rate that they have.", "JOINT"
+    )
     flex: tuple[tuple[str, str], ...] = _in_results(
-        "Links that bend on contacts of finite stiffness: EI:674 [N m²], tube:70e9,0.025,0.021 (E [Pa], outer and inner diameter "
-        "[m]), or the link's first bending frequency, 180Hz:clamped or 180Hz:free. Behind it, as in EI:674,hinges:4, may stand the "
-        "number of hinges, and the stiffness against stretch, EA:1e7 [N], and torsion, GJ:500 [N m²].",
+        "Links that bend on contacts of finite stiffness: EI:674 [N m²], tube:70e9,0.025,0.021 (E "
+        "[Pa], outer and inner diameter "
+        "[m]), or the link's first bending frequency, 180Hz:clamped or 180Hz:free. Behind it, as "
+        "in EI:674,hinges:4, may stand the "
+        "number of hinges, and the stiffness against stretch, EA:1e7 [N], and torsion, GJ:500 [N "
+        "m²].",
         "LINK=FLEX",
         definition,
     )
-    at: tuple[str, ...] = _in_results("Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME)
+    at: tuple[str, ...] = _in_results(
+        "Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME
+    )
     part: tuple[tuple[str, str], ...] = _in_results(
-        "A part and the pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms'; the bandwidth of an "
-        "accelerometer may follow, as 200Hz. For joints, the torque that their gears withstand, such as "
+        "A part and the pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms'; the "
+        "bandwidth of an "
+        "accelerometer may follow, as 200Hz. For joints, the torque that their gears withstand, "
+        "such as "
         "FL_calf_joint='50 N m', or with its duration '50 N m 20 ms'. A scene takes more keys.",
         f"{FRAME}=RATING|JOINT=TORQUE",
         definition,
@@ -159,19 +210,36 @@ class SceneOptions(NamedTuple):
     @property
     def typed(self) -> bool:
         """Whether any option was."""
-        return any(self._replace(given={})) or any(value not in (None, ()) for value in self.given.values())
+        return any(self._replace(given={})) or any(
+            value not in (None, ()) for value in self.given.values()
+        )
 
     def fields(self, record: type) -> dict[str, Any]:
         """The fields of a part of a scene that were typed."""
         declared = options_of(record)
-        named = {field: self.given.get(one.name.replace("-", "_")) for field, one in declared.items()}
+        named = {
+            field: self.given.get(one.name.replace("-", "_")) for field, one in declared.items()
+        }
         typed = {field: value for field, value in named.items() if value not in (None, ())}
-        return {field: not value if declared[field].name.startswith("no-") else value for field, value in typed.items()}
+        return {
+            field: not value if declared[field].name.startswith("no-") else value
+            for field, value in typed.items()
+        }
 
 
 EVERYBODY = frozenset(
     (
-        *("contact", "set", "speed", "strike_angle", "drop_height", "joints", "drives", "armature", "rotor"),
+        *(
+            "contact",
+            "set",
+            "speed",
+            "strike_angle",
+            "drop_height",
+            "joints",
+            "drives",
+            "armature",
+            "rotor",
+        ),
         *("contact_stiffness", "friction", "at", "pulse", "part", "imu_bandwidth"),
     )
 )
@@ -188,21 +256,30 @@ PANELS = frozenset(
     for info in (*SceneOptions._field_defaults.values(), *(info for _, info in OF_RECORDS.values()))
     if not isinstance(info, Declared)
 )
-"""The headings under which the options of a landing stand; a command's option in the place of one has another."""
+"""The headings under which the options of a landing stand; a command's option in the place of one
+has another.
+"""
 
 
 class RunOptions(NamedTuple):
     """Where the parts of a study are computed."""
 
     jobs: int = in_run(JOBS.text, JOBS.form, whole(JOBS), default=1)
-    cluster: str | None = in_run("Compute on a running Dask cluster; the folder has to be shared with its workers.", "ADDRESS")
+    cluster: str | None = in_run(
+        "Compute on a running Dask cluster; the folder has to be shared with its workers.",
+        "ADDRESS",
+    )
     wait: bool = in_run("Wait for workers while the cluster has none.")
     strict: bool = in_run(STRICT)
-    resume: bool = in_run("Continue what was interrupted: parts of Parquet files that exist are kept.")
+    resume: bool = in_run(
+        "Continue what was interrupted: parts of Parquet files that exist are kept."
+    )
 
 
 class OutputOptions(NamedTuple):
     """How the results of a study are given."""
 
-    format: Literal["table", "json", "csv", "markdown"] = in_output("What is printed. [default: table]", default="table")
+    format: Literal["table", "json", "csv", "markdown"] = in_output(
+        "What is printed. [default: table]", default="table"
+    )
     out: Path | None = in_output("Folder for JSON, CSV, a report and figures.", "DIR", out_folder)

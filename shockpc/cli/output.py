@@ -20,28 +20,40 @@ if TYPE_CHECKING:
     from shockpc.show.report import Report
 
 RUN = {"--out": True, "--jobs": True, "--cluster": True, "--resume": False, "--wait": False}
-"""Options that say how results are computed and where they are written, which do not change them; and whether a value follows."""
+"""Options that say how results are computed and where they are written, which do not change them;
+and whether a value follows.
+"""
 
 SCENE = "scene file"
 
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
-    """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
+    """The files that --save-scene writes: the file itself for one landing, else a file each, named
+    after the contact.
 
     Raises:
-        OutputError: one of them is there already and may not be replaced, or none can be written there.
+        OutputError: one of them is there already and may not be replaced, or none can be written
+            there.
     """
-    files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
+    files = (
+        [path]
+        if len(scenes) == 1
+        else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
+    )
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
-        raise OutputError(f'"{present[0]}" exists already; replace it with --force, or name another file with --save-scene')
+        raise OutputError(
+            f'"{present[0]}" exists already; replace it with --force, or name another file with '
+            f"--save-scene"
+        )
     for file in files:
         destination(file, SCENE)
     return files
 
 
 def exit_code(failed: int, rows: int, strict: bool, defects: Sequence[str] = ()) -> int:
-    """The exit code of a study of many landings, after its results are given; how many failed is said on standard error.
+    """The exit code of a study of many landings, after its results are given; how many failed is
+    said on standard error.
 
     Args:
         failed: number of landings that could not be computed.
@@ -51,15 +63,20 @@ def exit_code(failed: int, rows: int, strict: bool, defects: Sequence[str] = ())
     """
     if defects:
         sys.stderr.write(visible("".join(dict.fromkeys(defects)), "\n"))
-        print_error("this is an error in shockpc itself, not in your input; please report the lines above")
+        print_error(
+            "this is an error in shockpc itself, not in your input; please report the lines above"
+        )
         return DefectError.exit_code
     if failed:
         print_error(f"{failed} of {rows} landings could not be computed; the results name them")
     return SolveError.exit_code if failed and (strict or failed == rows) else 0
 
 
-def emit(report: "Report", output: OutputOptions, scenes: Mapping[Path, str] = MappingProxyType({})) -> None:
-    """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error.
+def emit(
+    report: "Report", output: OutputOptions, scenes: Mapping[Path, str] = MappingProxyType({})
+) -> None:
+    """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot
+    hold, on standard error.
 
     Args:
         report: what is printed. Where it has no verdict, nothing is written.
@@ -73,7 +90,9 @@ def emit(report: "Report", output: OutputOptions, scenes: Mapping[Path, str] = M
         write_file(file, content, replaceable=SCENE)
     sys.stdout.write(text)
     if output.format == "csv":
-        for line in dict.fromkeys(line for part in (*report.parts.values(), report) for line in part.warnings):
+        for line in dict.fromkeys(
+            line for part in (*report.parts.values(), report) for line in part.warnings
+        ):
             print_error(line)
 
 

@@ -1,4 +1,7 @@
-"""Texts of the command line to values. Every parser raises typer.BadParameter with what would be valid."""
+"""Texts of the command line to values.
+
+Every parser raises typer.BadParameter with what would be valid.
+"""
 
 import re
 from collections.abc import Callable
@@ -30,7 +33,11 @@ def finite(text: str) -> float:
     try:
         return number_from(str(text))  # a default is a number
     except ValueError:
-        unit = "; leave out the unit, which the help states" if re.match(rf"{NUMBER} *[a-zA-Z°µ]", text) else ""
+        unit = (
+            "; leave out the unit, which the help states"
+            if re.match(rf"{NUMBER} *[a-zA-Z°µ]", text)
+            else ""
+        )
         raise typer.BadParameter(f'"{text}" is not a finite number{unit}') from None
 
 
@@ -53,7 +60,9 @@ def _split(text: str, separator: str, example: str) -> list[str]:
     """The parts of a text, as many as an example has."""
     parts = text.split(separator)
     if len(parts) != (count := example.count(separator) + 1):
-        raise typer.BadParameter(f'"{text}" is not {count} values with "{separator}" between them, such as {example}')
+        raise typer.BadParameter(
+            f'"{text}" is not {count} values with "{separator}" between them, such as {example}'
+        )
     return parts
 
 
@@ -74,7 +83,9 @@ def directions(text: str) -> tuple[str | Vector, ...]:
     if axes and len(set(axes)) == len(axes) and set(axes) <= set("xyz"):
         return tuple(axes)
     if text.count(",") < 2:
-        raise typer.BadParameter(f'"{text}" is neither axes, such as xz, nor vectors, such as "1,0,1;0,1,0"')
+        raise typer.BadParameter(
+            f'"{text}" is neither axes, such as xz, nor vectors, such as "1,0,1;0,1,0"'
+        )
     return tuple(vector(part) for part in text.split(";"))
 
 
@@ -82,7 +93,9 @@ def pair_of(text: str) -> tuple[str, str]:
     """A=B."""
     first, other = _split(text, "=", "FL_thigh=lf_upperleg")
     if not (first and other) or first.count("*") != other.count("*") or first.count("*") > 1:
-        raise typer.BadParameter(f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*')
+        raise typer.BadParameter(
+            f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*'
+        )
     return first, other
 
 
@@ -121,7 +134,9 @@ def armature(text: str) -> Inertia:
 
 
 def rotor(text: str) -> Motor:
-    """JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], where the inertia and the ratio may each be [LOW,HIGH]."""
+    """JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], where the inertia and the ratio may each be
+    [LOW,HIGH].
+    """
     name, values = definition(text)
     numbers = values.split(":")
     gear = next((kind for kind in SENSE if kind == numbers[-1]), None)
@@ -129,7 +144,8 @@ def rotor(text: str) -> Motor:
         numbers.pop()
     if not 1 <= len(numbers) <= 3 or numbers[-1].isalpha():
         raise typer.BadParameter(
-            f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], such as "*_knee=1.1e-4:9:planetary"; '
+            f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], such as '
+            f'"*_knee=1.1e-4:9:planetary"; '
             f"gears are {', '.join(SENSE)}"
         )
     inertia, ratio, stiffness = (*numbers, None, None)[:3]
@@ -167,7 +183,10 @@ def renaming(text: str) -> tuple[str, str]:
     """NAME=NAME, or NAME= with nothing after it."""
     name, equals, new = (part.strip() for part in text.partition("="))
     if not name or not equals or new.count("*") > name.count("*") or name.count("*") > 1:
-        raise typer.BadParameter(f'"{text}" is not NAME=NAME, a column of the table and its other name, with at most one * in each')
+        raise typer.BadParameter(
+            f'"{text}" is not NAME=NAME, a column of the table and its other name, with at most '
+            f"one * in each"
+        )
     return name, new
 
 
@@ -176,7 +195,9 @@ def joint_models(text: str) -> tuple[JointModelName, ...]:
     known: dict[str, JointModelName] = {name: name for name in get_args(JointModelName)}
     models = [part.strip() for part in text.split(",")]
     if unknown := [model for model in models if model not in known]:
-        raise typer.BadParameter(f'"{unknown[0]}" is not a joint model; valid are {", ".join(known)}')
+        raise typer.BadParameter(
+            f'"{unknown[0]}" is not a joint model; valid are {", ".join(known)}'
+        )
     return tuple(dict.fromkeys(known[model] for model in models))
 
 
@@ -203,7 +224,9 @@ def path(text: str) -> Path:
 
 
 def robot_name(text: str) -> str:
-    """A robot's name or path as it was typed, because `./dog` is a path and `dog` a name; what cannot be a path is neither."""
+    """A robot's name or path as it was typed, because `./dog` is a path and `dog` a name; what
+    cannot be a path is neither.
+    """
     path(text)
     return text
 
@@ -234,6 +257,8 @@ def writable(file: Path, option: str) -> Path:
 
     folder = destination(file).parent
     if not folder.exists():
-        raise OutputError(f'there is no folder "{folder}" for {option}; make it, or name another file')
+        raise OutputError(
+            f'there is no folder "{folder}" for {option}; make it, or name another file'
+        )
     check_folder(folder, option)
     return file

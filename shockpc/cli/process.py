@@ -1,4 +1,6 @@
-"""The process of a command: signals, and the standard streams in whatever state the caller left them."""
+"""The process of a command: signals, and the standard streams in whatever state the caller left
+them.
+"""
 
 import contextlib
 import io
@@ -28,11 +30,13 @@ class _Lenient(io.FileIO):
 
 
 def prepare() -> None:
-    """Let Ctrl-C and SIGTERM unwind a run, so that files which are half written are removed; make standard error safe to write to.
+    """Let Ctrl-C and SIGTERM unwind a run, so that files which are half written are removed; make
+    standard error safe to write to.
 
-    Signals that the caller wants ignored (nohup, or a job in the background) are. A message that nobody can receive, because
-    standard error is closed, full or a pipe without a reader, must not change how a command ends. The numbers of closed streams are
-    kept from being given to other files.
+    Signals that the caller wants ignored (nohup, or a job in the background) are. A message that
+    nobody can receive, because standard error is closed, full or a pipe without a reader, must not
+    change how a command ends. The numbers of closed streams are kept from being given to other
+    files.
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -43,7 +47,10 @@ def prepare() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # the lowest free number, which is this one
     sys.stderr = io.TextIOWrapper(
-        io.BufferedWriter(_Lenient(2, "w", closefd=False)), encoding="utf-8", errors="backslashreplace", line_buffering=True
+        io.BufferedWriter(_Lenient(2, "w", closefd=False)),
+        encoding="utf-8",
+        errors="backslashreplace",
+        line_buffering=True,
     )
 
 
@@ -58,10 +65,12 @@ def print_error(text: str) -> None:
 
 
 def write_stdout(text: str) -> None:
-    """Write to standard output, in UTF-8 whatever the terminal's encoding: a JSON document is the same bytes everywhere.
+    """Write to standard output, in UTF-8 whatever the terminal's encoding: a JSON document is the
+    same bytes everywhere.
 
     Raises:
-        OutputError: it cannot be written, because the disk is full for example. A pipe without a reader (… | head) is no error.
+        OutputError: it cannot be written, because the disk is full for example. A pipe without a
+            reader (… | head) is no error.
     """
     out: TextIO | None = sys.stdout
     if out is None:

@@ -39,7 +39,8 @@ def shown_trace() -> Trace:
 
 
 def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
-    """A function to call with the name of each part that is done, or with a number of `parts`; its line goes after the last.
+    """A function to call with the name of each part that is done, or with a number of `parts`; its
+    line goes after the last.
 
     Args:
         what: is counted, such as "robots read".
@@ -59,7 +60,10 @@ def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
             raise KeyboardInterrupt
         if sys.stderr.isatty():
             rate = (count - done) / max(time.monotonic() - start, 1e-9)
-            text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
+            text = (
+                f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, "
+                f"{(total - count) / rate:.0f} s left"
+            )
             _write(text if count < total else "")
 
     return show

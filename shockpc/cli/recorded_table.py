@@ -1,4 +1,6 @@
-"""From a table of landings and the options of a command to columns, and the landing that gives what these lack."""
+"""From a table of landings and the options of a command to columns, and the landing that gives what
+these lack.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -22,7 +24,9 @@ VELOCITY, ANGULAR_VELOCITY = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 """Columns of the base."""
 
 CELLS = ("contact", "stance")
-"""Columns that are called as options are, and whose empty cells mean what these say; as those of efforts are."""
+"""Columns that are called as options are, and whose empty cells mean what these say; as those of
+efforts are.
+"""
 
 UP = (0.0, 0.0, 1.0)
 
@@ -39,22 +43,28 @@ def table_and_scene(
         rename: other names for columns, as for `rows_of`.
 
     Raises:
-        ShockError: the table, the scene or the robot cannot be read; or a column of the table overrides an option.
+        ShockError: the table, the scene or the robot cannot be read; or a column of the table
+            overrides an option.
     """
     columns, completed = read_table(file), options
     if "contact" in columns:
-        completed, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+        completed, contacts = with_contact(
+            robot, options, columns["contact"].astype(str).ravel().tolist()
+        )
         columns["contact"] = np.reshape(contacts, columns["contact"].shape)
     loaded, scene = one_scene(robot, completed)
     refuse_overridden(options, scene, loaded, state_columns(columns, loaded, rename))
     return columns, loaded, scene
 
 
-def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: StateColumns) -> None:
-    """Refuse options that have no effect, because a table gives the contacts, posture, motion, torques or friction.
+def refuse_overridden(
+    options: SceneOptions, scene: Scene, robot: Robot, table: StateColumns
+) -> None:
+    """Refuse options that have no effect, because a table gives the contacts, posture, motion,
+    torques or friction.
 
-    Of a glob of joints one that the table lacks is enough to have an effect, as is one empty cell of a column where an empty cell
-    means the scene's value. Components of zero say nothing.
+    Of a glob of joints one that the table lacks is enough to have an effect, as is one empty cell
+    of a column where an empty cell means the scene's value. Components of zero say nothing.
 
     Args:
         options: of the command.
@@ -67,13 +77,23 @@ def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: 
     """
     positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
     rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
-    cells = {name: values for name, values in table.others.items() if name in CELLS or name.startswith("effort_")}
+    cells = {
+        name: values
+        for name, values in table.others.items()
+        if name in CELLS or name.startswith("effort_")
+    }
     whole = [name for name, values in cells.items() if not empty_cells(values).any()]
     efforts = _columns_by_subject([name for name in whole if name not in CELLS], robot, "", ())
     typed = options.fields(Strike) | options.fields(Posture)
     forward = plane_of(check_scene(scene)).forward.tolist()
-    ignored: list[tuple[str, str]] = [(f"--{name}", name) for name in CELLS if getattr(options, name) and name in whole]
-    ignored += [("--friction", name) for name in FRICTION if name in table.others and "friction" in options.fields(Scene)]
+    ignored: list[tuple[str, str]] = [
+        (f"--{name}", name) for name in CELLS if getattr(options, name) and name in whole
+    ]
+    ignored += [
+        ("--friction", name)
+        for name in FRICTION
+        if name in table.others and "friction" in options.fields(Scene)
+    ]
     vectors = {
         "--speed": (VELOCITY, UP if "speed" in typed else ()),
         "--drop-height": (VELOCITY, UP if "drop_height" in typed else ()),
@@ -85,7 +105,9 @@ def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: 
     }
     for option, (keys, vector) in vectors.items():
         known = positions if keys is ANGLES else rates
-        ignored += [(option, known[key]) for key, x in zip(keys, vector, strict=False) if x and key in known]
+        ignored += [
+            (option, known[key]) for key, x in zip(keys, vector, strict=False) if x and key in known
+        ]
     for option, settings, known in (
         ("--set", options.set, positions),
         ("--joint-velocity", options.joint_velocity, rates),
@@ -95,19 +117,26 @@ def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: 
             names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]
             if all(name in known for name in names):
                 ignored.append((f"{option} {pattern}", known[names[0]]))
-    joints = [joint.name for joint in robot.single_joints if joint.kind != "free" and joint.name not in robot.followers]
+    joints = [
+        joint.name
+        for joint in robot.single_joints
+        if joint.kind != "free" and joint.name not in robot.followers
+    ]
     posture = [*(f"joint {name}" for name in joints), *[*ANGLES] * robot.free_base]
     if "reference" in typed and all(name in positions for name in posture):
         ignored.append(("--posture", positions[posture[0]]))
     if ignored:
         listed = ", ".join(f'{option} (column "{column}")' for option, column in ignored)
         raise SceneError(
-            f"columns override options: {listed}; leave out the options (in an option of three numbers, set the overridden "
+            f"columns override options: {listed}; leave out the options (in an option of three "
+            f"numbers, set the overridden "
             "one to zero), or the columns with --map COLUMN="
         )
 
 
-def _columns_by_subject(columns: Iterable[str], robot: Robot, whole: str, base: Sequence[str]) -> dict[str, str]:
+def _columns_by_subject(
+    columns: Iterable[str], robot: Robot, whole: str, base: Sequence[str]
+) -> dict[str, str]:
     """The column that gives each joint, as "joint NAME", and each number of the base.
 
     Args:
@@ -120,7 +149,11 @@ def _columns_by_subject(columns: Iterable[str], robot: Robot, whole: str, base: 
     for name in columns:
         column = column_name(name, robot)
         if name == whole and name not in robot.joint_names:
-            found |= dict.fromkeys([f"joint {joint}" for joint in robot.joint_names] + [*base] * robot.free_base, name)
+            found |= dict.fromkeys(
+                [f"joint {joint}" for joint in robot.joint_names] + [*base] * robot.free_base, name
+            )
         elif column is not None:
-            found |= dict.fromkeys(ANGLES if column.base == "qw" else [column.base or f"joint {column.target}"], name)
+            found |= dict.fromkeys(
+                ANGLES if column.base == "qw" else [column.base or f"joint {column.target}"], name
+            )
     return found

@@ -28,8 +28,11 @@ LONGEST_NAME = 200
 AnyRecord = TypeVar("AnyRecord", Contact, Posture, Joints, Scene, Strike)
 
 
-def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, list[Scene]]:
-    """The robot, and one scene for each landing that the options describe; without a contact the default landings.
+def scenes_from(
+    robot: str, options: SceneOptions, trace: Trace | None = None
+) -> tuple[Robot, list[Scene]]:
+    """The robot, and one scene for each landing that the options describe; without a contact the
+    default landings.
 
     An option replaces what a scene file says.
 
@@ -46,17 +49,29 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
         loaded = _robot_of(scene, options.contact)
     scene = _with(
         scene,
-        **{name: value for name, value in options.fields(Scene).items() if name not in ("base", "srdf", "contact_stiffness")},
+        **{
+            name: value
+            for name, value in options.fields(Scene).items()
+            if name not in ("base", "srdf", "contact_stiffness")
+        },
         posture=_posture(scene.posture, options),
         strike=_strike(scene.strike, options),
-        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_contacts(loaded, text))) or None,
+        stance=tuple(
+            dict.fromkeys(
+                frame for text in options.stance for frame in match_contacts(loaded, text)
+            )
+        )
+        or None,
         joints=_joints(scene.joints, options),
         flex=_replaced(scene.flex, options.flex),
         part=scene.part + tuple(part_from(loaded, at, rating) for at, rating in options.part),
-        point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
+        point=scene.point
+        + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
     if (stiffness := options.given.get("contact_stiffness")) is not None:
-        scene = dataclasses.replace(scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1])
+        scene = dataclasses.replace(
+            scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1]
+        )
     changes = options.fields(Contact)
     if options.contact or changes or not scene.contact:
         typed.add(Contact.__name__)
@@ -66,30 +81,49 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
         changes["kind"] = "flat"
     if options.directions is not None:
         if options.slide:
-            raise SceneError("--slide means --directions along the normal only; leave one of them out")
+            raise SceneError(
+                "--slide means --directions along the normal only; leave one of them out"
+            )
         changes["directions"] = options.directions
     landings = _contacts(loaded, scene, options)
 
     def changed(contact: Contact) -> Contact:
         contact = _with(contact, **changes)
-        return _with(contact, directions=(contact.normal,) if contact.normal else _up(scene)) if options.slide else contact
+        return (
+            _with(contact, directions=(contact.normal,) if contact.normal else _up(scene))
+            if options.slide
+            else contact
+        )
 
     return loaded, [_with(scene, contact=tuple(map(changed, landing))) for landing in landings]
 
 
-def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | None = None) -> dict[str, tuple[Robot, Scene]]:
-    """All landings of scenes and robots by name, those of a robot without contacts the default ones; each with its robot."""
+def landings_from(
+    names: Iterable[str], options: SceneOptions, trace: Trace | None = None
+) -> dict[str, tuple[Robot, Scene]]:
+    """All landings of scenes and robots by name, those of a robot without contacts the default
+    ones; each with its robot.
+    """
     names = list(dict.fromkeys(names))
     landings: dict[str, tuple[Robot, Scene]] = {}
     stems = [Path(name).stem for name in names]
     for name, stem in zip(names, stems, strict=True):
         robot, scenes = scenes_from(name, options, trace)
-        prefix = f"{stem if stems.count(stem) == 1 else name} " if is_scene_file(name) and len(names) > 1 else ""
-        landings |= {prefix + contact: (robot, scene) for scene, contact in zip(scenes, file_names(scenes), strict=True)}
+        prefix = (
+            f"{stem if stems.count(stem) == 1 else name} "
+            if is_scene_file(name) and len(names) > 1
+            else ""
+        )
+        landings |= {
+            prefix + contact: (robot, scene)
+            for scene, contact in zip(scenes, file_names(scenes), strict=True)
+        }
     return landings
 
 
-def postures_from(names: Iterable[str], options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, dict[str, Scene]]:
+def postures_from(
+    names: Iterable[str], options: SceneOptions, trace: Trace | None = None
+) -> tuple[Robot, dict[str, Scene]]:
     """A robot, and postures of it by the names of their scenes; of a single one the name is empty.
 
     Raises:
@@ -99,15 +133,23 @@ def postures_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     read = {name: scenes_from(name, with_contact(name, options, ["*"])[0], trace) for name in names}
     robot = read[names[0]][0]
     if any(other is not robot for other, _ in read.values()):
-        raise SceneError("the postures are of different robots; give scenes of one robot, or one robot at a time")
-    return robot, {Path(name).stem if len(names) > 1 else "": scenes[0] for name, (_, scenes) in read.items()}
+        raise SceneError(
+            "the postures are of different robots; give scenes of one robot, or one robot at a time"
+        )
+    return robot, {
+        Path(name).stem if len(names) > 1 else "": scenes[0] for name, (_, scenes) in read.items()
+    }
 
 
 def _with_file(scene: Scene, options: SceneOptions) -> Scene:
     """A scene with those options on which its robot depends."""
     return _with(
         scene,
-        **{name: str(value) for name, value in options.fields(Scene).items() if name in ("base", "srdf")},
+        **{
+            name: str(value)
+            for name, value in options.fields(Scene).items()
+            if name in ("base", "srdf")
+        },
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **options.packages},
     )
@@ -117,11 +159,15 @@ def _robot_of(scene: Scene, contacts: Iterable[str]) -> Robot:
     return robot_of(scene, [name.strip() for text in contacts for name in (text, *text.split("+"))])
 
 
-def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tuple[SceneOptions, list[str]]:
-    """Options with a contact until the rows' are set, where neither options nor scene give one; and the rows' contacts.
+def with_contact(
+    robot: str, options: SceneOptions, contacts: list[str]
+) -> tuple[SceneOptions, list[str]]:
+    """Options with a contact until the rows' are set, where neither options nor scene give one; and
+    the rows' contacts.
 
-    It is the first of them that means one landing of the robot; rows with another text are refused later. So is a row without any,
-    which would have that of the others: it has a text that names nothing.
+    It is the first of them that means one landing of the robot; rows with another text are refused
+    later. So is a row without any, which would have that of the others: it has a text that names
+    nothing.
 
     Raises:
         ShockError: the scene or the robot cannot be read.
@@ -137,14 +183,24 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
 
 
 def file_names(scenes: list[Scene]) -> list[str]:
-    """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
+    """The landings' contacts as names of files, all different; none leads out of its folder, is
+    hidden or is too long.
+    """
     names: list[str] = []
     for scene in scenes:
-        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(scene))
+        name = "".join(
+            sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(scene)
+        )
         name = f"_{name[1:]}" if name.startswith(".") else name
         name = name.encode()[:LONGEST_NAME].decode(errors="ignore")
         taken = {known.casefold() for known in names}
-        names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2))) if n.casefold() not in taken))
+        names.append(
+            next(
+                n
+                for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2)))
+                if n.casefold() not in taken
+            )
+        )
     return names
 
 
@@ -158,7 +214,8 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     if len(scenes) > 1:
         names = few([contact_name(scene) for scene in scenes], 6)
         raise SceneError(
-            f'this command takes one landing, but "{robot}" has {len(scenes)}: {names}; name one, such as '
+            f'this command takes one landing, but "{robot}" has {len(scenes)}: {names}; name one, '
+            f"such as "
             f"--contact {contact_name(scenes[0])}"
         )
     return loaded, scenes[0]
@@ -174,7 +231,9 @@ def scene_named(name: str) -> Scene:
     if mark and not Path(name).exists():
         from shockpc.evaluation.budgets import read_budgets
 
-        cases = {known.name: known.landings[0][1] for known in read_budgets(Path(f"{file}.toml")).cases}
+        cases = {
+            known.name: known.landings[0][1] for known in read_budgets(Path(f"{file}.toml")).cases
+        }
         if case not in cases:
             raise UnknownName("case", case, cases, f"{file}.toml", "")
         return cases[case]
@@ -187,10 +246,15 @@ def is_scene_file(name: str) -> bool:
 
 
 def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[Contact, ...]]:
-    """The contacts of each landing: those that are named, else the scene's, else those of `default_landings`."""
+    """The contacts of each landing: those that are named, else the scene's, else those of
+    `default_landings`.
+    """
     if scene.contact and not options.contact:
         if options.together:
-            raise SceneError("--together is for the matches of --contact; the contacts of a scene strike together, so leave it out")
+            raise SceneError(
+                "--together is for the matches of --contact; the contacts of a scene strike "
+                "together, so leave it out"
+            )
         return [scene.contact]
     landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
     if options.together:
@@ -202,14 +266,22 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
 
 
 def _up(scene: Scene) -> tuple[str, ...]:
-    """The direction that a sliding contact keeps: z, or the world's y in the plane seen from above with a velocity in it."""
+    """The direction that a sliding contact keeps: z, or the world's y in the plane seen from above
+    with a velocity in it.
+    """
     velocity = scene.strike.velocity
-    return ("y",) if plane_of(check_scene(scene)).level and velocity is not None and velocity[2] == 0.0 else ("z",)
+    return (
+        ("y",)
+        if plane_of(check_scene(scene)).level and velocity is not None and velocity[2] == 0.0
+        else ("z",)
+    )
 
 
 def _with(record: AnyRecord, **values: Any) -> AnyRecord:
     """A record with those values that are not None."""
-    return dataclasses.replace(record, **{name: value for name, value in values.items() if value is not None})
+    return dataclasses.replace(
+        record, **{name: value for name, value in values.items() if value is not None}
+    )
 
 
 def _posture(posture: Posture, options: SceneOptions) -> Posture:
@@ -221,13 +293,19 @@ def _posture(posture: Posture, options: SceneOptions) -> Posture:
 
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
     given = options.fields(Joints)
-    # A model that is typed replaces what the scene says of drives; what is typed beside it counts with it.
+    # A model that is typed replaces what the scene says of drives; what is typed beside it counts
+    # with it.
     joints = with_model(joints, given["model"]) if "model" in given else joints
     locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
-    motors = [(name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k, gear=gear)) for name, (inertia, n, k, gear) in options.rotor]
+    motors = [
+        (name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k, gear=gear))
+        for name, (inertia, n, k, gear) in options.rotor
+    ]
     # One way of giving a joint's drive replaces the scene's way.
     rotor = {name: one for name, one in joints.rotor.items() if name not in dict(options.armature)}
-    armature = {name: one for name, one in joints.armature.items() if name not in dict(options.rotor)}
+    armature = {
+        name: one for name, one in joints.armature.items() if name not in dict(options.rotor)
+    }
     return _with(
         joints,
         **given,
@@ -244,10 +322,15 @@ def _strike(strike: Strike, options: SceneOptions) -> Strike:
     given = options.fields(Strike)
     replaced: dict[str, Any] = dict.fromkeys(replaced_ways(given))
     strike = dataclasses.replace(strike, **replaced)
-    return _with(strike, **given, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity))
+    return _with(
+        strike, **given, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity)
+    )
 
 
 def _replaced(values: Mapping[str, T], settings: Iterable[tuple[str, T]]) -> dict[str, T]:
-    """Values by name or glob with settings applied. Later entries take precedence, so a name that is set again moves to the end."""
+    """Values by name or glob with settings applied.
+
+    Later entries take precedence, so a name that is set again moves to the end.
+    """
     given = dict(settings)
     return {name: value for name, value in values.items() if name not in given} | given

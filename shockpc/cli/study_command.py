@@ -1,4 +1,6 @@
-"""Commands that follow from the declarations of studies: the signature gives the options, the result is reported."""
+"""Commands that follow from the declarations of studies: the signature gives the options, the
+result is reported.
+"""
 
 import dataclasses
 import inspect
@@ -14,9 +16,31 @@ import numpy as np
 
 import shockpc
 from shockpc.cli.declared import Command, Declared, Parser, argument, command, group
-from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import (
+    AT,
+    EXPLAIN,
+    PARSERS,
+    ROBOT,
+    STRICT,
+    TARGET,
+    OutputOptions,
+    SceneOptions,
+    in_output,
+)
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
+from shockpc.cli.parse import (
+    Span,
+    Vector,
+    box,
+    numbers,
+    pair_of,
+    path,
+    renaming,
+    robot_name,
+    setting,
+    span,
+    variable,
+)
 from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
 from shockpc.evaluation.declare import StudyParameter, declaration
@@ -40,7 +64,12 @@ REPEATED: dict[Any, Parser | None] = {
 }
 """Types whose options may be repeated, and what reads each."""
 
-SINGLE: dict[Any, Parser] = {**PARSERS, Span: span, tuple[float, ...]: numbers, tuple[Vector, Vector]: box}
+SINGLE: dict[Any, Parser] = {
+    **PARSERS,
+    Span: span,
+    tuple[float, ...]: numbers,
+    tuple[Vector, Vector]: box,
+}
 
 
 def help_of(study: Callable[..., Any]) -> dict[str, Any]:
@@ -51,12 +80,19 @@ def help_of(study: Callable[..., Any]) -> dict[str, Any]:
 
 def study_options(study: Callable[..., Any]) -> Declared:
     """The options that the parameters of a study declare, by parameter of a command."""
-    return Declared({name: _declared(parameter) for name, parameter in declaration(study).parameters.items()})
+    return Declared(
+        {name: _declared(parameter) for name, parameter in declaration(study).parameters.items()}
+    )
 
 
 def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None) -> dict[str, Any]:
-    """The arguments of a study that were typed, in SI units; those that were not keep their defaults."""
-    parameters, values = declaration(study).parameters, {name: value for name, value in typed.items() if value not in (None, ())}
+    """The arguments of a study that were typed, in SI units; those that were not keep their
+    defaults.
+    """
+    parameters, values = (
+        declaration(study).parameters,
+        {name: value for name, value in typed.items() if value not in (None, ())},
+    )
     for name in values:
         if _kind(parameters[name]) in (Mapping[str, float], Mapping[str, str]):
             values[name] = dict(values[name])
@@ -69,19 +105,25 @@ class Input(NamedTuple):
     """What a study takes from files and the options of a landing.
 
     Attributes:
-        typed: arguments of the command by name, with type and declaration; the options of a landing complete them.
-        read: from what was typed for these, the options, new names of columns and a trace to the first robot and arguments of the
-            study.
-        file: whether the first argument is the path of a file, which the report takes before the result.
+        typed: arguments of the command by name, with type and declaration; the options of a landing
+            complete them.
+        read: from what was typed for these, the options, new names of columns and a trace to the
+            first robot and arguments of the study.
+        file: whether the first argument is the path of a file, which the report takes before the
+            result.
     """
 
     typed: dict[str, tuple[Any, Any]]
-    read: Callable[[Sequence[Any], SceneOptions, Mapping[str, str], Trace], tuple[Robot, dict[str, Any]]]
+    read: Callable[
+        [Sequence[Any], SceneOptions, Mapping[str, str], Trace], tuple[Robot, dict[str, Any]]
+    ]
     file: bool = False
 
 
 def study_command(name: str) -> Command:
-    """The command of a study: `shockpc.NAME`, reported by `NAME_report` of `shockpc.studies.NAME.report`."""
+    """The command of a study: `shockpc.NAME`, reported by `NAME_report` of
+    `shockpc.studies.NAME.report`.
+    """
     study = getattr(shockpc, name)
     declared = declaration(study)
     assert declared.reads is not None
@@ -103,7 +145,9 @@ def study_command(name: str) -> Command:
         if declared.reads == "log":
             from shockpc.cli.recorded_table import refuse_overridden
 
-            refuse_overridden(options, arguments["scene"], robot, StateColumns(result.log.positions, {}, {}))
+            refuse_overridden(
+                options, arguments["scene"], robot, StateColumns(result.log.positions, {}, {})
+            )
         with trace.stage("output"):
             report = pkgutil.resolve_name(f"shockpc.studies.{name}.report:{name}_report")
             emit(report(*inputs[: source.file], result), typed["output"])
@@ -112,11 +156,20 @@ def study_command(name: str) -> Command:
         if not declared.fails:
             return 0
         failures = [failure for _, failure in result.failures]
-        return exit_code(len(failures), len(failures) + len(result.landings), typed.get("strict", False), traces(failures))
+        return exit_code(
+            len(failures),
+            len(failures) + len(result.landings),
+            typed.get("strict", False),
+            traces(failures),
+        )
 
     parameters: dict[str, tuple[Any, Any]] = {
         **source.typed,
-        **({"at_": (str | None, AT), "quantity": (str | None, TARGET)} if "target" in passed else {}),
+        **(
+            {"at_": (str | None, AT), "quantity": (str | None, TARGET)}
+            if "target" in passed
+            else {}
+        ),
         "typed": (Any, study_options(study)),
         "options": (SceneOptions, inspect.Parameter.empty),
         **({"strict": (bool, in_output(STRICT))} if "progress" in passed else {}),
@@ -132,14 +185,17 @@ def study_command(name: str) -> Command:
 
 
 def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[str, str]]) -> None:
-    """Refuse options that have no effect, because each landing of a study has a value of what they give.
+    """Refuse options that have no effect, because each landing of a study has a value of what they
+    give.
 
-    Of a glob of joints one that does not vary is enough to have an effect, and components of zero say nothing.
+    Of a glob of joints one that does not vary is enough to have an effect, and components of zero
+    say nothing.
 
     Args:
         options: of the command.
         robot: the robot.
-        varied: kind and target of what has these values, as in `Variation`; not of factors, which are of what the options give.
+        varied: kind and target of what has these values, as in `Variation`; not of factors, which
+            are of what the options give.
 
     Raises:
         StudyError: an option has no effect.
@@ -149,24 +205,35 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
         targets.setdefault(kind, []).append(target)
     ignored = []
     # A rotor of which the inertia varies keeps the gear ratio and the spring that are given.
-    for kind, option in (("joint", "set"), *((kind, kind) for kind in ("armature", "joint-stiffness"))):
+    for kind, option in (
+        ("joint", "set"),
+        *((kind, kind) for kind in ("armature", "joint-stiffness")),
+    ):
         joints = {joint for target in targets.get(kind, ()) for joint in robot.match_joints(target)}
         for pattern, *_ in getattr(options, option.replace("-", "_")):
             ignored += [f"--{option} {pattern}"] * joints.issuperset(robot.match_joints(pattern))
     for option, kinds in {"base-rpy": ATTITUDE, "offset": OFFSET}.items():
         vector = options.given.get(option.replace("-", "_")) or (0.0, 0.0, 0.0)
-        ignored += [f"--{option}" for kind, x in zip(kinds, vector, strict=True) if x and kind in targets]
-    ignored += [f"--{kind}" for kind in targets if options.given.get(kind.replace("-", "_")) is not None]
+        ignored += [
+            f"--{option}" for kind, x in zip(kinds, vector, strict=True) if x and kind in targets
+        ]
+    ignored += [
+        f"--{kind}" for kind in targets if options.given.get(kind.replace("-", "_")) is not None
+    ]
     ignored += ["--contact"] * bool(options.contact and "contact" in targets)
     if ignored:
         raise StudyError(
-            f"{', '.join(ignored)} has no effect, because the value varies from landing to landing; leave it out, or, of an option "
+            f"{', '.join(ignored)} has no effect, because the value varies from landing to "
+            f"landing; leave it out, or, of an option "
             "with three numbers, give zero for the one that varies"
         )
 
 
 def refuse_unasked(
-    study: Callable[..., Any], options: SceneOptions, typed: Mapping[str, Any], quantities: Iterable[str] = ()
+    study: Callable[..., Any],
+    options: SceneOptions,
+    typed: Mapping[str, Any],
+    quantities: Iterable[str] = (),
 ) -> None:
     """Refuse a pulse, a bandwidth, a range and parts on which no number of a study depends.
 
@@ -195,14 +262,26 @@ def refuse_unasked(
         "part": any(entry.of == "part" or entry.key == "joint_torque_share" for entry in entries),
     }
     named = "pulse", "imu-bandwidth", "range-g"
-    given = {name: options.given.get(name.replace("-", "_")) for name in named} | {"part": options.part}
-    examples = {"pulse": "peak_g", "imu-bandwidth": "filtered_peak", "range-g": "range_share", "part": "part_margin"}
+    given = {name: options.given.get(name.replace("-", "_")) for name in named} | {
+        "part": options.part
+    }
+    examples = {
+        "pulse": "peak_g",
+        "imu-bandwidth": "filtered_peak",
+        "range-g": "range_share",
+        "part": "part_margin",
+    }
     for name, example in examples.items():
         if given[name] and not wanted[name] and name not in declaration(study).uses:
-            raise StudyError(f"no number here depends on --{name}; ask for one that does, such as {example}, or leave it out")
+            raise StudyError(
+                f"no number here depends on --{name}; ask for one that does, such as {example}, or "
+                f"leave it out"
+            )
 
 
-def _varied(study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot) -> Iterator[tuple[str, str]]:
+def _varied(
+    study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot
+) -> Iterator[tuple[str, str]]:
     """Kind and target of what varies from landing to landing of a study."""
     for name, parameter in declaration(study).parameters.items():
         if parameter.option.holds == "varied":
@@ -220,11 +299,16 @@ def _target(robot: Robot, at: str | None, quantity: str | None) -> str | Point:
     if at is not None and quantity is None:
         return point_at(robot, at)
     if quantity is None or at is not None:
-        raise StudyError("one number is needed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
+        raise StudyError(
+            "one number is needed: give a point with --at, or a quantity with --quantity, such as "
+            "shock@imu_link"
+        )
     return quantity
 
 
-def _scene(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+def _scene(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
     robot, scene = one_scene(inputs[0], options, trace)
     return robot, {"scene": scene, "robot": robot}
 
@@ -233,7 +317,9 @@ def _landings(
     inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
 ) -> tuple[Robot, dict[str, Any]]:
     landings = landings_from(inputs[0], options, trace)
-    return next(iter(landings.values()))[0], {"landings": {name: scene for name, (_, scene) in landings.items()}}
+    return next(iter(landings.values()))[0], {
+        "landings": {name: scene for name, (_, scene) in landings.items()}
+    }
 
 
 def _postures(
@@ -243,16 +329,31 @@ def _postures(
     return robot, {"postures": postures, "robot": robot}
 
 
-def _designs(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+def _designs(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
     """As many contacts as there are designs are one for each."""
     names = inputs[0]
     one_each = len(options.contact) == len(names) > 1 and not options.together
-    options_of_each = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(names)
-    landings = [one_scene(name, options_of_design) for name, options_of_design in zip(names, options_of_each, strict=True)]
-    return landings[0][0], {"designs": [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]}
+    options_of_each = (
+        [options._replace(contact=(name,)) for name in options.contact]
+        if one_each
+        else [options] * len(names)
+    )
+    landings = [
+        one_scene(name, options_of_design)
+        for name, options_of_design in zip(names, options_of_each, strict=True)
+    ]
+    return landings[0][0], {
+        "designs": [
+            Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)
+        ]
+    }
 
 
-def _table(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+def _table(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
     from shockpc.cli.recorded_table import table_and_scene
 
     file, robot_or_scene = inputs
@@ -260,17 +361,25 @@ def _table(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, st
     return robot, {"table": columns, "scene": scene, "robot": robot}
 
 
-def _log(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+def _log(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
     log, robot_or_scene = inputs
     robot, scenes = scenes_from(robot_or_scene, options)
     # Single feet come last where all land together, and stand in the robot's order.
-    contacts = {contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact}
+    contacts = {
+        contact.frame: contact
+        for scene in sorted(scenes, key=lambda one: len(one.contact))
+        for contact in scene.contact
+    }
     watched = {"contacts": tuple(contacts)} if options.contact else {}
     scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
     return robot, {"log": log, "scene": scene, "robot": robot, **watched}
 
 
-_SCENES = "Scenes (TOML), or a robot: all level feet together, each edge of their support, and each foot."
+_SCENES = (
+    "Scenes (TOML), or a robot: all level feet together, each edge of their support, and each foot."
+)
 _POSTURES = "A robot, or scenes (TOML) of one robot in several postures."
 _DESIGNS = "Robot files, robots by name or scenes (TOML)."
 _LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."
@@ -278,15 +387,31 @@ _TABLE = "A table of landings: .csv, .parquet or .npz."
 
 INPUTS: dict[str, Input] = {
     "scene": Input({"scene": (str, ROBOT)}, _scene),
-    "landings": Input({"landings": (tuple[str, ...], argument(_SCENES, "SCENE...", robot_name, default=...))}, _landings),
-    "postures": Input({"postures": (tuple[str, ...], argument(_POSTURES, "SCENE...", robot_name, default=...))}, _postures),
-    "designs": Input({"designs": (tuple[str, ...], argument(_DESIGNS, "DESIGN...", robot_name, default=...))}, _designs),
-    "table": Input({"table": (Path, argument(_TABLE, "TABLE", path, default=...)), "scene": (str, ROBOT)}, _table, file=True),
-    "log": Input({"log": (Path, argument(_LOG, "LOG", path)), "scene": (str, ROBOT)}, _log, file=True),
+    "landings": Input(
+        {"landings": (tuple[str, ...], argument(_SCENES, "SCENE...", robot_name, default=...))},
+        _landings,
+    ),
+    "postures": Input(
+        {"postures": (tuple[str, ...], argument(_POSTURES, "SCENE...", robot_name, default=...))},
+        _postures,
+    ),
+    "designs": Input(
+        {"designs": (tuple[str, ...], argument(_DESIGNS, "DESIGN...", robot_name, default=...))},
+        _designs,
+    ),
+    "table": Input(
+        {"table": (Path, argument(_TABLE, "TABLE", path, default=...)), "scene": (str, ROBOT)},
+        _table,
+        file=True,
+    ),
+    "log": Input(
+        {"log": (Path, argument(_LOG, "LOG", path)), "scene": (str, ROBOT)}, _log, file=True
+    ),
 }
-"""What a study reads, by the name of its parameter: one landing; landings by name, without contacts those of `default_landings`;
-postures of one robot by name; one landing of each design; the columns of a table and the landing that gives what these lack; the
-path of a log and one landing on all contacts."""
+"""What a study reads, by the name of its parameter: one landing; landings by name, without contacts
+those of `default_landings`;
+postures of one robot by name; one landing of each design; the columns of a table and the landing
+that gives what these lack; the path of a log and one landing on all contacts."""
 
 
 def _kind(parameter: StudyParameter) -> Any:
@@ -302,5 +427,7 @@ def _declared(parameter: StudyParameter) -> tuple[Any, Any]:
     repeated = kind in REPEATED
     required = parameter.default is inspect.Parameter.empty
     parser = REPEATED[kind] if repeated else SINGLE.get(kind)
-    declaration = group(option.heading)(option.text, option.form, parser, default=... if required else None, name=option.name)
+    declaration = group(option.heading)(
+        option.text, option.form, parser, default=... if required else None, name=option.name
+    )
     return tuple[str, ...] if repeated else kind if required else kind | None, declaration

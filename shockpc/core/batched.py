@@ -1,4 +1,6 @@
-"""The shock of many states from what a simulator has of each: its inertia and Jacobians, in whatever library holds its arrays."""
+"""The shock of many states from what a simulator has of each: its inertia and Jacobians, in
+whatever library holds its arrays.
+"""
 
 from typing import Any, NamedTuple
 
@@ -6,15 +8,18 @@ import numpy as np
 
 
 class BatchedShock(NamedTuple):
-    """The impact of B states; arrays of the library that the inputs are of. What cannot be computed of a state is NaN.
+    """The impact of B states; arrays of the library that the inputs are of.
+
+    What cannot be computed of a state is NaN.
 
     Attributes:
         shock: (B, p) of the points, |Δv| over the speed of the fastest contact [1].
         impulse: (B, c, d) of the ground along the rows of the contacts [N s].
-        pivot: (B,) smallest share of a row that the other rows leave free, min 1 / (A⁻¹)_kk of the Delassus matrix A scaled to
-            a unit diagonal: 1 for rows that do not affect one another, 0 for rows that depend on one another. The smallest
-            eigenvalue of A lies between it and its c d-th part. Where it is below the square root of the type's precision
-            (1e-8 for 64 bits, 3e-4 for 32), the numbers are not to be trusted.
+        pivot: (B,) smallest share of a row that the other rows leave free, min 1 / (A⁻¹)_kk of the
+            Delassus matrix A scaled to a unit diagonal: 1 for rows that do not affect one another,
+            0 for rows that depend on one another. The smallest eigenvalue of A lies between it and
+            its c d-th part. Where it is below the square root of the type's precision (1e-8 for 64
+            bits, 3e-4 for 32), the numbers are not to be trusted.
     """
 
     shock: Any
@@ -33,21 +38,27 @@ def batched_shock(
     contacts: Any = None,
     v_in: Any = None,
 ) -> BatchedShock:
-    """The impact of B states (Eq. 4). A state with NaN, or whose matrices are singular, does not change the others.
+    """The impact of B states (Eq. 4).
+
+    A state with NaN, or whose matrices are singular, does not change the others.
 
     Args:
         xp: the library, numpy or torch.
         M: (B, nv, nv) joint-space inertia [kg, kg m, kg m²].
-        J_c: (B, c, d, nv) Jacobians of c contact points along the d directions that the ground holds.
+        J_c: (B, c, d, nv) Jacobians of c contact points along the d directions that the ground
+            holds.
         J_p: (B, p, 3, nv) Jacobians of p points.
         v: (B, nv) velocity before the impact [rad/s, m/s].
         restitution: e, a number or (B, c, 1) [1].
         locked: (nv,) bool, velocities that the impact does not change.
-        contacts: (B, c) bool, which of them strike; all by default. Where none does, the shock is NaN without `v_in`, else 0.
-        v_in: (B,) speed that normalises shock [m/s]; by default that of the fastest contact, along its d directions.
+        contacts: (B, c) bool, which of them strike; all by default. Where none does, the shock is
+            NaN without `v_in`, else 0.
+        v_in: (B,) speed that normalises shock [m/s]; by default that of the fastest contact, along
+            its d directions.
 
     Raises:
-        ValueError: an array has another shape or type than stated. Arrays of numbers have the type of M.
+        ValueError: an array has another shape or type than stated. Arrays of numbers have the type
+            of M.
     """
     _refuse_other_arrays(M, J_c, J_p, v, restitution, locked, contacts, v_in)
     B, c, d, nv = J_c.shape
@@ -58,18 +69,20 @@ def batched_shock(
     on = strikes.reshape(B, n)
     J = J_c.reshape(B, n, nv) * on[..., None] * free
 
-    # Y = M⁻¹ Jᵀ and A = J Y. A velocity that is locked has the row and the column of a unit matrix in M, so that it stays as it is.
+    # Y = M⁻¹ Jᵀ and A = J Y. A velocity that is locked has the row and the column of a unit matrix
+    # in M, so that it stays as it is.
     response = _solve(xp, M * (free[:, None] * free) + _eye(xp, free) * (1.0 - free), J.mT)
     delassus = J @ response
 
-    # A scaled to a unit diagonal; a contact that does not strike has the row and the column of a unit matrix.
+    # A scaled to a unit diagonal; a contact that does not strike has the row and the column of a
+    # unit matrix.
     diagonal = xp.linalg.diagonal(delassus)
     scale = xp.where(diagonal > 0.0, diagonal, 1.0) ** -0.5
     eye = _eye(xp, on.sum(0))
     scaled = delassus * scale[..., None] * scale[:, None] + eye * (1.0 - on)[..., None]
 
-    # A f = −(1 + e) J v, and A⁻¹ for the pivots. The last digit on the diagonal keeps rows that depend on one another from a
-    # division by zero.
+    # A f = −(1 + e) J v, and A⁻¹ for the pivots. The last digit on the diagonal keeps rows that
+    # depend on one another from a division by zero.
     undone = ((1.0 + restitution) * strikes * before).reshape(B, n, 1)
     right = xp.concatenate([scale[..., None] * undone, xp.ones_like(undone) * eye], -1)
     solved = _solve(xp, scaled + xp.finfo(M.dtype).eps * eye, right)
@@ -81,16 +94,23 @@ def batched_shock(
     return BatchedShock(_length(xp, jump) / speed[:, None], impulse.reshape(B, c, d), pivot)
 
 
-def _refuse_other_arrays(M: Any, J_c: Any, J_p: Any, v: Any, restitution: Any, locked: Any, contacts: Any, v_in: Any) -> None:
-    """Refuse, by a ValueError, arrays whose shapes would be broadcast to another meaning, and masks that are numbers.
+def _refuse_other_arrays(
+    M: Any, J_c: Any, J_p: Any, v: Any, restitution: Any, locked: Any, contacts: Any, v_in: Any
+) -> None:
+    """Refuse, by a ValueError, arrays whose shapes would be broadcast to another meaning, and masks
+    that are numbers.
 
     Only shapes and types are read, which a device and a compiler have without a computation.
     """
     for name, array, dimensions in (("M", M, 3), ("J_c", J_c, 4), ("J_p", J_p, 4), ("v", v, 2)):
         if len(_shape(array)) != dimensions:
-            raise ValueError(f"{name} has the shape {_shape(array)}; it needs {dimensions} dimensions")
+            raise ValueError(
+                f"{name} has the shape {_shape(array)}; it needs {dimensions} dimensions"
+            )
     if "float" not in _kind(M) or _kind(J_c) != _kind(M):
-        raise ValueError(f"M has the type {_kind(M)} and J_c {_kind(J_c)}; both have to be of one floating type")
+        raise ValueError(
+            f"M has the type {_kind(M)} and J_c {_kind(J_c)}; both have to be of one floating type"
+        )
     B, c, _, nv = J_c.shape
     wanted = {
         "M": (M, (B, nv, nv)),
@@ -106,11 +126,17 @@ def _refuse_other_arrays(M: Any, J_c: Any, J_p: Any, v: Any, restitution: Any, l
         if array is None or number:
             continue
         if _shape(array) != shape:
-            raise ValueError(f"{name} has the shape {_shape(array)}; with J_c {tuple(J_c.shape)} it has to be {shape}")
+            raise ValueError(
+                f"{name} has the shape {_shape(array)}; with J_c {tuple(J_c.shape)} it has to be "
+                f"{shape}"
+            )
         mask = name in ("locked", "contacts")
         kind = "bool" if mask else _kind(M)
         if _kind(array) != kind:
-            raise ValueError(f"{name} has the type {_kind(array)}; it has to be {kind}{'' if mask else ', as M has'}")
+            raise ValueError(
+                f"{name} has the type {_kind(array)}; it has to be "
+                f"{kind}{'' if mask else ', as M has'}"
+            )
 
 
 def _shape(array: Any) -> tuple[int, ...]:
@@ -131,8 +157,11 @@ def _eye(xp: Any, like: Any) -> Any:
 
 
 def _solve(xp: Any, matrices: Any, right: Any) -> Any:
-    """Solutions X of A X = B, for A (B, n, n) and B (B, n, k); NaN where A is singular, instead of an error for all states."""
-    if hasattr(xp.linalg, "solve_ex"):  # of PyTorch; `solve` would wait for the device to ask whether a matrix is singular
+    """Solutions X of A X = B, for A (B, n, n) and B (B, n, k); NaN where A is singular, instead of
+    an error for all states.
+    """
+    # of PyTorch; `solve` would wait for the device to ask whether a matrix is singular
+    if hasattr(xp.linalg, "solve_ex"):
         solution, singular = xp.linalg.solve_ex(matrices, right)
         return xp.where((singular == 0)[:, None, None], solution, xp.nan)
     try:
@@ -140,7 +169,9 @@ def _solve(xp: Any, matrices: Any, right: Any) -> Any:
     except np.linalg.LinAlgError:  # NumPy does not say which state
         if len(matrices) == 1:
             return xp.full_like(right, xp.nan)
-        return xp.concatenate([_solve(xp, matrices[k : k + 1], right[k : k + 1]) for k in range(len(matrices))])
+        return xp.concatenate(
+            [_solve(xp, matrices[k : k + 1], right[k : k + 1]) for k in range(len(matrices))]
+        )
 
 
 def _length(xp: Any, vectors: Any) -> Any:

@@ -1,13 +1,13 @@
 """The oscillations of springs and dampers between two events, in the modes of the springs.
 
-In these modes p are the deflections from rest and υ the velocities, both in √J. Dampers beside springs make C, those in series with
-springs make R:
+In these modes p are the deflections from rest and υ the velocities, both in √J. Dampers beside
+springs make C, those in series with springs make R:
 
     ṗ = σ υ − R p,    υ̇ = −σ p − C υ
 
-Without dampers (p, υ) rotate by the angles σt. With those beside springs, the 2m eigenvectors of the m modes with σ > 0 are those
-of the quadratic eigenproblem λ² + λ C + σ². At a critical damping two of them are parallel: dampers that are larger by 1e-9 then
-give a motion that differs as little.
+Without dampers (p, υ) rotate by the angles σt. With those beside springs, the 2m eigenvectors of
+the m modes with σ > 0 are those of the quadratic eigenproblem λ² + λ C + σ². At a critical damping
+two of them are parallel: dampers that are larger by 1e-9 then give a motion that differs as little.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,9 @@ from shockpc.core.crossing import ComplexArray
 from shockpc.core.spatial import Array
 
 PARALLEL = 1e6
-"""Size of the coefficients of a state of length 1 from which eigenvectors, of length 1 too, count as parallel."""
+"""Size of the coefficients of a state of length 1 from which eigenvectors, of length 1 too, count
+as parallel.
+"""
 
 CHANGED = (0.0, 1e-9, 1e-8, 1e-7, 1e-6)
 """Shares by which dampers are larger, until the eigenvectors span all states."""
@@ -29,8 +31,10 @@ class Oscillations(NamedTuple):
 
     Attributes:
         rate: (k,) λ [rad/s].
-        deflection, velocity: (d, k) p and υ [√J]; (d,) the diagonals where each mode is one oscillation.
-        bounds: of the lengths of the first and second derivatives of (p, υ), infinite without dampers [√J/s, √J/s²].
+        deflection, velocity: (d, k) p and υ [√J]; (d,) the diagonals where each mode is one
+            oscillation.
+        bounds: of the lengths of the first and second derivatives of (p, υ), infinite without
+            dampers [√J/s, √J/s²].
     """
 
     rate: ComplexArray
@@ -58,7 +62,9 @@ class Damped(NamedTuple):
 
 
 def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
-    """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a velocity (d,)."""
+    """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a
+    velocity (d,).
+    """
     turning: ComplexArray = np.empty(len(sigma), dtype=complex)
     turning.real, turning.imag = deflection, np.where(sigma > 0.0, -velocity, 0.0)
     rate: ComplexArray = np.zeros(len(sigma), dtype=complex)
@@ -71,9 +77,10 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
 
     Args:
         sigma: (d,) frequencies without dampers [rad/s].
-        dampers: (k, d) √c times the velocity of each damper for unit velocities of the modes; zero for modes without frequency.
-        in_series: (l, d) √γ times the deflection of each spring that has a damper in series, for unit deflections of the modes; γ
-            is the rate at which that lets its force decay.
+        dampers: (k, d) √c times the velocity of each damper for unit velocities of the modes; zero
+            for modes without frequency.
+        in_series: (l, d) √γ times the deflection of each spring that has a damper in series, for
+            unit deflections of the modes; γ is the rate at which that lets its force decay.
 
     Raises:
         ArithmeticError: they do not span all states.
@@ -83,7 +90,12 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
     S, G, R = np.diag(sigma)[deflects][:, moves], dampers[:, moves], in_series[:, deflects]
     differ, differs = (1.0 + np.arange(len(part)) / max(len(part), 1) for part in (G, R))
     for change in CHANGED:
-        A = np.block([[-(R.T * (1.0 + change * differs)) @ R, S], [-S.T, -(G.T * (1.0 + change * differ)) @ G]])
+        A = np.block(
+            [
+                [-(R.T * (1.0 + change * differs)) @ R, S],
+                [-S.T, -(G.T * (1.0 + change * differ)) @ G],
+            ]
+        )
         rate, vectors = np.linalg.eig(A)
         try:
             inverse = np.linalg.inv(vectors)
@@ -91,21 +103,39 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
             continue
         if np.abs(inverse).max(initial=0.0) <= PARALLEL:
             # No oscillation grows.
-            return Damped(deflects, moves, A, np.minimum(rate.real, 0.0) + 1j * rate.imag, vectors + 0.0j, inverse + 0.0j)
-    raise ArithmeticError("the oscillations of contacts with dampers cannot be told apart; change the damping slightly")
+            return Damped(
+                deflects,
+                moves,
+                A,
+                np.minimum(rate.real, 0.0) + 1j * rate.imag,
+                vectors + 0.0j,
+                inverse + 0.0j,
+            )
+    raise ArithmeticError(
+        "the oscillations of contacts with dampers cannot be told apart; change the damping "
+        "slightly"
+    )
 
 
 def damped(modes: Damped, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes with dampers, from a deflection (d,) and a velocity (d,)."""
     deflects, moves, A, rate, vectors, inverse = modes
-    state, p = np.concatenate([deflection[deflects], velocity[moves]]), int(np.count_nonzero(deflects))
+    state, p = (
+        np.concatenate([deflection[deflects], velocity[moves]]),
+        int(np.count_nonzero(deflects)),
+    )
     # One of each two conjugate ones, twice.
     kept = rate.imag >= 0.0
     deflections, velocities = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
     parts = (vectors * (inverse @ state) * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
     deflections[deflects], velocities[moves] = parts[:p], parts[p:]
     first = A @ state
-    return Oscillations(rate[kept], deflections, velocities, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
+    return Oscillations(
+        rate[kept],
+        deflections,
+        velocities,
+        (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))),
+    )
 
 
 def along(rows: Array, waves: ComplexArray) -> ComplexArray:

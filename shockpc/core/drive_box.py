@@ -21,7 +21,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 NEEDED = 1e-9
-"""Share of its mobility without contacts, left with them and with others held, up to which a joint cannot be held.
+"""Share of its mobility without contacts, left with them and with others held, up to which a joint
+cannot be held.
 
 Contacts and the others hold it already, or need it to move."""
 
@@ -51,7 +52,8 @@ class DriveBox(NamedTuple):
         C: (n, n) jumps of their rates for unit impulses on them, with the inertias as modelled.
         x: (n,) jumps of their rates by the impact, likewise.
         less: (n,) from the inertias as modelled to the smallest ones, not above zero [kg m², kg].
-        more: (n,) from there to the largest ones, not below zero; infinite where a joint may be held.
+        more: (n,) from there to the largest ones, not below zero; infinite where a joint may be
+            held.
         mobility: (n,) diagonal of C without contacts.
     """
 
@@ -198,7 +200,8 @@ class _Inertias:
     def steps(self) -> tuple[Array, Array]:
         """What the inertia of each joint alone changes: Y − s V_i, with s from zero to most.
 
-        Returns: most (n,), at the other end of its interval, zero where it cannot be held; V (m, n).
+        Returns: most (n,), at the other end of its interval, zero where it cannot be held; V (m,
+        n).
         """
         n = len(self.d)
         V = self.M[n:, :n] * (self.sign * self.M[:n, -1])

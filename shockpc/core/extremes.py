@@ -1,10 +1,12 @@
 """The minimum and the maximum of |Δv + Δω × r| over the geometry of bodies.
 
-Geometry is a union of convex pieces: the hull of some points, or an ellipsoid swept along a segment (a sphere, a capsule; a
-cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is the same at all r; the part across it maps a piece
-linearly to a set in a plane, a polygon or a swept ellipse, so that what is sought are this set's points farthest from the origin
-and nearest to it. The farthest is a corner of the polygon, or on an ellipse at an end; the nearest is found by Wolfe's algorithm
-(`_distances`) or on an ellipse (`_to_ellipses`), for all pieces of all bodies at once.
+Geometry is a union of convex pieces: the hull of some points, or an ellipsoid swept along a segment
+(a sphere, a capsule; a cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is
+the same at all r; the part across it maps a piece linearly to a set in a plane, a polygon or a
+swept ellipse, so that what is sought are this set's points farthest from the origin and nearest to
+it. The farthest is a corner of the polygon, or on an ellipse at an end; the nearest is found by
+Wolfe's algorithm (`_distances`) or on an ellipse (`_to_ellipses`), for all pieces of all bodies at
+once.
 """
 
 from typing import NamedTuple
@@ -21,10 +23,11 @@ class Pieces(NamedTuple):
     """Convex pieces of bodies, one after the other.
 
     Attributes:
-        points: (k, 3) points that span the pieces, each in its body's frame [m]; of a round piece four: the ends of the segment,
-            a and b, as a, b, a, b.
+        points: (k, 3) points that span the pieces, each in its body's frame [m]; of a round piece
+            four: the ends of the segment, a and b, as a, b, a, b.
         start: (n,) where each piece's points begin; every piece has at least one.
-        rounding: (n, 3, 3) semi-axes of each piece's ellipsoid in orthogonal columns [m]; zero for the hull of points.
+        rounding: (n, 3, 3) semi-axes of each piece's ellipsoid in orthogonal columns [m]; zero for
+            the hull of points.
         body: (n,) index of the body each piece belongs to, ascending.
         piece: (k,) the piece each point belongs to.
         round: (m,) the pieces whose rounding is not zero.
@@ -47,10 +50,18 @@ class Pieces(NamedTuple):
         Raises:
             ValueError: a round piece has more than two points.
         """
-        hulls = [(i, points, rounding, bool(rounding.any())) for i, group in enumerate(bodies) for points, rounding in group]
+        hulls = [
+            (i, points, rounding, bool(rounding.any()))
+            for i, group in enumerate(bodies)
+            for points, rounding in group
+        ]
         if any(is_round and len(points) > 2 for _, points, _, is_round in hulls):
-            raise ValueError("an ellipsoid is swept along a segment only: a round piece has one point or two")
-        spans = [np.resize(points, (4, 3)) if is_round else points for _, points, _, is_round in hulls]
+            raise ValueError(
+                "an ellipsoid is swept along a segment only: a round piece has one point or two"
+            )
+        spans = [
+            np.resize(points, (4, 3)) if is_round else points for _, points, _, is_round in hulls
+        ]
         counts = np.array([len(points) for points in spans], dtype=int)
         return Pieces(
             np.concatenate([np.zeros((0, 3)), *spans]),
@@ -62,7 +73,9 @@ class Pieces(NamedTuple):
         )
 
 
-def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float) -> tuple[Array, Array]:
+def shock_extremes(
+    delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float
+) -> tuple[Array, Array]:
     """Compute the minimum and the maximum of |Δv + Δω × r| / v_in over every body.
 
     Args:
@@ -71,13 +84,22 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
         pieces: the pieces of the bodies.
         v_in: speed of the strike [m/s].
 
-    Returns: minimum (nb,), maximum (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the farthest point r; NaN for a body
+    Returns: minimum (nb,), maximum (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the
+        farthest point r; NaN for a body
     without pieces, and where an input is NaN.
     """
     along, offset, turning = _across(delta_omega, delta_v)
     body, points = pieces.body[pieces.piece], pieces.points
-    p = np.array([offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3)) for k in range(2)])
-    farthest, nearest = np.sqrt(np.maximum.reduceat(_dot(p, p), pieces.start)), np.full(len(pieces.start), np.inf)
+    p = np.array(
+        [
+            offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3))
+            for k in range(2)
+        ]
+    )
+    farthest, nearest = (
+        np.sqrt(np.maximum.reduceat(_dot(p, p), pieces.start)),
+        np.full(len(pieces.start), np.inf),
+    )
     if pieces.round.size:
         corners = pieces.start[pieces.round] + np.arange(4)[:, None]
         images = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
@@ -114,15 +136,19 @@ def maximum_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
         farthest = np.sqrt(_dot(p, p).max(axis=-1))
         if pieces.round.size:
             images = (turning @ axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
-            farthest = np.maximum(farthest, _to_ellipses(p[..., ends], images, nearest=False)[0].max(axis=(1, 2)))
+            farthest = np.maximum(
+                farthest, _to_ellipses(p[..., ends], images, nearest=False)[0].max(axis=(1, 2))
+            )
         maximum[part] = np.hypot(farthest, along)
     return maximum.reshape(delta_omega.shape[:-1])
 
 
 def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
-    """Separate jumps into parts along and perpendicular to ω: along (...), offset (..., 2), turning (..., 2, 3).
+    """Separate jumps into parts along and perpendicular to ω: along (...), offset (..., 2), turning
+    (..., 2, 3).
 
-    With the unit vectors e perpendicular to ω, e · (Δv + Δω × r) = e · Δv + (e × Δω) · r = offset + turning · r.
+    With the unit vectors e perpendicular to ω, e · (Δv + Δω × r) = e · Δv + (e × Δω) · r = offset +
+    turning · r.
     """
     spin = np.linalg.norm(delta_omega, axis=-1, keepdims=True)
     # A body that does not rotate has the same velocity everywhere, so any axis will do.
@@ -131,7 +157,10 @@ def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
     # Duff et al. 2017, "Building an orthonormal basis, revisited".
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
-    e = np.stack([1.0 + sign * x * x * a, sign * x * y * a, -sign * x, x * y * a, sign + y * y * a, -y], axis=-1)
+    e = np.stack(
+        [1.0 + sign * x * x * a, sign * x * y * a, -sign * x, x * y * a, sign + y * y * a, -y],
+        axis=-1,
+    )
     e = e.reshape(*axis.shape[:-1], 2, 3)
     return _inner(axis, delta_v), _inner(e, delta_v[..., None, :]), e @ cross_matrix(delta_omega)
 
@@ -139,9 +168,10 @@ def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
 def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Array]:
     """Distances of the origin from the farthest and the nearest points of ellipses.
 
-    One rotation in the plane makes the rows of M orthogonal (Hestenes 1958), which keeps the digits of a flat ellipse. Along its
-    axes, from the centre (x, y) ≥ 0, the farthest point is at (major c, minor s) and the nearest at −(major c, minor s), with unit
-    vectors (c, s) ≥ 0 that follow from Lagrange's condition.
+    One rotation in the plane makes the rows of M orthogonal (Hestenes 1958), which keeps the digits
+    of a flat ellipse. Along its axes, from the centre (x, y) ≥ 0, the farthest point is at (major
+    c, minor s) and the nearest at −(major c, minor s), with unit vectors (c, s) ≥ 0 that follow
+    from Lagrange's condition.
 
     Args:
         centres: (2, ...).
@@ -157,18 +187,24 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
     u, w = c[..., None] * u + s[..., None] * w, c[..., None] * w - s[..., None] * u
     major, minor = np.sqrt(_inner(u, u)), np.sqrt(_inner(w, w))
     a, b = np.array([major * x, minor * y]), np.array([minor * y, major * x])
-    first, second = _unit_vector(a[: 1 + nearest], b[: 1 + nearest], np.maximum((major - minor) * (major + minor), 0.0))
+    first, second = _unit_vector(
+        a[: 1 + nearest], b[: 1 + nearest], np.maximum((major - minor) * (major + minor), 0.0)
+    )
     distances = [np.hypot(x + major * first[0], y + minor * second[0])]
     if nearest:
-        distances.append(np.hypot(np.maximum(x - major * second[1], 0.0), np.maximum(y - minor * first[1], 0.0)))
+        distances.append(
+            np.hypot(np.maximum(x - major * second[1], 0.0), np.maximum(y - minor * first[1], 0.0))
+        )
     return distances
 
 
 def _to_tangents(sides: Array, images: Array) -> Array:
-    """From the ends a, b, a, b of a swept ellipse to the corners of the parallelogram between its two straight sides.
+    """From the ends a, b, a, b of a swept ellipse to the corners of the parallelogram between its
+    two straight sides.
 
-    Such an ellipse is the union of the ellipses at its ends and of this parallelogram, whose corners are where the sides touch
-    them: the support points of the ellipse M b, |b| ≤ 1, in the two directions n perpendicular to the sides, ± M Mᵀ n / |Mᵀ n|.
+    Such an ellipse is the union of the ellipses at its ends and of this parallelogram, whose
+    corners are where the sides touch them: the support points of the ellipse M b, |b| ≤ 1, in the
+    two directions n perpendicular to the sides, ± M Mᵀ n / |Mᵀ n|.
 
     Args:
         sides: (2, m) from b to a.
@@ -184,10 +220,12 @@ def _to_tangents(sides: Array, images: Array) -> Array:
 
 
 def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
-    """Solve |(a / μ, b / (μ + δ))| = 1 for that vector; if no μ > 0 does, it is (√(1 − b²/δ²), b / δ). All are ≥ 0.
+    """Solve |(a / μ, b / (μ + δ))| = 1 for that vector; if no μ > 0 does, it is (√(1 − b²/δ²), b /
+    δ). All are ≥ 0.
 
-    The reciprocal of the length is a concave function of μ, so from a μ where the length is at least 1 Newton's iteration increases
-    to the root, in the end quadratically (Moré and Sorensen 1983).
+    The reciprocal of the length is a concave function of μ, so from a μ where the length is at
+    least 1 Newton's iteration increases to the root, in the end quadratically (Moré and Sorensen
+    1983).
     """
     mu, step = np.maximum(a, np.hypot(a, b) - delta), np.array(np.inf)
     while True:
@@ -195,7 +233,10 @@ def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
         first, second = a / lower, b / upper
         if not np.any(step > 1e-8 * mu):
             break
-        squared, slope = first * first + second * second, first * first / lower + second * second / upper
+        squared, slope = (
+            first * first + second * second,
+            first * first / lower + second * second / upper,
+        )
         step = np.maximum(squared * (np.sqrt(squared) - 1.0) / np.maximum(slope, TINY), 0.0)
         mu = mu + step
     first = np.where(mu > TINY, first, np.sqrt(np.maximum(1.0 - second * second, 0.0)))
@@ -209,11 +250,13 @@ def _inner(a: Array, b: Array) -> Array:
 
 
 def _distances(p: Array, pieces: Pieces) -> Array:
-    """Distance (n,) of the origin from the convex hull of every piece's points p (2, k); 0 inside, NaN where one is not finite.
+    """Distance (n,) of the origin from the convex hull of every piece's points p (2, k); 0 inside,
+    NaN where one is not finite.
 
-    The origin is inside unless all points, seen from it, lie within less than half a turn. Outside, the algorithm is Wolfe's (1976)
-    in the plane: take the corner with the minimum component along the nearest point so far, and continue with the nearer of the two
-    segments from the ends of the present edge to it. Every step reduces the distance, and the number of segments is finite.
+    The origin is inside unless all points, seen from it, lie within less than half a turn. Outside,
+    the algorithm is Wolfe's (1976) in the plane: take the corner with the minimum component along
+    the nearest point so far, and continue with the nearer of the two segments from the ends of the
+    present edge to it. Every step reduces the distance, and the number of segments is finite.
     """
     start, piece = pieces.start, pieces.piece
     undefined = ~np.isfinite(np.add.reduceat(_dot(p, p), start))

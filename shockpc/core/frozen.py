@@ -9,9 +9,11 @@ R = TypeVar("R")
 
 @dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(dataclasses.field,))
 def frozen(*, kw_only: bool = False) -> Callable[[type[R]], type[R]]:
-    """As `dataclasses.dataclass(frozen=True, eq=False, repr=False)`, with methods that all records share.
+    """As `dataclasses.dataclass(frozen=True, eq=False, repr=False)`, with methods that all records
+    share.
 
-    Those that `dataclass` makes for each class, which it compiles, would lengthen the start of every command.
+    Those that `dataclass` makes for each class, which it compiles, would lengthen the start of
+    every command.
 
     Args:
         kw_only: whether the fields are given only by name.
@@ -33,4 +35,6 @@ def _set_once(record: Any, name: str, value: Any) -> None:
 
 
 def _refuse(record: Any, name: str) -> NoReturn:
-    raise dataclasses.FrozenInstanceError(f'field "{name}" of {type(record).__name__} cannot be changed; use dataclasses.replace')
+    raise dataclasses.FrozenInstanceError(
+        f'field "{name}" of {type(record).__name__} cannot be changed; use dataclasses.replace'
+    )

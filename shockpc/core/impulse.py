@@ -1,10 +1,12 @@
-"""Step 1: solve the impulsive equation of motion for the jump in joint velocity (shock paper, Eq. 4).
+"""Step 1: solve the impulsive equation of motion for the jump in joint velocity (shock paper, Eq.
+4).
 
     [ H    J_cᵀ ] [ Δq̇ ]   [  0 ]
     [ J_c   0   ] [ −λ ] = [ −b ]         b = (1 + e) J_c q̇⁻
 
-Works only on arrays; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
-a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays have a leading posture axis.
+Works only on arrays; it neither loads robots nor chooses contacts. What closes a loop is a row with
+b = 0; what cannot move is a column left out (Eq. 7, with H and J_c reduced before they come here).
+All arrays have a leading posture axis.
 """
 
 import functools
@@ -22,16 +24,24 @@ CLEARLY_INDEPENDENT = 1e-4
 """Smallest pivot of the scaled Delassus matrix from which its rows are certainly independent."""
 
 INDISTINCT = 1e10
-"""Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
+"""Condition of the inertia from which the Delassus matrix in double precision no longer tells
+whether its rows are independent.
+"""
 
 TOLERANCE = 64.0 * EPS
-"""Rows are dependent where what sets them apart is below this share of the terms that they are computed from."""
+"""Rows are dependent where what sets them apart is below this share of the terms that they are
+computed from.
+"""
 
 DATA_TOLERANCE = 1e-8
-"""The same where loops are closed: bars that are parallel to the digits of a file, and to the gap that closing leaves."""
+"""The same where loops are closed: bars that are parallel to the digits of a file, and to the gap
+that closing leaves.
+"""
 
 SMALL = 1e-2
-"""Minimum pivot, and minimum share of the largest mobility, below which a row may be one that rounding of the robot's file left."""
+"""Minimum pivot, and minimum share of the largest mobility, below which a row may be one that
+rounding of the robot's file left.
+"""
 
 UNCERTAIN = 1.0 / 32.0, 8.0
 """Multiples of the tolerance between which rounding can change whether rows are independent."""
@@ -41,13 +51,19 @@ class Solution(NamedTuple):
     """The solution of Eq. 4 in N postures, in double precision.
 
     Attributes:
-        delta_qd: (N, nv, k) jump of the joint velocities [rad/s, m/s], one column for each column of b.
-        impulse: (N, nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
-        scale: (N, nc) by which each row is brought to unit mobility; zero for a row along which nothing can move.
+        delta_qd: (N, nv, k) jump of the joint velocities [rad/s, m/s], one column for each column
+            of b.
+        impulse: (N, nc, k) impulse of the ground on the robot along each row [N s]: positive where
+            the row is pushed forward.
+        scale: (N, nc) by which each row is brought to unit mobility; zero for a row along which
+            nothing can move.
         rank: (N,) number of independent rows.
-        condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the jump that is known worst [1].
-        choices: the independent rows of each posture in which some depend on others, or nearly do, by its index.
-        independent: (r, k) impulses along these rows only, which do the same to the robot, by the same index [N s].
+        condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the
+            jump that is known worst [1].
+        choices: the independent rows of each posture in which some depend on others, or nearly do,
+            by its index.
+        independent: (r, k) impulses along these rows only, which do the same to the robot, by the
+            same index [N s].
     """
 
     delta_qd: Array
@@ -73,14 +89,18 @@ class RowChoice(NamedTuple):
 
     Attributes:
         rows: (r,) indices of independent rows from which all others follow.
-        distribution: (nc, r) distributes impulses along these rows over all rows, with the same effect and the minimum norm at unit
-            mobility; the identity where no row depends on others.
-        unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
+        distribution: (nc, r) distributes impulses along these rows over all rows, with the same
+            effect and the minimum norm at unit mobility; the identity where no row depends on
+            others.
+        unique: (nc,) whether the impulse along a row is determined. A row along which nothing can
+            move takes none.
         uncertain: whether rounding can change how many rows are independent.
-        discarded: largest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if none is.
-        infeasible: (m, nc) combinations of rows, of unit length, along which the mechanism moves only by what rounding of its file
-            leaves.
-        slack: share of their terms that rounding of the file may leave in rows that follow from others.
+        discarded: largest singular value above rounding that counts as zero, relative to the terms
+            of the rows; 0 if none is.
+        infeasible: (m, nc) combinations of rows, of unit length, along which the mechanism moves
+            only by what rounding of its file leaves.
+        slack: share of their terms that rounding of the file may leave in rows that follow from
+            others.
     """
 
     rows: np.ndarray
@@ -105,16 +125,19 @@ def solve_impact(
     tolerance: float,
     most: Callable[[int], tuple[int, float]] | None = None,
 ) -> Solution:
-    """The jump of minimum kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
+    """The jump of minimum kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ =
+    (J_c H⁻¹ J_cᵀ)⁻¹.
 
-    The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
-    the inertia has lost the digits to tell, `independent_rows` finds the independent rows of that posture.
+    The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting.
+    Where a pivot comes near zero, or the inertia has lost the digits to tell, `independent_rows`
+    finds the independent rows of that posture.
 
     Args:
         H: joint-space inertia, matrices (N, nv, nv) or what they consist of [kg, kg m, kg m²].
         J_c: (N, nc, nv) contact and closure rows.
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
-        terms: the sizes (N, nc, nv) of the terms that the entries of J_c are sums of; asked only where they may matter.
+        terms: the sizes (N, nc, nv) of the terms that the entries of J_c are sums of; asked only
+            where they may matter.
         tolerance: as of `independent_rows`.
         most: posture → the last two arguments of `independent_rows`; asked only there, too.
 
@@ -122,8 +145,11 @@ def solve_impact(
     """
     n, nc = J_c.shape[:2]
     size = np.sqrt(np.abs(diagonal_of(H)))
-    # One more right-hand side of random signs estimates the norm of the inverse (Kenney and Laub 1994).
-    right = np.concatenate([np.swapaxes(J_c, -1, -2), (size * _signs(size.shape[1]))[..., None]], axis=-1)
+    # One more right-hand side of random signs estimates the norm of the inverse (Kenney and Laub
+    # 1994).
+    right = np.concatenate(
+        [np.swapaxes(J_c, -1, -2), (size * _signs(size.shape[1]))[..., None]], axis=-1
+    )
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         X = solve_inertia(H, right)
         stiffness = np.sqrt(np.sum((X[..., nc] * size) ** 2, axis=-1))
@@ -133,13 +159,21 @@ def solve_impact(
         scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
         scaled = A * (scale[:, :, None] * scale[:, None, :])
         pivot = _minimum_pivot(scaled)
-        # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
+        # Unit velocities of single joints say what a mobility is: of a row along which nothing can
+        # move, rounding leaves 1e-32.
         natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
-        well = (pivot > CLEARLY_INDEPENDENT) & (stiffness < INDISTINCT) & (mobility.min(axis=-1) > 1e-20 * natural)
+        well = (
+            (pivot > CLEARLY_INDEPENDENT)
+            & (stiffness < INDISTINCT)
+            & (mobility.min(axis=-1) > 1e-20 * natural)
+        )
         limits = {}
         if most is not None:
-            # One or two rows may all be what rounding left, and then none is smaller than the others.
-            small = ~((pivot > SMALL) & (mobility.min(axis=-1) > SMALL * mobility.max(axis=-1))) | (nc < 3)
+            # One or two rows may all be what rounding left, and then none is smaller than the
+            # others.
+            small = ~((pivot > SMALL) & (mobility.min(axis=-1) > SMALL * mobility.max(axis=-1))) | (
+                nc < 3
+            )
             limits = {k: most(k) for k in np.flatnonzero(small).tolist()}
         well[[k for k, (limit, _) in limits.items() if limit < nc]] = False
         unclear = np.flatnonzero(~well).tolist()
@@ -151,19 +185,25 @@ def solve_impact(
     choices, independent, rank = {}, {}, np.full(n, nc)
     sizes = terms() if unclear else J_c
     for k in unclear:
-        choices[k] = choice = independent_rows(J_c[k], sizes[k], column_sizes(sizes[k]), scale[k], tolerance, *limits.get(k, ()))
+        choices[k] = choice = independent_rows(
+            J_c[k], sizes[k], column_sizes(sizes[k]), scale[k], tolerance, *limits.get(k, ())
+        )
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
         independent[k] = part
         impulse[k], delta_qd[k] = choice.distribution @ part, X[k][:, r] @ part
-    return Solution(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices, independent)
+    return Solution(
+        delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices, independent
+    )
 
 
 def _light(size: Array, delta_qd: Array) -> Array:
-    """By how much (N,) the jump of the lightest joint is known worse than that of all, ‖D Δq̇‖ / (min D · max |Δq̇|), D² = diag H.
+    """By how much (N,) the jump of the lightest joint is known worse than that of all, ‖D Δq̇‖ /
+    (min D · max |Δq̇|), D² = diag H.
 
-    Rounding is a share of all that moves, measured with its inertia: a heavy body's may be much for a light one.
+    Rounding is a share of all that moves, measured with its inertia: a heavy body's may be much for
+    a light one.
     """
     # The posture comes last, so that every operation runs over contiguous numbers.
     d, jump = np.ascontiguousarray(size.T), np.abs(delta_qd.transpose(1, 2, 0), order="C")
@@ -179,7 +219,9 @@ def _signs(n: int) -> Array:
 
 
 def _minimum_pivot(A: Array) -> Array:
-    """The smallest pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN after one that is zero."""
+    """The smallest pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN
+    after one that is zero.
+    """
     S = A.transpose(1, 2, 0).copy()
     for k in range(len(S) - 1):
         S[k + 1 :, k + 1 :] -= S[k + 1 :, k, None] * (S[k, k + 1 :] / S[k, k])[None]
@@ -187,7 +229,9 @@ def _minimum_pivot(A: Array) -> Array:
 
 
 def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
-    """−A⁻¹ b for the Delassus matrix of independent rows, scaled to a unit diagonal, and its condition."""
+    """−A⁻¹ b for the Delassus matrix of independent rows, scaled to a unit diagonal, and its
+    condition.
+    """
     if not np.isfinite(A).all() or not np.all(np.diagonal(A) > 0.0):
         return np.full_like(b, np.nan), np.inf
     c = 1.0 / np.sqrt(np.diagonal(A))
@@ -207,22 +251,27 @@ def independent_rows(
     most: int | None = None,
     rounded: float = 0.0,
 ) -> RowChoice:
-    """Rows of one posture from which all others follow, and how impulses along these are distributed over all.
+    """Rows of one posture from which all others follow, and how impulses along these are
+    distributed over all.
 
-    They are as many as singular values are above rounding, and are taken far from one another. The rank of J_c H⁻¹ J_cᵀ is that
-    of J_c, because H is positive definite. It follows from the singular values of J_c with columns scaled by lengths and rows to
-    the size of their terms, so that masses decide nothing: a singular value is zero where it is below what the error of these
-    terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small mobility with one that moves
-    easily would lose digits.
+    They are as many as singular values are above rounding, and are taken far from one another. The
+    rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the
+    singular values of J_c with columns scaled by lengths and rows to the size of their terms, so
+    that masses decide nothing: a singular value is zero where it is below what the error of these
+    terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small
+    mobility with one that moves easily would lose digits.
 
     Args:
         J_c: (nc, nv) rows.
         terms: (nc, nv) sizes of the terms that its entries are sums of.
         size: (nv,) by which joint velocities are measured, as `column_sizes`.
         scale: (nc,) that brings each row to unit mobility.
-        tolerance: relative error of the terms. Rounding alone may change the choice only where it is `TOLERANCE`.
-        most: how many rows can be independent; the smallest singular values beyond that count as zero.
-        rounded: what rounding of the robot's file makes of rows beyond that, relative to their terms.
+        tolerance: relative error of the terms. Rounding alone may change the choice only where it
+            is `TOLERANCE`.
+        most: how many rows can be independent; the smallest singular values beyond that count as
+            zero.
+        rounded: what rounding of the robot's file makes of rows beyond that, relative to their
+            terms.
     """
     count = len(J_c)
     most = count if most is None else most
@@ -235,7 +284,9 @@ def independent_rows(
     s = np.pad(s, (0, count - len(s)))
     bound = tolerance * np.sqrt(count)
     rank = min(int(np.sum(s > bound)), most)
-    uncertain = tolerance == TOLERANCE and bool(np.any(_near(s[:most], bound)) or np.any(_near(share, TOLERANCE)))
+    uncertain = tolerance == TOLERANCE and bool(
+        np.any(_near(s[:most], bound)) or np.any(_near(share, TOLERANCE))
+    )
     zeros = np.concatenate([s[rank:], share[~moves]])
     discarded = float(zeros[zeros > UNCERTAIN[1] * TOLERANCE * np.sqrt(count)].max(initial=0.0))
     infeasible, slack = Vt[:0], 0.0
@@ -249,13 +300,19 @@ def independent_rows(
     # The impulse along a row is unique where its unit vector lies in the row space.
     unique = ~moves | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
     rows = np.flatnonzero(moves) if rank == moves.sum() else _farthest(scaled.T, rank)
-    # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
-    distribution = np.eye(rank) if rank == count else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
+    # In units of its terms every row has the same rounding, so a row of small mobility does not
+    # hide others.
+    distribution = (
+        np.eye(rank)
+        if rank == count
+        else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
+    )
     return RowChoice(rows, distribution, unique, uncertain, discarded, infeasible, slack)
 
 
 def _without(others: Array, scaled: Array, moves: np.ndarray) -> tuple[Array, Array]:
-    """Rows (nc, nv) without what rounding of the file left in them, and an orthonormal basis of what they combine (m, nc).
+    """Rows (nc, nv) without what rounding of the file left in them, and an orthonormal basis of
+    what they combine (m, nc).
 
     Args:
         others: (k, nc) combinations of rows that are nothing else.
@@ -266,8 +323,11 @@ def _without(others: Array, scaled: Array, moves: np.ndarray) -> tuple[Array, Ar
     return rows, np.linalg.svd(rows.T, full_matrices=False)[2]
 
 
-def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray) -> Array:
-    """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones, as `RowChoice.distribution`.
+def _distribution(
+    J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray
+) -> Array:
+    """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones,
+    as `RowChoice.distribution`.
 
     Args:
         J: (nc, nv) rows, without what is rounding in them.
@@ -290,15 +350,20 @@ def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: 
 
 
 def column_sizes(terms: Array) -> Array:
-    """The largest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length [m], for a translation 1."""
+    """The largest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length
+    [m], for a translation 1.
+    """
     maximum = terms.max(axis=0, initial=0.0)
     return np.where(maximum > 0.0, maximum, 1.0)
 
 
 def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
-    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that; arguments as of `independent_rows`."""
-    # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
-    # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
+    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that; arguments as
+    of `independent_rows`.
+    """
+    # What is left of terms that cancel to within their rounding is a structural zero, such as the
+    # speed of a point on the only axis that rotates; nothing later could tell it from a lever of
+    # 1e-16 m.
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) / size
     term_size = np.linalg.norm(terms / size, axis=1)
     term_size = np.where(term_size > 0.0, term_size, 1.0)

@@ -1,4 +1,6 @@
-"""The joint-space inertia H in N postures, as matrices or as the momenta that they consist of, and H⁻¹ B from either."""
+"""The joint-space inertia H in N postures, as matrices or as the momenta that they consist of, and
+H⁻¹ B from either.
+"""
 
 from typing import NamedTuple, TypeAlias
 
@@ -8,14 +10,19 @@ from shockpc.core.spatial import Array
 
 
 class CompositeInertia(NamedTuple):
-    """What H consists of: H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves; on the diagonal also armature.
+    """What H consists of: H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves; on the
+    diagonal also armature.
 
-    With them the work for one posture grows with nv, and with its cube in the matrix, but each velocity costs a dozen calls.
+    With them the work for one posture grows with nv, and with its cube in the matrix, but each
+    velocity costs a dozen calls.
 
     Attributes:
-        J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
-        F: (N, 6, nv) momentum of these bodies then, angular about the common origin first [kg m², kg m; kg m, kg].
-        armature: (nv,) reflected inertia of the joints [kg m², kg]; (N, nv) where it differs between postures.
+        J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the
+            bodies behind it.
+        F: (N, 6, nv) momentum of these bodies then, angular about the common origin first [kg m²,
+            kg m; kg m, kg].
+        armature: (nv,) reflected inertia of the joints [kg m², kg]; (N, nv) where it differs
+            between postures.
         before: for each joint velocity the next one towards the base, −1 for none.
     """
 
@@ -25,9 +32,11 @@ class CompositeInertia(NamedTuple):
     before: tuple[int, ...]
 
     def with_rotors(self, coupling: Array) -> "CompositeInertia":
-        """The same with the momenta c a of rotors about axes a of their joints, which the links carry that carry the joints.
+        """The same with the momenta c a of rotors about axes a of their joints, which the links
+        carry that carry the joints.
 
-        H_ij gains c_j J_iᵀ (a_j, 0); on the diagonal that is c_j, which is no part of the joint's own inertia and is taken away.
+        H_ij gains c_j J_iᵀ (a_j, 0); on the diagonal that is c_j, which is no part of the joint's
+        own inertia and is taken away.
 
         Args:
             coupling: (nv,) or (N, nv) c of each joint, zero of one that does not turn [kg m²].
@@ -40,11 +49,14 @@ class CompositeInertia(NamedTuple):
 
 
 Inertia: TypeAlias = Array | CompositeInertia
-"""Matrices H (N, nv, nv), symmetric positive definite [kg, kg m, kg m²], or what they consist of."""
+"""Matrices H (N, nv, nv), symmetric positive definite [kg, kg m, kg m²], or what they consist of.
+"""
 
 
 DEFINITE = 1e-14
-"""Smallest eigenvalue of H, scaled to a diagonal of ±1, from which H is positive definite for sure [1]."""
+"""Smallest eigenvalue of H, scaled to a diagonal of ±1, from which H is positive definite for sure
+[1].
+"""
 
 
 def diagonal_of(inertia: Inertia) -> Array:
@@ -63,18 +75,25 @@ def matrix_of(inertia: Inertia) -> Array:
         if before >= 0:
             carries[:, k] |= carries[:, before]
     upper = np.where(carries, np.swapaxes(inertia.J, -1, -2) @ inertia.F, 0.0)
-    return np.asarray(upper + np.swapaxes(np.triu(upper, 1), -1, -2) + inertia.armature[..., None] * np.eye(len(inertia.before)))
+    return np.asarray(
+        upper
+        + np.swapaxes(np.triu(upper, 1), -1, -2)
+        + inertia.armature[..., None] * np.eye(len(inertia.before))
+    )
 
 
 def definite(inertia: Inertia) -> Array:
-    """H (N, nv, nv), NaN in a posture in which it is not positive definite, as negative moments of inertia can make it.
+    """H (N, nv, nv), NaN in a posture in which it is not positive definite, as negative moments of
+    inertia can make it.
 
     A velocity that moves nothing with inertia is left out of this: its diagonal entry is zero.
     """
     H, size = np.array(matrix_of(inertia)), np.sqrt(np.abs(diagonal_of(inertia)))
     idle = size <= 1e-15 * size.max(axis=1, keepdims=True)
     scale = np.where(idle, 0.0, 1.0 / np.where(idle, 1.0, size))
-    minimum = np.linalg.eigvalsh(H * scale[:, :, None] * scale[:, None, :] + idle[:, :, None] * np.eye(len(scale.T)))[:, 0]
+    minimum = np.linalg.eigvalsh(
+        H * scale[:, :, None] * scale[:, None, :] + idle[:, :, None] * np.eye(len(scale.T))
+    )[:, 0]
     H[minimum < DEFINITE] = np.nan
     return H
 
@@ -91,15 +110,17 @@ def solve_inertia(inertia: Inertia, B: Array) -> Array:
     except np.linalg.LinAlgError:
         if len(B) == 1:
             return np.full_like(B, np.nan)
-        return np.concatenate([solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))])
+        return np.concatenate(
+            [solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))]
+        )
 
 
 def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
     """H⁻¹ B by Gaussian elimination from the leaves to the base, and back.
 
-    To eliminate velocity k takes H_ik H_kj / H_kk from H_ij. As H_ik = J_iᵀ F_k, this takes (F_k F_kᵀ / H_kk) J_j from F_j, and one
-    matrix (6, 6) serves all velocities before k: what it takes from their inertia leaves the articulated one (Featherstone 2008,
-    section 7.3).
+    To eliminate velocity k takes H_ik H_kj / H_kk from H_ij. As H_ik = J_iᵀ F_k, this takes (F_k
+    F_kᵀ / H_kk) J_j from F_j, and one matrix (6, 6) serves all velocities before k: what it takes
+    from their inertia leaves the articulated one (Featherstone 2008, section 7.3).
     """
     # The posture comes last, so that every operation runs over contiguous numbers.
     J, columns = inertia.J.transpose(2, 1, 0).copy(), np.empty((B.shape[1], 6 + B.shape[2], len(B)))

@@ -1,12 +1,16 @@
-"""What an accelerometer of a given bandwidth reads: accelerations behind a low-pass filter, in closed form.
+"""What an accelerometer of a given bandwidth reads: accelerations behind a low-pass filter, in
+closed form.
 
-Between two events of a motion all forces are sums of oscillations. Behind a filter each of these is multiplied by the transfer
-function at its rate λ, and oscillations of the filter's own poles join the parts of the motion smoothly. What follows is again a
-motion in oscillations, whose peaks are found as those of any other. Of first order the transfer function is ω / (s + ω), of second
-order that of a Butterworth filter, ω² / (s² + √2 ω s + ω²); at the frequency f = ω / 2π both let pass 1/√2.
+Between two events of a motion all forces are sums of oscillations. Behind a filter each of these is
+multiplied by the transfer function at its rate λ, and oscillations of the filter's own poles join
+the parts of the motion smoothly. What follows is again a motion in oscillations, whose peaks are
+found as those of any other. Of first order the transfer function is ω / (s + ω), of second order
+that of a Butterworth filter, ω² / (s² + √2 ω s + ω²); at the frequency f = ω / 2π both let pass
+1/√2.
 
-A pulse of one sign that changes a velocity by Δv makes at most h Δv, however short it is, with the maximum h of the response to a
-unit impulse: ω of first order, exp(−π/4) ω = 0.456 ω of second order.
+A pulse of one sign that changes a velocity by Δv makes at most h Δv, however short it is, with the
+maximum h of the response to a unit impulse: ω of first order, exp(−π/4) ω = 0.456 ω of second
+order.
 """
 
 import functools
@@ -26,10 +30,14 @@ LOWEST, HIGHEST = 1e-3, 1e9
 """Frequency of a filter [Hz]."""
 
 TOGETHER = 1e-5
-"""Share of a pole within which an oscillation, which is then moved by as much, has the rate of the filter."""
+"""Share of a pole within which an oscillation, which is then moved by as much, has the rate of the
+filter.
+"""
 
 SETTLES = 1.0
-"""Times 1/f after the end of a motion until which its filtered peak is looked for: the filter lags by up to 0.2."""
+"""Times 1/f after the end of a motion until which its filtered peak is looked for: the filter lags
+by up to 0.2.
+"""
 
 RAMP = 1e-4
 """Angle [rad] of a sine that stands for a ramp, which it is but for a share of RAMP²/6."""
@@ -56,8 +64,12 @@ class LowPass(NamedTuple):
 
     @property
     def bound(self) -> float:
-        """Largest reading for a unit change of velocity by a pulse of one sign, whatever its length [1/s]."""
-        return 2.0 * math.pi * self.frequency * (1.0 if self.order == 1 else math.exp(-math.pi / 4.0))
+        """Largest reading for a unit change of velocity by a pulse of one sign, whatever its length
+        [1/s].
+        """
+        return (
+            2.0 * math.pi * self.frequency * (1.0 if self.order == 1 else math.exp(-math.pi / 4.0))
+        )
 
     def _pole(self) -> complex:
         omega = 2.0 * math.pi * self.frequency
@@ -66,7 +78,8 @@ class LowPass(NamedTuple):
 
 @functools.lru_cache(maxsize=256)
 def low_pass_from(text: str) -> LowPass:
-    """A filter from its text: "200Hz", "0.2kHz:1" or "200Hz:2"; without an order it is of first order.
+    """A filter from its text: "200Hz", "0.2kHz:1" or "200Hz:2"; without an order it is of first
+    order.
 
     Raises:
         ValueError: it has no frequency from 1 mHz to 1 GHz, or another order.
@@ -78,16 +91,19 @@ def low_pass_from(text: str) -> LowPass:
         hertz = math.nan
     if (colon and order not in ("1", "2")) or not LOWEST <= hertz <= HIGHEST:
         raise ValueError(
-            f'"{text}" is not a bandwidth; give a frequency from {LOWEST:g} to {HIGHEST:g} Hz, and :2 for a filter of second order '
+            f'"{text}" is not a bandwidth; give a frequency from {LOWEST:g} to {HIGHEST:g} Hz, and '
+            f":2 for a filter of second order "
             "(Butterworth), such as 200Hz, 200Hz:1 or 1.5kHz:2"
         )
     return LowPass(hertz, int(order or 1))
 
 
 def filtered(motion: "StiffMotion", low_pass: LowPass, tail: float = 0.0) -> "StiffMotion":
-    """A motion whose forces are those behind a filter, so that what follows from them is what an accelerometer reads.
+    """A motion whose forces are those behind a filter, so that what follows from them is what an
+    accelerometer reads.
 
-    Before the impact the filter has settled on the forces of the springs between bodies and of the motors.
+    Before the impact the filter has settled on the forces of the springs between bodies and of the
+    motors.
 
     Args:
         motion: the motion.
@@ -103,11 +119,18 @@ def filtered(motion: "StiffMotion", low_pass: LowPass, tail: float = 0.0) -> "St
         at_rest = np.zeros_like(last.acceleration)
         segments += (
             Segment(
-                start=motion.duration, length=tail, rate=np.zeros(0, dtype=complex), level=np.zeros_like(last.level), wave=no_waves,
-                swing=np.zeros((len(jump), 0), dtype=complex), drift=at_rest, acceleration=at_rest, jump=jump,
+                start=motion.duration,
+                length=tail,
+                rate=np.zeros(0, dtype=complex),
+                level=np.zeros_like(last.level),
+                wave=no_waves,
+                swing=np.zeros((len(jump), 0), dtype=complex),
+                drift=at_rest,
+                acceleration=at_rest,
+                jump=jump,
                 displacement=displacement,
             ),
-        )  # fmt: skip
+        )
     at_first = segments[0].forces(np.zeros(()))
     value = np.where(motion.elements.contact < 0, at_first, 0.0)
     rate = np.zeros_like(value)
@@ -118,8 +141,13 @@ def filtered(motion: "StiffMotion", low_pass: LowPass, tail: float = 0.0) -> "St
     return motion._replace(segments=tuple(pieces))
 
 
-def _filtered(segment: "Segment", low_pass: LowPass, value: Array, rate: Array) -> tuple["Segment", Array, Array]:
-    """A segment behind a filter, and the filtered forces (r,) and their rates at its end. Args: both at its start."""
+def _filtered(
+    segment: "Segment", low_pass: LowPass, value: Array, rate: Array
+) -> tuple["Segment", Array, Array]:
+    """A segment behind a filter, and the filtered forces (r,) and their rates at its end.
+
+    Args: both at its start.
+    """
     pole = low_pass._pole()
     poles = np.array([pole, pole.conjugate()])[: low_pass.order]
     rates = segment.rate
@@ -141,7 +169,9 @@ def _filtered(segment: "Segment", low_pass: LowPass, value: Array, rate: Array) 
 
 @functools.lru_cache(maxsize=256)
 def pulse_reading(pulse: Pulse, low_pass: LowPass) -> float:
-    """The largest reading for a pulse that changes a velocity by 1 m/s [1/s]; the saw-tooth has its peak at the end."""
+    """The largest reading for a pulse that changes a velocity by 1 m/s [1/s]; the saw-tooth has its
+    peak at the end.
+    """
     from shockpc.core.crossing import Effort
     from shockpc.core.stiff_motion import Segment, largest_lengths
 
@@ -154,10 +184,16 @@ def pulse_reading(pulse: Pulse, low_pass: LowPass) -> float:
         "saw-tooth": (0.0, 1.0j * RAMP / T, -1.0j / math.sin(RAMP)),
     }[pulse.shape]
     none, still = np.zeros(1), np.zeros((1, 1), dtype=complex)
-    during = Segment(0.0, T, np.array([rate]), none + level, np.array([[wave]]), still, none, none, none, none)
+    during = Segment(
+        0.0, T, np.array([rate]), none + level, np.array([[wave]]), still, none, none, none, none
+    )
     first, value, slope = _filtered(during, low_pass, none, none)
     after = during._replace(start=T, length=low_pass.tail, level=none, wave=still)
-    pieces = [piece for segment in (first, _filtered(after, low_pass, value, slope)[0]) for piece in segment.pieces()]
+    pieces = [
+        piece
+        for segment in (first, _filtered(after, low_pass, value, slope)[0])
+        for piece in segment.pieces()
+    ]
     peak = largest_lengths(np.ones((1, 1, 1)), pieces, none, Effort())[0][0]
     return float(peak) * SHAPES[pulse.shape] / T
 

@@ -12,20 +12,27 @@ T = TypeVar("T")
 
 
 class _Memo(dict[Any, dict[Any, Any]]):
-    """The results that an object holds, by function and its other arguments. A pickled object leaves them behind."""
+    """The results that an object holds, by function and its other arguments.
+
+    A pickled object leaves them behind.
+    """
 
     def __reduce__(self) -> tuple[type, tuple[()]]:
         return _Memo, ()
 
 
-def memoized(most: int | None = None) -> Callable[[Callable[Concatenate[Owner, P], T]], Callable[Concatenate[Owner, P], T]]:
-    """A function whose results its first argument holds; with `functools.cache` they would keep that argument alive.
+def memoized(
+    most: int | None = None,
+) -> Callable[[Callable[Concatenate[Owner, P], T]], Callable[Concatenate[Owner, P], T]]:
+    """A function whose results its first argument holds; with `functools.cache` they would keep
+    that argument alive.
 
-    That object has a `__dict__`, and what the function reads of it does not change. The other arguments can be hashed. Nobody can
-    write to the arrays of a result.
+    That object has a `__dict__`, and what the function reads of it does not change. The other
+    arguments can be hashed. Nobody can write to the arrays of a result.
 
     Args:
-        most: number of results that an object holds, beyond which the oldest is given up; all by default.
+        most: number of results that an object holds, beyond which the oldest is given up; all by
+            default.
     """
 
     def decorate(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:

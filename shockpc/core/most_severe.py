@@ -1,4 +1,6 @@
-"""The most and the least severe strike for a point: singular values of its 3 × 3 map from strike to shock."""
+"""The most and the least severe strike for a point: singular values of its 3 × 3 map from strike to
+shock.
+"""
 
 from typing import NamedTuple
 
@@ -7,16 +9,20 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 CLEARLY_APART = 1e-3
-"""Part of the largest eigenvalue of AᵀA by which the next one has to be less for its formula to keep all but three digits."""
+"""Part of the largest eigenvalue of AᵀA by which the next one has to be less for its formula to
+keep all but three digits.
+"""
 
 
 class ExtremeDirections(NamedTuple):
     """The impact directions with the largest and the smallest shock at a point.
 
     Attributes:
-        most_severe: (..., 3) unit direction of the strike with the largest shock, world axes; pointing into the ground.
+        most_severe: (..., 3) unit direction of the strike with the largest shock, world axes;
+            pointing into the ground.
         most_severe_shock: (...) shock there [1].
-        least_severe: (..., 3) unit direction of the strike with the smallest shock; it may be level.
+        least_severe: (..., 3) unit direction of the strike with the smallest shock; it may be
+            level.
         least_severe_shock: (...) shock there [1].
     """
 
@@ -30,22 +36,28 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
     """Over all strikes of one speed, the largest |A v| / |v| and the smallest.
 
     Args:
-        maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z; where it is not finite, the result is NaN.
-        up: (3,) unit normal of the ground; of a direction and its opposite the one that approaches the ground is given.
+        maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z; where it is
+            not finite, the result is NaN.
+        up: (3,) unit normal of the ground; of a direction and its opposite the one that approaches
+            the ground is given.
     """
     lost = np.asarray(~np.isfinite(maps).all(axis=(-1, -2)))
     _, s, Vt = np.linalg.svd(np.where(lost[..., None, None], 0.0, maps))
     s[lost], Vt[lost] = np.nan, np.nan
     most_severe, least_severe = Vt[..., 0, :], Vt[..., 2, :]
 
-    return ExtremeDirections(_downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2])
+    return ExtremeDirections(
+        _downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2]
+    )
 
 
 def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
-    """The direction (N, 3) and the shock (N,) of the most severe strike, as `extreme_directions`, which takes five times as long.
+    """The direction (N, 3) and the shock (N,) of the most severe strike, as `extreme_directions`,
+    which takes five times as long.
 
-    The direction is the eigenvector of AᵀA with the largest eigenvalue, and the shock √ of that. Where the two largest eigenvalues
-    are nearly equal the formulas for these lose digits; singular values are computed there.
+    The direction is the eigenvector of AᵀA with the largest eigenvalue, and the shock √ of that.
+    Where the two largest eigenvalues are nearly equal the formulas for these lose digits; singular
+    values are computed there.
 
     Args:
         maps: (N, 3, 3), as for `extreme_directions`.
@@ -71,7 +83,8 @@ def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
 def _largest_eigenvalues(S: Array) -> tuple[Array, Array]:
     """The two largest eigenvalues (N,) of symmetric matrices S (3, 3, N), by trigonometry.
 
-    They are those of S without its mean diagonal, plus that (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix").
+    They are those of S without its mean diagonal, plus that (Smith 1961, "Eigenvalues of a
+    symmetric 3 × 3 matrix").
     """
     mean = np.einsum("iin->n", S) / 3.0
     (a, d, e), (_, b, f), (_, _, c) = S - mean * np.eye(3)[:, :, None]
@@ -84,7 +97,8 @@ def _largest_eigenvalues(S: Array) -> tuple[Array, Array]:
 def _eigenvector(S: Array, eigenvalue: Array) -> Array:
     """The unit eigenvectors (3, N) of symmetric matrices S (3, 3, N) with simple eigenvalues (N,).
 
-    The rows of S − λ are perpendicular to it; of the products of two rows the longest is determined best.
+    The rows of S − λ are perpendicular to it; of the products of two rows the longest is determined
+    best.
     """
     rows = S - eigenvalue * np.eye(3)[:, :, None]
     products = np.stack([_cross(rows[i], rows[i - 1]) for i in range(3)])
@@ -95,7 +109,9 @@ def _eigenvector(S: Array, eigenvalue: Array) -> Array:
 
 def _cross(a: Array, b: Array) -> Array:
     """Products (3, N) of vectors (3, N)."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 def _downwards(direction: Array, up: Array) -> Array:

@@ -1,4 +1,7 @@
-"""Numbers as they are given: in texts, with their units, and in arrays. What is not wholly a number is refused."""
+"""Numbers as they are given: in texts, with their units, and in arrays.
+
+What is not wholly a number is refused.
+"""
 
 import math
 import re
@@ -10,7 +13,10 @@ if TYPE_CHECKING:
     from shockpc.core.spatial import Array
 
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
-"""Pattern of a number: decimal digits with at most one point and an exponent. Blanks, other signs and other digits are in none."""
+"""Pattern of a number: decimal digits with at most one point and an exponent.
+
+Blanks, other signs and other digits are in none.
+"""
 
 _WITH_UNIT = re.compile(rf"({NUMBER})\s*(.*)")
 
@@ -25,7 +31,8 @@ def number_from(text: str, units: Mapping[str, float] = NO_UNIT) -> float:
 
     Args:
         text: a number, and behind it, after any blanks, a unit.
-        units: the factor of each unit that may be given; that of the empty one where none has to be given.
+        units: the factor of each unit that may be given; that of the empty one where none has to be
+            given.
 
     Raises:
         ValueError: it is not a number, or has another unit.
@@ -38,7 +45,10 @@ def number_from(text: str, units: Mapping[str, float] = NO_UNIT) -> float:
 
 
 def whole_from(text: str) -> int:
-    """The whole number that a text gives. Raises: ValueError: it is none, or has more than 300 digits."""
+    """The whole number that a text gives.
+
+    Raises: ValueError: it is none, or has more than 300 digits.
+    """
     if not re.fullmatch("[-+]?[0-9]{1,300}", text.strip()):
         raise ValueError(f'"{text}" is not a whole number')
     return int(text)

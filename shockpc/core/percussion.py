@@ -1,7 +1,9 @@
-"""Step 3: reduce a body's jump in velocity to its centre and radius of percussion (shock paper, Eqs. 2, 11 and 12).
+"""Step 3: reduce a body's jump in velocity to its centre and radius of percussion (shock paper,
+Eqs. 2, 11 and 12).
 
-Works in any axes, as long as velocities, points and the plane's normal are written in the same ones. Arrays may carry leading axes,
-and may hold doubles or balls (`exact`): the formulas are the same.
+Works in any axes, as long as velocities, points and the plane's normal are written in the same
+ones. Arrays may carry leading axes, and may hold doubles or balls (`exact`): the formulas are the
+same.
 """
 
 from collections.abc import Callable
@@ -16,10 +18,12 @@ class Percussion(NamedTuple):
     """Where the shock of a body is zero, and how fast it grows from there.
 
     Attributes:
-        copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that origin [m]; meaningless if the
-            body only translates.
-        ropc: (...) radius of percussion, the distance from the centre at which shock equals the strike [m]; likewise.
-        pitch: (...) pitch of the spatial screw, ω·v / |ω|² [m/rad]; meaningless if the body does not rotate.
+        copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that
+            origin [m]; meaningless if the body only translates.
+        ropc: (...) radius of percussion, the distance from the centre at which shock equals the
+            strike [m]; likewise.
+        pitch: (...) pitch of the spatial screw, ω·v / |ω|² [m/rad]; meaningless if the body does
+            not rotate.
     """
 
     copc: Any
@@ -36,7 +40,11 @@ def norm(a: Any) -> Any:
     """Lengths (...) of vectors (..., 3)."""
     squares = np.asarray(dot(a, a))
     # A ball around a sum of squares may reach below zero; the sum does not.
-    return _each(lambda x: x.nonnegative_part().sqrt(), squares) if squares.dtype == object else np.sqrt(squares)
+    return (
+        _each(lambda x: x.nonnegative_part().sqrt(), squares)
+        if squares.dtype == object
+        else np.sqrt(squares)
+    )
 
 
 def larger(a: Any, b: Any) -> Any:
@@ -49,11 +57,14 @@ def _each(function: Callable[..., Any], *arrays: Any) -> Any:
     return np.asarray(np.frompyfunc(function, len(arrays), 1)(*arrays), dtype=object)
 
 
-def translation(delta_omega: Array, delta_v: Array, normal: Array, v_in: float, length: float, tolerance: float) -> tuple[Any, Any]:
+def translation(
+    delta_omega: Array, delta_v: Array, normal: Array, v_in: float, length: float, tolerance: float
+) -> tuple[Any, Any]:
     """Which bodies only translate in the plane, and which do not rotate at all.
 
-    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of the body's velocity:
-    files give angles and lengths with ten digits or so, and their rounding rotates bodies by as much.
+    A body translates when its rotation moves no point within `length` by more than `tolerance` of
+    v_in or of the body's velocity: files give angles and lengths with ten digits or so, and their
+    rounding rotates bodies by as much.
 
     Args:
         delta_omega: (nb, 3) jump of angular velocity [rad/s].
@@ -69,7 +80,9 @@ def translation(delta_omega: Array, delta_v: Array, normal: Array, v_in: float, 
     return np.abs(dot(delta_omega, normal)) <= floor, np.linalg.norm(delta_omega, axis=-1) <= floor
 
 
-def percussion(delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translates: Any, still: Any) -> Percussion:
+def percussion(
+    delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translates: Any, still: Any
+) -> Percussion:
     """The planar centre p = n × Δv / (n·Δω) (Eq. 11) and radius r_p = |v_in| / |n·Δω| (Eq. 12).
 
     Args:
@@ -82,11 +95,16 @@ def percussion(delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translate
     """
     turn = np.where(translates, 1, dot(delta_omega, normal))
     spin = np.where(still, 1, dot(delta_omega, delta_omega))
-    return Percussion(cross(normal, delta_v) / turn[..., None], v_in / np.abs(turn), dot(delta_omega, delta_v) / spin)
+    return Percussion(
+        cross(normal, delta_v) / turn[..., None],
+        v_in / np.abs(turn),
+        dot(delta_omega, delta_v) / spin,
+    )
 
 
 def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:
-    """Normalised shock at a point, |Δv + Δω × r| / v_in; in the plane it equals |r − p| / r_p (Eq. 2).
+    """Normalised shock at a point, |Δv + Δω × r| / v_in; in the plane it equals |r − p| / r_p (Eq.
+    2).
 
     Unlike p and r_p it stays exact however little the body rotates.
 
@@ -99,12 +117,15 @@ def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:
     return norm(velocity_at(delta_omega, delta_v, r)) / v_in
 
 
-def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any, at_rest: Any = 0.0) -> Any:
-    """How much of a body's jump a planar picture cannot show: 0 all in the plane or at rest, 1 all across it.
+def off_plane_share(
+    delta_omega: Any, v_com: Any, normal: Any, gyration: Any, at_rest: Any = 0.0
+) -> Any:
+    """How much of a body's jump a planar picture cannot show: 0 all in the plane or at rest, 1 all
+    across it.
 
-    The larger of the share of the translation across the plane and the share of the rotation about axes in the plane, both
-    measured as velocities (rotation times radius of gyration), so that the rounding of a part that vanishes never counts as a
-    share.
+    The larger of the share of the translation across the plane and the share of the rotation about
+    axes in the plane, both measured as velocities (rotation times radius of gyration), so that the
+    rounding of a part that vanishes never counts as a share.
 
     Args:
         delta_omega: (..., 3) jump of angular velocity [rad/s].
@@ -119,4 +140,6 @@ def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any, at
     translation_off = np.abs(dot(v_com, normal))
     size = larger(rotation, translation)
     moves = np.asarray(size > at_rest, dtype=bool)
-    return np.where(moves, larger(rotation_off, translation_off) / np.where(moves, size, 1), 0 * size)
+    return np.where(
+        moves, larger(rotation_off, translation_off) / np.where(moves, size, 1), 0 * size
+    )

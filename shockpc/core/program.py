@@ -1,4 +1,6 @@
-"""Straight-line arithmetic as a list of steps, and NumPy as the machine that runs it for many rows at once."""
+"""Straight-line arithmetic as a list of steps, and NumPy as the machine that runs it for many rows
+at once.
+"""
 
 import functools
 from collections.abc import Callable, Mapping
@@ -34,15 +36,19 @@ UNARY = list(OPERATIONS).index("negative")
 """Number of the first operation with one operand."""
 
 BLOCK = 2048
-"""Rows that are computed together: more leave the processor's cache, and fewer cost more calls of NumPy for each."""
+"""Rows that are computed together: more leave the processor's cache, and fewer cost more calls of
+NumPy for each.
+"""
 
 
 class Plan(NamedTuple):
-    """The steps of a program with registers: where nobody reads a value again, a later one takes its place.
+    """The steps of a program with registers: where nobody reads a value again, a later one takes
+    its place.
 
     Attributes:
         registers: how many the results of steps need, beside those of inputs and constants.
-        steps: function, places of its operands, and place of its result: inputs and constants by their numbers, then registers.
+        steps: function, places of its operands, and place of its result: inputs and constants by
+            their numbers, then registers.
         outputs: places of the results.
     """
 
@@ -53,7 +59,9 @@ class Plan(NamedTuple):
 
 @frozen()
 class Program:
-    """Steps that compute numbers of numbers. Values are numbered: the inputs, then the constants, then the result of each step.
+    """Steps that compute numbers of numbers.
+
+    Values are numbered: the inputs, then the constants, then the result of each step.
 
     Attributes:
         inputs: number of inputs.
@@ -75,9 +83,16 @@ class Program:
         return self.inputs + len(self.constants)
 
     def __call__(self, X: Array) -> Array:
-        """The results (N, m) of N rows of inputs (N, inputs). Memory beside the result does not grow with N."""
+        """The results (N, m) of N rows of inputs (N, inputs).
+
+        Memory beside the result does not grow with N.
+        """
         n, size, plan = len(X), min(BLOCK, len(X)), self._plan
-        out, read, registers = np.empty((n, len(self.outputs))), np.empty((self.inputs, size)), np.empty((plan.registers, size))
+        out, read, registers = (
+            np.empty((n, len(self.outputs))),
+            np.empty((self.inputs, size)),
+            np.empty((plan.registers, size)),
+        )
         # A single number is repeated by NumPy, which leaves the cache to what differs between rows.
         rows = [*read, *self.constants[:, None], *registers]
         steps = [(function, [rows[place] for place in places]) for function, places in plan.steps]
@@ -88,7 +103,9 @@ class Program:
                 for function, operands in steps:
                     function(*operands)
                 for column, place in zip(out[k : k + BLOCK].T, plan.outputs, strict=True):
-                    column[:] = rows[place][: len(part)] if len(rows[place]) == size else rows[place]
+                    column[:] = (
+                        rows[place][: len(part)] if len(rows[place]) == size else rows[place]
+                    )
         return out
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -106,11 +123,20 @@ class Program:
         last = np.full(first + m, -1)
         last[self.operands] = np.arange(m)[:, None]  # of several readers the last
         last[self.outputs], last[:first] = m, m
-        ends, functions, unused, steps, end = last.tolist(), list(OPERATIONS.values()), list[int](), [], first
+        ends, functions, unused, steps, end = (
+            last.tolist(),
+            list(OPERATIONS.values()),
+            list[int](),
+            [],
+            first,
+        )
         places = list(range(first))
-        for k, (operation, (a, b)) in enumerate(zip(self.operation.tolist(), self.operands.tolist(), strict=True)):
+        for k, (operation, (a, b)) in enumerate(
+            zip(self.operation.tolist(), self.operands.tolist(), strict=True)
+        ):
             operands = (places[a],) if operation >= UNARY else (places[a], places[b])
-            # An entry is written after those of the operands are read, so that a result may take the place of one.
+            # An entry is written after those of the operands are read, so that a result may take
+            # the place of one.
             unused += [places[value] for value in {a, b} if ends[value] == k]
             end += not unused
             places.append(unused.pop() if unused else end - 1)

@@ -1,6 +1,7 @@
 """From a jump in velocity to a peak acceleration, for the pulse shapes of IEC 60068-2-27.
 
-The rigid-body model gives Δv; how long the impact lasts is the weakest input of all, so the jump is always reported first.
+The rigid-body model gives Δv; how long the impact lasts is the weakest input of all, so the jump is
+always reported first.
 """
 
 import math
@@ -22,12 +23,16 @@ class Pulse(NamedTuple):
 
 
 def peak_acceleration(delta_v: float, pulse: Pulse) -> float:
-    """Peak acceleration [m/s²] of a pulse that changes a velocity by delta_v [m/s]: π Δv / (2T) for a half-sine of length T."""
+    """Peak acceleration [m/s²] of a pulse that changes a velocity by delta_v [m/s]: π Δv / (2T) for
+    a half-sine of length T.
+    """
     return SHAPES[pulse.shape] * delta_v / pulse.length
 
 
 def velocity_change(peak: float, pulse: Pulse) -> float:
-    """Velocity change [m/s] of a pulse with a peak acceleration [m/s²]: 2AT/π for a half-sine of peak A and length T."""
+    """Velocity change [m/s] of a pulse with a peak acceleration [m/s²]: 2AT/π for a half-sine of
+    peak A and length T.
+    """
     return peak * pulse.length / SHAPES[pulse.shape]
 
 
@@ -50,5 +55,7 @@ def pulse_from(text: str) -> Pulse:
     except ValueError:
         raise ValueError(f'"{length}" is not the length of a pulse; {valid}') from None
     if not SHORTEST <= seconds <= LONGEST:
-        raise ValueError(f'a pulse has a length from {SHORTEST:g} to {LONGEST:g} s, not "{length}"; {valid}')
+        raise ValueError(
+            f'a pulse has a length from {SHORTEST:g} to {LONGEST:g} s, not "{length}"; {valid}'
+        )
     return Pulse(shape, seconds)

@@ -1,8 +1,10 @@
-"""A slender body that bends, as rigid segments joined by springs: finite segments, which keep mass, centre of mass and inertia.
+"""A slender body that bends, as rigid segments joined by springs: finite segments, which keep mass,
+centre of mass and inertia.
 
-A body of length L gets n hinges at (i + ½) L/n along its axis. Each bends about the two axes across it with the stiffness EI n/L;
-where they are given, it also stretches along the axis with EA n/L and twists about it with GJ n/L. Of the mass along the axis the
-body's inertia gives three moments, which a uniform tube with a lump at each end has, or with lumps elsewhere. Across the axis all
+A body of length L gets n hinges at (i + ½) L/n along its axis. Each bends about the two axes across
+it with the stiffness EI n/L; where they are given, it also stretches along the axis with EA n/L and
+twists about it with GJ n/L. Of the mass along the axis the body's inertia gives three moments,
+which a uniform tube with a lump at each end has, or with lumps elsewhere. Across the axis all
 segments are alike, so that the inertia of the whole is that of the body.
 """
 
@@ -18,19 +20,25 @@ from shockpc.core.number import NO_UNIT, number_from, whole_from
 from shockpc.core.spatial import Array, cross_matrix
 
 LEAST_TUBE = 0.01
-"""Share of the mass of a tube beside two lumps, below which segments between them would have next to none."""
+"""Share of the mass of a tube beside two lumps, below which segments between them would have next
+to none.
+"""
 
 ROUNDING = 1e-15
 """Share of the mass that counts as rounding."""
 
-FORMS = "EI:674, EA:1e7 and GJ:500, tube:70e9,0.025,0.021 (E, outer and inner diameter), 180Hz:clamped or 180Hz:free, and hinges:4"
+FORMS = (
+    "EI:674, EA:1e7 and GJ:500, tube:70e9,0.025,0.021 (E, outer and inner diameter), 180Hz:clamped "
+    "or 180Hz:free, and hinges:4"
+)
 """What a flexible link is given by, as examples."""
 
 LARGEST = 1e12
 """Largest number of a link, in whatever unit: one that stiff is rigid."""
 
 HINGES, FINE, MOST = 2, 12, 50
-"""Hinges of a flexible link by default, those that a frequency is converted with, and the maximum."""
+"""Hinges of a flexible link by default, those that a frequency is converted with, and the maximum.
+"""
 
 
 class Flex(NamedTuple):
@@ -59,18 +67,32 @@ class Flex(NamedTuple):
 
     def scaled(self, factor: float) -> "Flex":
         """The link with all its stiffnesses multiplied by a factor."""
-        EI, EA, GJ = (None if value is None else factor * value for value in (self.EI, self.EA, self.GJ))
+        EI, EA, GJ = (
+            None if value is None else factor * value for value in (self.EI, self.EA, self.GJ)
+        )
         frequency = None if self.frequency is None else math.sqrt(factor) * self.frequency
         return self._replace(EI=EI, EA=EA, GJ=GJ, frequency=frequency)
 
     def __str__(self) -> str:
-        values = {"EI": self.EI, "EA": self.EA, "GJ": self.GJ, "hinges": self.hinges if self.hinges != HINGES else None}
-        held = [] if self.frequency is None else [f"{self.frequency!r}Hz:{'clamped' if self.clamped else 'free'}"]
-        return ",".join([*held, *(f"{name}:{value!r}" for name, value in values.items() if value is not None)])
+        values = {
+            "EI": self.EI,
+            "EA": self.EA,
+            "GJ": self.GJ,
+            "hinges": self.hinges if self.hinges != HINGES else None,
+        }
+        held = (
+            []
+            if self.frequency is None
+            else [f"{self.frequency!r}Hz:{'clamped' if self.clamped else 'free'}"]
+        )
+        return ",".join(
+            [*held, *(f"{name}:{value!r}" for name, value in values.items() if value is not None)]
+        )
 
 
 def flex_from(text: str) -> Flex:
-    """How a link bends, from its text, such as "EI:674", "tube:70e9,0.025,0.021,hinges:4" or "180Hz:clamped,EA:1e7".
+    """How a link bends, from its text, such as "EI:674", "tube:70e9,0.025,0.021,hinges:4" or
+    "180Hz:clamped,EA:1e7".
 
     A tube also stretches.
 
@@ -79,34 +101,56 @@ def flex_from(text: str) -> Flex:
     """
     flex, kinds, stiffness = Flex(), list[str](), dict[str, float]()
     for part in re.split(r",(?=[^,]*:)", text):  # at the commas before a key
-        name, value = (word.strip() for word in part.split(":", 1)) if ":" in part else (part.strip(), "")
+        name, value = (
+            (word.strip() for word in part.split(":", 1)) if ":" in part else (part.strip(), "")
+        )
         kind = "frequency" if name.endswith("Hz") else name
         if kind in kinds:
             raise ValueError(f'"{text}" gives {name} twice; keep one of them')
         kinds.append(kind)
         if kind == "tube":
             numbers = [number.strip() for number in value.split(",")]
-            E, outer = (_positive(text, number) for number in numbers[:2]) if len(numbers) == 3 else (0.0, 0.0)
+            E, outer = (
+                (_positive(text, number) for number in numbers[:2])
+                if len(numbers) == 3
+                else (0.0, 0.0)
+            )
             inner = 0.0 if numbers[-1] in ("0", "0.0") else _positive(text, numbers[-1])
             if not outer > inner:
-                raise ValueError(f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as tube:70e9,0.025,0.021')
-            tube = {"EI": math.pi / 64.0 * E * (outer**4 - inner**4), "EA": math.pi / 4.0 * E * (outer**2 - inner**2)}
+                raise ValueError(
+                    f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as '
+                    f"tube:70e9,0.025,0.021"
+                )
+            tube = {
+                "EI": math.pi / 64.0 * E * (outer**4 - inner**4),
+                "EA": math.pi / 4.0 * E * (outer**2 - inner**2),
+            }
             if not max(tube.values()) <= LARGEST:
-                raise ValueError(f'"{text}" gives EI of {tube["EI"]:.3g} N m², above {LARGEST:g}: diameters are in metres, E in Pa')
+                raise ValueError(
+                    f'"{text}" gives EI of {tube["EI"]:.3g} N m², above {LARGEST:g}: diameters are '
+                    f"in metres, E in Pa"
+                )
             stiffness = tube | stiffness  # an EA that is given goes over the tube's
         elif kind == "frequency" and value in ("clamped", "free"):
-            flex = flex._replace(frequency=_positive(text, name, {"Hz": 1.0}), clamped=value == "clamped")
+            flex = flex._replace(
+                frequency=_positive(text, name, {"Hz": 1.0}), clamped=value == "clamped"
+            )
         elif kind in ("EI", "EA", "GJ"):
             stiffness[kind] = _positive(text, value)
         elif kind == "hinges" and (count := _hinges(value)):
             flex = flex._replace(hinges=count)
         else:
             limits = f"; hinges are 1 to {MOST}" if kind == "hinges" else ""
-            raise ValueError(f'"{part}" says nothing of how a link bends; valid are {FORMS}{limits}')
+            raise ValueError(
+                f'"{part}" says nothing of how a link bends; valid are {FORMS}{limits}'
+            )
     given = [kind for kind in kinds if kind in ("EI", "tube", "frequency")]
     if len(given) != 1:
         found = f"{' and '.join(given)} are given" if given else "none is given"
-        raise ValueError(f'"{text}": one of EI, tube and frequency says how a link bends, but {found}; valid are {FORMS}')
+        raise ValueError(
+            f'"{text}": one of EI, tube and frequency says how a link bends, but {found}; valid '
+            f"are {FORMS}"
+        )
     return flex._replace(EI=stiffness.get("EI"), EA=stiffness.get("EA"), GJ=stiffness.get("GJ"))
 
 
@@ -125,7 +169,10 @@ def _positive(text: str, number: str, units: Mapping[str, float] = NO_UNIT) -> f
     except ValueError:
         value = math.nan
     if not 0.0 < value <= LARGEST:
-        raise ValueError(f'"{text}": "{number}" is not a number above zero and up to {LARGEST:g}; valid are {FORMS}')
+        raise ValueError(
+            f'"{text}": "{number}" is not a number above zero and up to {LARGEST:g}; valid are '
+            f"{FORMS}"
+        )
     return value
 
 
@@ -158,7 +205,9 @@ class Division(NamedTuple):
         return np.array([first, np.cross(self.axis, first)])
 
 
-def divide(mass: float, com: Array, inertia: Array, start: Array, end: Array, hinges: int) -> Division:
+def divide(
+    mass: float, com: Array, inertia: Array, start: Array, end: Array, hinges: int
+) -> Division:
     """Divide a body along the line from one point to another.
 
     Args:
@@ -175,11 +224,14 @@ def divide(mass: float, com: Array, inertia: Array, start: Array, end: Array, hi
     length = float(np.linalg.norm(end - start))
     axis, spacing = (end - start) / length, length / hinges
     along = spacing * (np.arange(hinges) + 0.5)
-    second = (0.5 * np.trace(inertia) * np.eye(3) - inertia) / mass if mass > 0.0 else np.zeros((3, 3))
+    second = (
+        (0.5 * np.trace(inertia) * np.eye(3) - inertia) / mass if mass > 0.0 else np.zeros((3, 3))
+    )
     centre, variance = float(axis @ (com - start)), float(axis @ second @ axis)
     if not variance > 1e-9 * length**2:
         raise ValueError("has no mass, or no extent along its axis")
-    # The line on which the centres of mass lie, which leaves the products of inertia as they are, and what is across it.
+    # The line on which the centres of mass lie, which leaves the products of inertia as they are,
+    # and what is across it.
     slope = second @ axis / variance
     side = second - variance * np.outer(slope, slope)
     edges, line = np.concatenate([[-np.inf], along, [np.inf]]), _line(centre, variance, length)
@@ -188,23 +240,33 @@ def divide(mass: float, com: Array, inertia: Array, start: Array, end: Array, hi
         share, a, b = line.T
         inside = np.clip(b, low, high) - np.clip(a, low, high)
         lump = b == a
-        weight = share * np.where(lump, (a >= low) & (a < high), inside / np.where(lump, 1.0, b - a))
+        weight = share * np.where(
+            lump, (a >= low) & (a < high), inside / np.where(lump, 1.0, b - a)
+        )
         a, b = np.where(lump, a, np.clip(a, low, high)), np.where(lump, b, np.clip(b, low, high))
         whole = weight.sum()
         middle = weight @ (a + b) / 2.0 / whole
         spread = weight @ (a * a + a * b + b * b) / 3.0 / whole - middle**2
         of_segment = mass * whole * (spread * np.outer(slope, slope) + side)
-        segments.append((mass * whole, com + slope * (middle - centre), np.trace(of_segment) * np.eye(3) - of_segment))
+        segments.append(
+            (
+                mass * whole,
+                com + slope * (middle - centre),
+                np.trace(of_segment) * np.eye(3) - of_segment,
+            )
+        )
     parts = (np.array(part) for part in zip(*segments, strict=True))
     places = start + along[:, None] * axis
     return Division(axis, places @ axis, places, spacing, *parts)
 
 
 def _line(centre: float, variance: float, length: float) -> Array:
-    """Mass along an axis, of which it is 1, with its moments: rows of mass, and from where to where it is uniform [m].
+    """Mass along an axis, of which it is 1, with its moments: rows of mass, and from where to where
+    it is uniform [m].
 
-    It is a tube of the whole length, so that no segment is without mass, and two lumps equally far from its middle: at its ends,
-    or, where one of these would be negative, a single lump, or, where the tube would, lumps beyond the ends.
+    It is a tube of the whole length, so that no segment is without mass, and two lumps equally far
+    from its middle: at its ends, or, where one of these would be negative, a single lump, or, where
+    the tube would, lumps beyond the ends.
     """
     off, tube_variance = centre - length / 2.0, length**2 / 12.0
     about_middle = off**2 + variance
@@ -213,22 +275,38 @@ def _line(centre: float, variance: float, length: float) -> Array:
     single = 2.0 * variance / (both + math.sqrt(max(both**2 - 4.0 * tube_variance * variance, 0.0)))
     tube = min(max(at_ends, LEAST_TUBE), single)
     lumps = 1.0 - tube
-    apart = math.sqrt(max(about_middle - tube * tube_variance, 0.0) / lumps) if lumps > ROUNDING else 0.0
+    apart = (
+        math.sqrt(max(about_middle - tube * tube_variance, 0.0) / lumps)
+        if lumps > ROUNDING
+        else 0.0
+    )
     uneven = off / apart if apart > 0.0 else 0.0
     places = length / 2.0 - apart, length / 2.0 + apart
-    rows = [(tube, 0.0, length), *((lumps / 2.0 + side * uneven / 2.0, x, x) for side, x in zip((-1.0, 1.0), places, strict=True))]
+    rows = [
+        (tube, 0.0, length),
+        *(
+            (lumps / 2.0 + side * uneven / 2.0, x, x)
+            for side, x in zip((-1.0, 1.0), places, strict=True)
+        ),
+    ]
     return np.array(rows)
 
 
 def chain_inertia(division: Division) -> Array:
-    """Inertia (6 + 2n, 6 + 2n) of a body that bends: of its twist (ω, v at the origin), then of the angles of its hinges."""
+    """Inertia (6 + 2n, 6 + 2n) of a body that bends: of its twist (ω, v at the origin), then of the
+    angles of its hinges.
+    """
     n, across = len(division.along), division.across
     axes, places = np.tile(across, (n, 1)), np.repeat(division.places, 2, axis=0)
     M = np.zeros((6 + 2 * n, 6 + 2 * n))
-    for k, (m, com, inertia) in enumerate(zip(division.mass, division.com, division.inertia, strict=True)):
+    for k, (m, com, inertia) in enumerate(
+        zip(division.mass, division.com, division.inertia, strict=True)
+    ):
         carried = (np.arange(2 * n) < 2 * k)[:, None]
         omega = np.concatenate([np.eye(3), np.zeros((3, 3)), np.where(carried, axes, 0.0)])
-        v = np.concatenate([cross_matrix(com), np.eye(3), np.where(carried, np.cross(axes, com - places), 0.0)])
+        v = np.concatenate(
+            [cross_matrix(com), np.eye(3), np.where(carried, np.cross(axes, com - places), 0.0)]
+        )
         M += omega @ inertia @ omega.T + m * v @ v.T
     return M
 
@@ -242,7 +320,8 @@ def elastic_frequencies(M: Array, rows: Array, stiffness: Array) -> Array:
         stiffness: (k,) of the springs.
     """
     values, vectors = np.linalg.eigh(M)
-    moved = values > ROUNDING * values[-1]  # a slender body has no inertia about its axis, and no spring turns it so
+    # a slender body has no inertia about its axis, and no spring turns it so
+    moved = values > ROUNDING * values[-1]
     factor = (np.sqrt(stiffness)[:, None] * rows) @ (vectors[:, moved] / np.sqrt(values[moved]))
     return np.asarray(np.linalg.svd(factor, compute_uv=False)[::-1] / (2.0 * math.pi))
 
@@ -255,5 +334,8 @@ def bending_frequency(division: Division, EI: float, clamped: bool) -> float:
 
 
 def bending_stiffness(frequency: float, clamped: bool, fine: Division) -> float:
-    """The EI [N m²] of a body with a first bending frequency [Hz]. Args: fine, its division by `FINE` hinges."""
+    """The EI [N m²] of a body with a first bending frequency [Hz].
+
+    Args: fine, its division by `FINE` hinges.
+    """
     return (frequency / bending_frequency(fine, 1.0, clamped)) ** 2

@@ -1,7 +1,8 @@
 """Spatial velocities, their jumps from body to body, and the plane of a study.
 
-A spatial velocity is a 6-vector (ω, v): angular part first [rad/s], then the velocity of the point it is written at [m/s]
-(Featherstone's order, the shock paper's Section 3.2). All arrays may carry leading axes.
+A spatial velocity is a 6-vector (ω, v): angular part first [rad/s], then the velocity of the point
+it is written at [m/s] (Featherstone's order, the shock paper's Section 3.2). All arrays may carry
+leading axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +14,8 @@ Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Plane(NamedTuple):
-    """The plane in which shock is reduced to a point and a radius; world axes, right-handed: e1 × e2 = normal.
+    """The plane in which shock is reduced to a point and a radius; world axes, right-handed: e1 ×
+    e2 = normal.
 
     Attributes:
         normal: (3,) unit vector across the plane.
@@ -32,13 +34,16 @@ class Plane(NamedTuple):
 
     @property
     def forward(self) -> Array:
-        """(3,) unit vector along e1 or against it, whichever points to world x, or to world y in a plane across x."""
+        """(3,) unit vector along e1 or against it, whichever points to world x, or to world y in a
+        plane across x.
+        """
         x, y = self.e1[:2]
         return self.e1 if x > 1e-9 or (abs(x) <= 1e-9 and y > 0.0) else -self.e1
 
 
 def plane_from(normal: Array | Sequence[float]) -> Plane:
-    """The plane across a normal, with e2 as near to world z as it can be (world y when the plane is level).
+    """The plane across a normal, with e2 as near to world z as it can be (world y when the plane is
+    level).
 
     The sagittal plane (forward x, up z) has the normal −y, because x × z = −y.
 
@@ -70,7 +75,9 @@ def cross_matrix(r: Array) -> Array:
 
 
 def cross(a: Any, b: Any) -> Any:
-    """The products a × b of vectors (..., 3), as `np.cross`, which takes several times as long for a few of them."""
+    """The products a × b of vectors (..., 3), as `np.cross`, which takes several times as long for
+    a few of them.
+    """
     (x, y, z), (u, v, w) = ((part[..., 0], part[..., 1], part[..., 2]) for part in (a, b))
     first = y * w - z * v
     out = np.empty((*np.shape(first), 3), dtype=np.asarray(first).dtype)
@@ -79,9 +86,11 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def motion_cross(V: Array) -> Array:
-    """The matrix (..., 6, 6) of the product V × W, by which a rigid motion V (..., 6) changes a twist W that it carries.
+    """The matrix (..., 6, 6) of the product V × W, by which a rigid motion V (..., 6) changes a
+    twist W that it carries.
 
-    A wrench or a momentum that it carries changes by minus the transpose (Featherstone 2008, section 2.9).
+    A wrench or a momentum that it carries changes by minus the transpose (Featherstone 2008,
+    section 2.9).
     """
     out = np.zeros((*V.shape[:-1], 6, 6))
     out[..., :3, :3] = out[..., 3:, 3:] = cross_matrix(V[..., :3])
@@ -90,7 +99,10 @@ def motion_cross(V: Array) -> Array:
 
 
 def corners_of_box(points: Array) -> Array:
-    """The minimum and maximum coordinates (2, k) of points (n, k). NumPy's minima along the first axis take 70 times as long."""
+    """The minimum and maximum coordinates (2, k) of points (n, k).
+
+    NumPy's minima along the first axis take 70 times as long.
+    """
     return np.array([(x.min(), x.max()) for x in points.T]).T
 
 
@@ -117,14 +129,22 @@ def jump_at(jumps: Any, r: Any) -> Any:
 
 
 def body_jumps(
-    J: Array, dofs: Sequence[slice], parent: Sequence[int], position: Array, delta_qd: Array, bodies: Sequence[int] | None = None
+    J: Array,
+    dofs: Sequence[slice],
+    parent: Sequence[int],
+    position: Array,
+    delta_qd: Array,
+    bodies: Sequence[int] | None = None,
 ) -> Array:
-    """Jump of every body's spatial velocity, world axes, at the body frame's origin (shock paper, Eqs. 8 and 9).
+    """Jump of every body's spatial velocity, world axes, at the body frame's origin (shock paper,
+    Eqs. 8 and 9).
 
-    The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at once.
+    The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at
+    once.
 
     Args:
-        J: (N, 6, nv) twist (ω, v at the common origin) that each joint velocity gives to the bodies behind it.
+        J: (N, 6, nv) twist (ω, v at the common origin) that each joint velocity gives to the bodies
+            behind it.
         dofs: joint velocities of each body's joint.
         parent: index of the body that carries each body's joint; −1 for the world.
         position: (N, nb, 3) origins of the body frames, from the common origin [m].
@@ -137,11 +157,14 @@ def body_jumps(
         carried = sorted({i for body in bodies for i in _path(parent, body)})
         index = {body: i for i, body in enumerate(carried)}
         inner = [index.get(parent[body], -1) for body in carried]
-        part = body_jumps(J, [dofs[body] for body in carried], inner, position[:, carried], delta_qd)
+        part = body_jumps(
+            J, [dofs[body] for body in carried], inner, position[:, carried], delta_qd
+        )
         return part[:, [index[body] for body in bodies]]
     # The posture comes last, so that every operation runs over contiguous numbers.
     twists, rates, places = (
-        part.copy() for part in (J.transpose(2, 1, 0), delta_qd.transpose(1, 2, 0), position.transpose(1, 2, 0))
+        part.copy()
+        for part in (J.transpose(2, 1, 0), delta_qd.transpose(1, 2, 0), position.transpose(1, 2, 0))
     )
     jumps = np.empty((len(parent), 6, *rates.shape[1:]), dtype=rates.dtype)
     for jump, columns, before in zip(jumps, dofs, parent, strict=True):
@@ -161,10 +184,13 @@ def body_jumps(
 
 
 def in_body_axes(jumps: Array, rotation: Array) -> Array:
-    """Jumps (N, nb, 6, k) in the axes of the bodies' frames. Args: jumps, in world axes; rotation (N, nb, 3, 3), body to world."""
-    return np.asarray(np.swapaxes(rotation, -1, -2)[..., None, :, :] @ jumps.reshape(*jumps.shape[:2], 2, 3, -1)).reshape(
-        jumps.shape
-    )
+    """Jumps (N, nb, 6, k) in the axes of the bodies' frames.
+
+    Args: jumps, in world axes; rotation (N, nb, 3, 3), body to world.
+    """
+    return np.asarray(
+        np.swapaxes(rotation, -1, -2)[..., None, :, :] @ jumps.reshape(*jumps.shape[:2], 2, 3, -1)
+    ).reshape(jumps.shape)
 
 
 def _path(parent: Sequence[int], body: int) -> Iterator[int]:
@@ -175,7 +201,8 @@ def _path(parent: Sequence[int], body: int) -> Iterator[int]:
 
 
 def quaternion_of(rotation: Array) -> Array:
-    """A quaternion (x, y, z, w) of a rotation (3, 3), of any length; quarter turns about an axis, and none, stay exact.
+    """A quaternion (x, y, z, w) of a rotation (3, 3), of any length; quarter turns about an axis,
+    and none, stay exact.
 
     It is a row of 4 q qᵀ, whose entries are sums of those of the rotation.
     """
@@ -191,11 +218,15 @@ def quaternion_of(rotation: Array) -> Array:
     largest = int(np.argmax(np.diagonal(products)))
     quaternion = products[largest] / products[largest, largest]
     whole = np.round(quaternion)
-    return np.asarray(np.where(np.abs(quaternion - whole) < 4.0 * np.finfo(float).eps, whole, quaternion))
+    return np.asarray(
+        np.where(np.abs(quaternion - whole) < 4.0 * np.finfo(float).eps, whole, quaternion)
+    )
 
 
 def freeze(*values: Any) -> None:
-    """Make arrays read-only, those of tuples and dictionaries too, at any depth; other values are left as they are."""
+    """Make arrays read-only, those of tuples and dictionaries too, at any depth; other values are
+    left as they are.
+    """
     for value in values:
         if isinstance(value, np.ndarray):
             value.flags.writeable = False

@@ -6,17 +6,41 @@ from typing import NamedTuple
 from shockpc.core.program import OPERATIONS, UNARY, Program
 
 C = {
-    "add": "{}+{}", "subtract": "{}-{}", "multiply": "{}*{}", "divide": "{}/{}", "maximum": "fmax({},{})", "minimum": "fmin({},{})",
-    "less": "({}<{})", "less_equal": "({}<={})", "negative": "-{}", "reciprocal": "1.0/{}", "sqrt": "sqrt({})", "sin": "sin({})",
-    "cos": "cos({})", "absolute": "fabs({})", "sign": "(({0}>0.0)-({0}<0.0))", "not": "({}==0.0)", "nan": "NAN", "inf": "INFINITY",
-}  # fmt: skip
+    "add": "{}+{}",
+    "subtract": "{}-{}",
+    "multiply": "{}*{}",
+    "divide": "{}/{}",
+    "maximum": "fmax({},{})",
+    "minimum": "fmin({},{})",
+    "less": "({}<{})",
+    "less_equal": "({}<={})",
+    "negative": "-{}",
+    "reciprocal": "1.0/{}",
+    "sqrt": "sqrt({})",
+    "sin": "sin({})",
+    "cos": "cos({})",
+    "absolute": "fabs({})",
+    "sign": "(({0}>0.0)-({0}<0.0))",
+    "not": "({}==0.0)",
+    "nan": "NAN",
+    "inf": "INFINITY",
+}
 """Operations, and the numbers that have no digits, as expressions of C99."""
 
 JAVASCRIPT = C | {
-    "maximum": "Math.max({},{})", "minimum": "Math.min({},{})", "less": "({}<{}?1:0)", "less_equal": "({}<={}?1:0)",
-    "sqrt": "Math.sqrt({})", "sin": "Math.sin({})", "cos": "Math.cos({})", "absolute": "Math.abs({})", "sign": "Math.sign({})",
-    "not": "({}===0?1:0)", "nan": "NaN", "inf": "Infinity",
-}  # fmt: skip
+    "maximum": "Math.max({},{})",
+    "minimum": "Math.min({},{})",
+    "less": "({}<{}?1:0)",
+    "less_equal": "({}<={}?1:0)",
+    "sqrt": "Math.sqrt({})",
+    "sin": "Math.sin({})",
+    "cos": "Math.cos({})",
+    "absolute": "Math.abs({})",
+    "sign": "Math.sign({})",
+    "not": "({}===0?1:0)",
+    "nan": "NaN",
+    "inf": "Infinity",
+}
 """The same of JavaScript."""
 
 
@@ -32,7 +56,9 @@ class Pieces(NamedTuple):
     slots: int
 
 
-def pieces(program: Program, inputs: Mapping[str, int], words: Mapping[str, str], declare: str, size: int) -> Pieces:
+def pieces(
+    program: Program, inputs: Mapping[str, int], words: Mapping[str, str], declare: str, size: int
+) -> Pieces:
     """The statements of a program that read its inputs and write `out`.
 
     Args:
@@ -40,7 +66,8 @@ def pieces(program: Program, inputs: Mapping[str, int], words: Mapping[str, str]
         inputs: sizes of the arrays that its inputs are in, by name, in their order.
         words: operations as expressions, `C` or `JAVASCRIPT`.
         declare: what stands before the name of a value, such as "const".
-        size: operations in a piece: compilers take long over long functions, or do not compile them.
+        size: operations in a piece: compilers take long over long functions, or do not compile
+            them.
     """
     texts = [f"{name}[{k}]" for name, n in inputs.items() for k in range(n)] + [
         digits(x, words) for x in program.constants.tolist()
@@ -58,7 +85,12 @@ def pieces(program: Program, inputs: Mapping[str, int], words: Mapping[str, str]
     bodies = []
     for piece, start in enumerate(range(0, max(len(operands), 1), size)):
         lines, known = (
-            [f"out[{k}]={texts[value]};" for value in wanted if home[value] < 0 and not piece for k in wanted[value]],
+            [
+                f"out[{k}]={texts[value]};"
+                for value in wanted
+                if home[value] < 0 and not piece
+                for k in wanted[value]
+            ],
             set(),
         )
         for k in range(start, min(start + size, len(operands))):

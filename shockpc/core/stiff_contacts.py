@@ -1,44 +1,54 @@
-"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in closed form.
+"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in
+closed form.
 
-The geometry is frozen. What remains is a linear system, excited by the velocity before impact and by constant forces,
+The geometry is frozen. What remains is a linear system, excited by the velocity before impact and
+by constant forces,
 
     M ẍ + Σ_i B_iᵀ κ_i (B_i x − a_i) = M g + Σ_j B_jᵀ τ_j,    x(0) = 0,    ẋ(0) = q̇⁻
 
-Each *element* i is a spring of stiffness κ along one row B_i (a row of a contact, or the deflection of a spring in a joint) that
-is without force at B_i x = a_i; one without stiffness gives a constant force τ, as a motor. With g, the accelerations of free
-fall, M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (B_i x − a_i), that is
+Each *element* i is a spring of stiffness κ along one row B_i (a row of a contact, or the deflection
+of a spring in a joint) that is without force at B_i x = a_i; one without stiffness gives a constant
+force τ, as a motor. With g, the accelerations of free fall, M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (B_i x
+− a_i), that is
 
     ż = F u,    u̇ = −Fᵀ z + c,    c = Lᵀg + L⁻¹ Σ_j B_jᵀ τ_j,    F = diag(√κ) B L⁻ᵀ = U diag(σ) Vᵀ
 
-The singular values σ are the natural frequencies. (Uᵀz − Vᵀc/σ, Vᵀu) rotate by the angles σt: forces oscillate about those that
-balance c. Velocities that no spring resists, orthogonal to V, change at the rate of their part of c; u is the part along the rows
-of all elements. F Fᵀ is the Delassus matrix of step 1, scaled by the stiffness.
+The singular values σ are the natural frequencies. (Uᵀz − Vᵀc/σ, Vᵀu) rotate by the angles σt:
+forces oscillate about those that balance c. Velocities that no spring resists, orthogonal to V,
+change at the rate of their part of c; u is the part along the rows of all elements. F Fᵀ is the
+Delassus matrix of step 1, scaled by the stiffness.
 
-Restitution is hysteresis (Walton and Braun 1986, J. Rheol. 30:949): an element is loaded with the stiffness k and, after its
-largest force, unloaded with k / e², which returns the share e² of its energy. A single row then returns −e times its velocity,
-exactly and for every mass, and its largest force does not depend on e. With e = 0 a row is held at rest until its force has
-fallen to zero (with a small e > 0, a contact on which the robot presses hops instead, and is loaded anew); where all rows have e
-= 0, the final velocity is the one of Eq. 4 for every stiffness, unless a row is released while another one is loaded. Rows are
-separate elements: tangents with e < 1 or of two stiffnesses make the result depend on their axes.
+Restitution is hysteresis (Walton and Braun 1986, J. Rheol. 30:949): an element is loaded with the
+stiffness k and, after its largest force, unloaded with k / e², which returns the share e² of its
+energy. A single row then returns −e times its velocity, exactly and for every mass, and its largest
+force does not depend on e. With e = 0 a row is held at rest until its force has fallen to zero
+(with a small e > 0, a contact on which the robot presses hops instead, and is loaded anew); where
+all rows have e = 0, the final velocity is the one of Eq. 4 for every stiffness, unless a row is
+released while another one is loaded. Rows are separate elements: tangents with e < 1 or of two
+stiffnesses make the result depend on their axes.
 
-A viscous damper c beside a spring adds the force −c B_i ẋ; its element has no restitution. At the first touch the force starts at
-c times the speed of approach. u̇ has −D u more, D = L⁻¹ Σ_i B_iᵀ c_i B_i L⁻ᵀ, and the motion is a sum of oscillations that decay
-(`damped`).
+A viscous damper c beside a spring adds the force −c B_i ẋ; its element has no restitution. At the
+first touch the force starts at c times the speed of approach. u̇ has −D u more, D = L⁻¹ Σ_i B_iᵀ
+c_i B_i L⁻ᵀ, and the motion is a sum of oscillations that decay (`damped`).
 
-A viscous damper c in series with a spring gives way under its force: ż_i = √κ_i B_i ẋ − (k/c) z_i. That starts and ends at zero,
-without a step, for every restitution; the ground keeps the mark that it has made.
+A viscous damper c in series with a spring gives way under its force: ż_i = √κ_i B_i ẋ − (k/c) z_i.
+That starts and ends at zero, without a step, for every restitution; the ground keeps the mark that
+it has made.
 
-A contact opens where its normal force falls to zero; its tangential springs lose their energy. Where the normal is held or has a
-damper, the contact *slips* first: without tangential forces it may press on the ground again, and then stays closed without
-friction. A contact closes where it opened, with all springs at rest. The ground under a contact with a damper recovers: it
-presses where the point is below the place of the first touch and k x + c ẋ is not positive, so that it does not pull. Between
-these events the solution is exact; they are found in order (`crossing`).
+A contact opens where its normal force falls to zero; its tangential springs lose their energy.
+Where the normal is held or has a damper, the contact *slips* first: without tangential forces it
+may press on the ground again, and then stays closed without friction. A contact closes where it
+opened, with all springs at rest. The ground under a contact with a damper recovers: it presses
+where the point is below the place of the first touch and k x + c ẋ is not positive, so that it does
+not pull. Between these events the solution is exact; they are found in order (`crossing`).
 
-A landing ends when each contact is open, or is no longer compressed, does not rebound and carries no more than constant forces
-make: its force, which oscillates about that, is below it, or oscillates by less than `EASED` of the largest force. An open
-contact must not close again within `STAYS_OPEN` times the motion so far; what constant forces change in its velocity is left out
-there, for gravity brings it back to the ground, which is another impact, and so are contacts that would go down by less than
-`EASED` of the compression. Springs between bodies may go on oscillating. On ever stiffer contacts all this tends to the impulse.
+A landing ends when each contact is open, or is no longer compressed, does not rebound and carries
+no more than constant forces make: its force, which oscillates about that, is below it, or
+oscillates by less than `EASED` of the largest force. An open contact must not close again within
+`STAYS_OPEN` times the motion so far; what constant forces change in its velocity is left out there,
+for gravity brings it back to the ground, which is another impact, and so are contacts that would go
+down by less than `EASED` of the compression. Springs between bodies may go on oscillating. On ever
+stiffer contacts all this tends to the impulse.
 """
 
 import numpy as np
@@ -50,20 +60,27 @@ from shockpc.core.stiff_state import State
 from shockpc.core.stiff_system import system_of
 
 SMALLEST_PIVOT = 1e-7
-"""Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M counts as positive definite."""
+"""Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M
+counts as positive definite.
+"""
 
 LONGEST = 2.0
-"""Periods of the slowest mode after which a motion ends at the latest: springs without loss may press contacts on the ground again
+"""Periods of the slowest mode after which a motion ends at the latest: springs without loss may
+press contacts on the ground again
 and again."""
 
 MOST_SEGMENTS = 4000
 """Bound of the number of segments of a motion."""
 
 UNDONE_ANGLE = 1e-3
-"""Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny oscillation of a row at a turn."""
+"""Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny
+oscillation of a row at a turn.
+"""
 
 
-def attach_rotors(M: Array, rows: Array, velocity: Array, joints: Array, inertia: Array) -> tuple[Array, Array, Array, Array]:
+def attach_rotors(
+    M: Array, rows: Array, velocity: Array, joints: Array, inertia: Array
+) -> tuple[Array, Array, Array, Array]:
     """Add rotors that springs connect to their joints; each is one more coordinate.
 
     Args:
@@ -71,29 +88,39 @@ def attach_rotors(M: Array, rows: Array, velocity: Array, joints: Array, inertia
         rows: (r, n) rows of contacts and other springs.
         velocity: (n,) before impact. Rotors move with their joints.
         joints: (s, n) rates of the joints for unit velocities of the coordinates.
-        inertia: (s,) reflected inertia of each rotor, its inertia times the squared ratio [kg m², kg].
+        inertia: (s,) reflected inertia of each rotor, its inertia times the squared ratio [kg m²,
+            kg].
 
-    Returns: M (n + s, n + s), the rows (r, n + s), rows (s, n + s) of the springs, joint less rotor, and the velocity (n + s,).
+    Returns: M (n + s, n + s), the rows (r, n + s), rows (s, n + s) of the springs, joint less
+        rotor, and the velocity (n + s,).
     """
     n, s = len(M), len(joints)
     full = np.zeros((n + s, n + s))
     full[:n, :n], full[n:, n:] = M, np.diag(inertia)
-    return full, np.pad(rows, ((0, 0), (0, s))), np.hstack([joints, -np.eye(s)]), np.append(velocity, joints @ velocity)
+    return (
+        full,
+        np.pad(rows, ((0, 0), (0, s))),
+        np.hstack([joints, -np.eye(s)]),
+        np.append(velocity, joints @ velocity),
+    )
 
 
 def damper_restitution(ratio: Array) -> Array:
-    """The restitution of a mass on a spring and a viscous damper, until their force falls to zero: they do not pull.
+    """The restitution of a mass on a spring and a viscous damper, until their force falls to zero:
+    they do not pull.
 
-    e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel 2007, Granular Matter 9:465).
-    Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
+    e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel
+    2007, Granular Matter 9:465). Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
     """
     return np.asarray(np.exp(-2.0 * ratio * rise(ratio)))
 
 
 def rise(ratio: Array) -> Array:
-    """ω times the time until the largest force of a mass on a spring and a viscous damper in series: acos ζ / √(1 − ζ²).
+    """ω times the time until the largest force of a mass on a spring and a viscous damper in
+    series: acos ζ / √(1 − ζ²).
 
-    Args: ratio ζ of the damping to the critical one, 2 ζ ω the rate at which the damper lets the force decay.
+    Args: ratio ζ of the damping to the critical one, 2 ζ ω the rate at which the damper lets the
+    force decay.
     """
     size = np.abs(np.sqrt((1.0 - ratio) * (1.0 + ratio) + 0.0j))
     angle = np.abs(np.arccos(ratio + 0.0j))
@@ -101,17 +128,22 @@ def rise(ratio: Array) -> Array:
 
 
 def series_damping(restitution: Array) -> Array:
-    """The damping ratio ζ of a mass on a spring and a viscous damper in series, of a restitution e, until the force is zero.
+    """The damping ratio ζ of a mass on a spring and a viscous damper in series, of a restitution e,
+    until the force is zero.
 
-    e = exp(−πζ / √(1 − ζ²)), and the rate at which the damper lets the force decay is 2 ζ √(k/m). At ζ = 1, e = 0: the force decays
-    without an end, and so does the velocity.
+    e = exp(−πζ / √(1 − ζ²)), and the rate at which the damper lets the force decay is 2 ζ √(k/m).
+    At ζ = 1, e = 0: the force decays without an end, and so does the velocity.
     """
     logarithm = 0.0 - np.log(np.maximum(restitution, 1e-300))
     return np.where(restitution > 0.0, logarithm / np.hypot(np.pi, logarithm), 1.0)
 
 
 def simulate_landing(
-    M: Array, elements: Elements, velocity: Array, until: float | None = None, gravity: Array | None = None
+    M: Array,
+    elements: Elements,
+    velocity: Array,
+    until: float | None = None,
+    gravity: Array | None = None,
 ) -> StiffMotion:
     """Solve a landing with frozen geometry on elements of finite stiffness.
 
@@ -119,15 +151,17 @@ def simulate_landing(
         M: (n, n) inertia of the coordinates [kg, kg m, kg m²].
         elements: springs of the contacts and between bodies, and constant forces.
         velocity: (n,) q̇⁻ [rad/s, m/s].
-        until: time at which the motion ends [s]; by default, when the impact is over at all contacts, at the latest after `LONGEST`
-            periods of the slowest mode. Until a later time, springs between bodies oscillate and contacts may close again.
+        until: time at which the motion ends [s]; by default, when the impact is over at all
+            contacts, at the latest after `LONGEST` periods of the slowest mode. Until a later time,
+            springs between bodies oscillate and contacts may close again.
         gravity: (n,) accelerations of free fall [rad/s², m/s²]; none by default.
 
     Raises:
-        ValueError: an argument is not finite, a stiffness is not above zero, a restitution is outside 0 to 1, a contact has not
-            exactly one normal, or no contact approaches the ground.
-        ArithmeticError: M is not positive definite in double precision, the frequencies lie too far apart to find the events, or
-            there are too many of them.
+        ValueError: an argument is not finite, a stiffness is not above zero, a restitution is
+            outside 0 to 1, a contact has not exactly one normal, or no contact approaches the
+            ground.
+        ArithmeticError: M is not positive definite in double precision, the frequencies lie too far
+            apart to find the events, or there are too many of them.
     """
     gravity = np.zeros(len(velocity)) if gravity is None else gravity
     elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
@@ -142,7 +176,8 @@ def simulate_landing(
     time, simultaneous = 0.0, 0
     end = LONGEST / float(modes.frequency[-1]) if until is None else until
     while True:
-        # A contact that constant forces press down faster than it strikes counts as slow at once, and its force has yet to rise.
+        # A contact that constant forces press down faster than it strikes counts as slow at once,
+        # and its force has yet to rise.
         segment, happens = state.step(time, end - time, until is None and time > 0.0)
         simultaneous += 1
         if segment is not None:
@@ -152,11 +187,15 @@ def simulate_landing(
             break
         if len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
-                ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
+                ["take springs of joints that are stiffer than the contacts as rigid"]
+                if np.any(elements.contact < 0)
+                else []
             )
             remedies += ["take a softer contact, a larger restitution or none"]
             remedies += ["end the motion earlier"] if until is not None else []
-            text = f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
+            text = (
+                f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
+            )
             raise ArithmeticError(text + ", or ".join(remedies))
         event = Event(time, happens.element, state.switch(happens.element, happens.kind))
         if event.kind in UNFELT:
@@ -170,12 +209,21 @@ def simulate_landing(
         else:
             events.append(event)
     return StiffMotion(
-        elements, modes, tuple(segments), tuple(events), state.separated,
-        system.to_velocity, system.constant, system.gravity, system.falling,
-    )  # fmt: skip
+        elements,
+        modes,
+        tuple(segments),
+        tuple(events),
+        state.separated,
+        system.to_velocity,
+        system.constant,
+        system.gravity,
+        system.falling,
+    )
 
 
-def _check(M: Array, elements: Elements, velocity: Array, until: float | None, gravity: Array) -> None:
+def _check(
+    M: Array, elements: Elements, velocity: Array, until: float | None, gravity: Array
+) -> None:
     """Raise ValueError for arguments that have no meaning."""
     if not all(np.isfinite(values).all() for values in (M, velocity, gravity, *elements)):
         raise ValueError("inertia, velocity, gravity and elements must be finite")
@@ -187,17 +235,24 @@ def _check(M: Array, elements: Elements, velocity: Array, until: float | None, g
     if not np.all(np.asarray(elements.damping) >= 0.0):
         raise ValueError(f"each damping must be zero or above, not {np.min(elements.damping):g}")
     if not np.all(np.asarray(elements.relaxation) >= 0.0):
-        raise ValueError(f"each relaxation must be zero or above, not {np.min(elements.relaxation):g}")
+        raise ValueError(
+            f"each relaxation must be zero or above, not {np.min(elements.relaxation):g}"
+        )
     if not np.all((elements.restitution >= 0.0) & (elements.restitution <= 1.0)):
-        raise ValueError(f"each restitution must lie in [0, 1], not {elements.restitution.tolist()}")
-    if sorted(elements.contact[elements.normal].tolist()) != sorted({*elements.contact.tolist()} - {-1}):
+        raise ValueError(
+            f"each restitution must lie in [0, 1], not {elements.restitution.tolist()}"
+        )
+    if sorted(elements.contact[elements.normal].tolist()) != sorted(
+        {*elements.contact.tolist()} - {-1}
+    ):
         raise ValueError("each contact needs exactly one row that is its normal")
     if until is not None and not 0.0 < until < np.inf:
         raise ValueError(f"the end of the motion must be finite and above 0 s, not {until:g} s")
 
 
 def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
-    """The coordinates u along some rows: W as in `System`, and to_velocity and from_velocity, with u = from_velocity q̇.
+    """The coordinates u along some rows: W as in `System`, and to_velocity and from_velocity, with
+    u = from_velocity q̇.
 
     From M = LLᵀ, scaled to a unit diagonal: they have unit inertia.
     """
@@ -212,4 +267,7 @@ def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
             inverse = np.linalg.inv(L).T / size[:, None]
             Q, R = np.linalg.qr((rows @ inverse).T)
             return R.T, inverse @ Q, Q.T @ (L.T * size)
-    raise ArithmeticError("the inertia is not positive definite in double precision; give moving bodies mass, or lock their joints")
+    raise ArithmeticError(
+        "the inertia is not positive definite in double precision; give moving bodies mass, or "
+        "lock their joints"
+    )

@@ -4,12 +4,15 @@ from enum import StrEnum
 from typing import NamedTuple
 
 OPEN, LOADING, UNLOADING = range(3)
-"""What an element does: it is without force, is loaded with its stiffness k, or is unloaded with k / e², and held where e = 0."""
+"""What an element does: it is without force, is loaded with its stiffness k, or is unloaded with k
+/ e², and held where e = 0.
+"""
 
 RATE, FORCE, GAP, TOTAL, PUSH = range(5)
 """Signals of an element: its rate, its force, its gap, its force with that of its damper.
 
-The last one is the force that an open contact with a damper would have on the ground that it has compressed.
+The last one is the force that an open contact with a damper would have on the ground that it has
+compressed.
 """
 
 
@@ -31,8 +34,9 @@ class EventKind(StrEnum):
 UNFELT = EventKind.EASES, EventKind.TURNS, EventKind.SLOWS, EventKind.CLEARS
 """These change no force and are no events of a motion; after them it may be at its end.
 
-A normal force has *eased* to what constant forces make; after that, its contact *turns* back towards the ground; a contact with a
-damper is *slow*, with which its compression counts as ended; an open one has *cleared* the ground that it had compressed.
+A normal force has *eased* to what constant forces make; after that, its contact *turns* back
+towards the ground; a contact with a damper is *slow*, with which its compression counts as ended;
+an open one has *cleared* the ground that it had compressed.
 """
 
 
@@ -60,7 +64,8 @@ class Event(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What may happen to an element: it does when offset + sign · the signal of that event falls below −tolerance.
+    """What may happen to an element: it does when offset + sign · the signal of that event falls
+    below −tolerance.
 
     Attributes:
         element: its number.

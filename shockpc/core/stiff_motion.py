@@ -1,6 +1,8 @@
-"""The motion of a landing on elements of finite stiffness, as `stiffness` solves it, and the peaks of what follows from it.
+"""The motion of a landing on elements of finite stiffness, as `stiffness` solves it, and the peaks
+of what follows from it.
 
-Between two events all forces are sums of oscillations, which dampers let decay, and so is everything that is linear in them.
+Between two events all forces are sums of oscillations, which dampers let decay, and so is
+everything that is linear in them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,14 +25,19 @@ from shockpc.core.spatial import Array
 from shockpc.core.stiff_events import Event
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
-"""Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
+"""Share of the largest squared sample from which a local maximum is refined; the largest number
+that is.
+"""
 
 FINER, MOST_BETWEEN, HIDDEN = 16, 256, 1e-7
-"""Parts of an interval between two samples in which a larger length may lie; the largest number of such intervals that are divided
+"""Parts of an interval between two samples in which a larger length may lie; the largest number of
+such intervals that are divided
 again; the share of the largest length by which one may stay hidden."""
 
 MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
-"""Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
+"""Numbers of segments and of samples that are searched together for peaks: what was found before
+limits what is searched.
+"""
 
 DECAYED = 40.0
 """Times the time constant of an oscillation after which nothing is left of it."""
@@ -44,14 +51,17 @@ class Elements(NamedTuple):
         stiffness: (r,) k [N/m, N m/rad].
         restitution: (r,) e from 0 to 1; 1 for a spring without loss.
         contact: (r,) number of the contact that a row belongs to, −1 for a spring between bodies.
-        normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each contact has one.
-        damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none. With one, e has no effect.
-        load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
-            constant where the stiffness is zero. Contacts have none.
-        relaxation: (r,) rate k / c at which a viscous damper c in series with the spring lets its force decay [1/s]; zero for none.
+        normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each
+            contact has one.
+        damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none.
             With one, e has no effect.
-        straight: (r,) whether a spring between bodies is one that keeps a link straight. What is left of a contact's force is
-            compared with that of a robot in which these are rigid.
+        load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between
+            bodies that is deflected already, or constant where the stiffness is zero. Contacts have
+            none.
+        relaxation: (r,) rate k / c at which a viscous damper c in series with the spring lets its
+            force decay [1/s]; zero for none. With one, e has no effect.
+        straight: (r,) whether a spring between bodies is one that keeps a link straight. What is
+            left of a contact's force is compared with that of a robot in which these are rigid.
     """
 
     rows: Array
@@ -76,16 +86,28 @@ class Elements(NamedTuple):
         relaxation: Array | float = 0.0,
         straight: np.ndarray | bool = False,
     ) -> "Elements":
-        """Elements along some rows, with one value for all of them or one for each; by default springs between bodies."""
+        """Elements along some rows, with one value for all of them or one for each; by default
+        springs between bodies.
+        """
         values = stiffness, restitution, contact, normal, damping, load, relaxation, straight
         return Elements(rows, *(np.broadcast_to(value, len(rows)) for value in values))
 
     @staticmethod
     def joined(*groups: "Elements") -> "Elements":
-        """Groups of elements, one after the other; rows of fewer coordinates do not move the last ones."""
+        """Groups of elements, one after the other; rows of fewer coordinates do not move the last
+        ones.
+        """
         width = max(group.rows.shape[1] for group in groups)
-        rows = np.concatenate([np.pad(group.rows, ((0, 0), (0, width - group.rows.shape[1]))) for group in groups])
-        return Elements(rows, *(np.concatenate(values) for values in zip(*(group[1:] for group in groups), strict=True)))
+        rows = np.concatenate(
+            [np.pad(group.rows, ((0, 0), (0, width - group.rows.shape[1]))) for group in groups]
+        )
+        return Elements(
+            rows,
+            *(
+                np.concatenate(values)
+                for values in zip(*(group[1:] for group in groups), strict=True)
+            ),
+        )
 
 
 class Modes(NamedTuple):
@@ -93,7 +115,8 @@ class Modes(NamedTuple):
 
     Attributes:
         frequency: (m,) natural frequencies [Hz], descending.
-        energy: (m,) kinetic energy before impact in each mode [J]. Its sum is the energy that the elements can take up.
+        energy: (m,) kinetic energy before impact in each mode [J]. Its sum is the energy that the
+            elements can take up.
         participation: (r, m) share of the elastic energy of each mode that is in each element [1].
         force: (r, m) amplitude of the force of each element in each mode [N, N m].
     """
@@ -108,7 +131,8 @@ class History(NamedTuple):
     """The motion at T times.
 
     Attributes:
-        force: (T, r) force of each element on the robot along its row [N, N m]; positive along a normal where the ground pushes.
+        force: (T, r) force of each element on the robot along its row [N, N m]; positive along a
+            normal where the ground pushes.
         displacement: (T, n) x [rad, m].
         jump: (T, n) change of velocity ẋ(t) − q̇⁻ [rad/s, m/s].
         acceleration: (T, n) ẍ [rad/s², m/s²].
@@ -126,11 +150,14 @@ class Segment(NamedTuple):
     Attributes:
         start: time of the first event [s].
         length: time until the second [s].
-        rate: (m,) λ of each oscillation; its real part is the rate at which it decays, zero without dampers [rad/s].
-        level: (r,) part of the forces of all elements that stays constant; at rest they would have it.
+        rate: (m,) λ of each oscillation; its real part is the rate at which it decays, zero without
+            dampers [rad/s].
+        level: (r,) part of the forces of all elements that stays constant; at rest they would have
+            it.
         wave: (r, m) with their other part, Re(wave · exp(λt)).
         swing: (d, m) with the part of u that oscillates, Re(swing · exp(λt)).
-        drift, acceleration: (d,) the part of u at the start that no spring resists, and the constant rate at which it changes.
+        drift, acceleration: (d,) the part of u at the start that no spring resists, and the
+            constant rate at which it changes.
         jump: (d,) u(start) − u(0).
         displacement: (d,) ∫u dt until the start.
     """
@@ -155,11 +182,17 @@ class Segment(NamedTuple):
         t = t[..., None]
         # Of slow oscillations no digits cancel.
         change = changes(t * self.rate, self.swing) + t * self.acceleration
-        path = real_sum(integral(self.rate, t), self.swing) + t * self.drift + t * t / 2.0 * self.acceleration
+        path = (
+            real_sum(integral(self.rate, t), self.swing)
+            + t * self.drift
+            + t * t / 2.0 * self.acceleration
+        )
         return self.jump + change, self.displacement + path
 
     def pieces(self) -> Iterator["Segment"]:
-        """The forces in parts, each longer than the one before: the oscillations that decay fastest are only in the first."""
+        """The forces in parts, each longer than the one before: the oscillations that decay fastest
+        are only in the first.
+        """
         begin, fastest = 0.0, float(-self.rate.real.min(initial=0.0))
         end = DECAYED / fastest if fastest > 0.0 else np.inf
         while begin < self.length:
@@ -204,21 +237,38 @@ class StiffMotion(NamedTuple):
         return self.segments[-1].start + self.segments[-1].length
 
     def first(self, kind: str) -> Array:
-        """The time (r,) of the first event of a kind at each element [s]; infinite where there is none."""
+        """The time (r,) of the first event of a kind at each element [s]; infinite where there is
+        none.
+        """
         times = {event.element: event.time for event in reversed(self.events) if event.kind == kind}
         return np.array([times.get(i, np.inf) for i in range(len(self.elements.rows))])
 
     def impulse_time(self, rows: np.ndarray, share: float) -> Array:
-        """The time (c,) by which each of c rows has given a share of its impulse until the end; its force never changes sign."""
-        given = np.cumsum([segment.impulse(segment.length)[rows] for segment in self.segments], axis=0)
+        """The time (c,) by which each of c rows has given a share of its impulse until the end; its
+        force never changes sign.
+        """
+        given = np.cumsum(
+            [segment.impulse(segment.length)[rows] for segment in self.segments], axis=0
+        )
         times = np.zeros(len(rows))
         for i, (row, total) in enumerate(zip(rows.tolist(), given[-1].tolist(), strict=True)):
             k = int(np.argmax(given[:, i] >= share * total))
             segment, missing = self.segments[k], share * total - (given[k - 1, i] if k else 0.0)
-            t, low, high, wave, level = segment.length, 0.0, segment.length, segment.wave[row], float(segment.level[row])
+            t, low, high, wave, level = (
+                segment.length,
+                0.0,
+                segment.length,
+                segment.wave[row],
+                float(segment.level[row]),
+            )
             # The impulse grows with time: Newton's method within bounds.
             for _ in range(60 if total > 0.0 else 0):
-                last, excess = t, t * level + float((integral(segment.rate, np.asarray(t)) @ wave).real) - missing
+                last, excess = (
+                    t,
+                    t * level
+                    + float((integral(segment.rate, np.asarray(t)) @ wave).real)
+                    - missing,
+                )
                 force = level + float(((1.0 + growth(segment.rate * t)) @ wave).real)
                 low, high = (t, high) if excess < 0.0 else (low, t)
                 t = t - excess / force if force > 0.0 else high
@@ -244,33 +294,45 @@ class StiffMotion(NamedTuple):
             now, segment = which == k, self.segments[k]
             force[now] = segment.forces(times[now] - segment.start)
             jump[now], displacement[now] = segment.after(times[now] - segment.start)
-        displacement = displacement @ self.to_velocity.T + np.outer(times, self.constant) + np.outer(times**2 / 2.0, self.falling)
+        displacement = (
+            displacement @ self.to_velocity.T
+            + np.outer(times, self.constant)
+            + np.outer(times**2 / 2.0, self.falling)
+        )
         jump = jump @ self.to_velocity.T + np.outer(times, self.falling)
         return History(force, displacement, jump, force @ self.response.T + self.gravity)
 
     def peak(self, outputs: Array, constant: Array | float = 0.0) -> tuple[Array, Array]:
-        """The largest lengths of vectors P f + p that are linear in the forces f, and when they are reached.
+        """The largest lengths of vectors P f + p that are linear in the forces f, and when they are
+        reached.
 
         Args:
-            outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it is G `response`.
+            outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it
+                is G `response`.
             constant: (m, k) p.
 
-        Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, the largest local
-            maxima of the samples are refined to rounding, and intervals in which a larger one may lie are sampled again.
+        Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled
+            thirty times, the largest local maxima of the samples are refined to rounding, and
+            intervals in which a larger one may lie are sampled again.
 
         Raises:
-            ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too many terms.
+            ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too
+                many terms.
         """
         # What is constant is the force of one more element.
         constant = np.broadcast_to(constant, outputs.shape[:2])
         P = np.nan_to_num(np.dstack([outputs, constant]))
         segments = [
-            piece._replace(level=np.append(piece.level, 1.0), wave=np.pad(piece.wave, ((0, 1), (0, 0))))
+            piece._replace(
+                level=np.append(piece.level, 1.0), wave=np.pad(piece.wave, ((0, 1), (0, 0)))
+            )
             for segment in self.segments
             for piece in segment.pieces()
         ]
         starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in segments])
-        largest, when = largest_lengths(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
+        largest, when = largest_lengths(
+            P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort()
+        )
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
@@ -279,11 +341,15 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1)))
 
 
-def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
-    """The largest lengths of m vectors within some segments, and when they are reached; zero of a vector that stays shorter.
+def largest_lengths(
+    outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort
+) -> tuple[Array, Array]:
+    """The largest lengths of m vectors within some segments, and when they are reached; zero of a
+    vector that stays shorter.
 
-    Segments and vectors that cannot exceed what is known are left out by the sums of their amplitudes, and the others are halved
-    until few samples do: what the first half holds limits what is searched in the second one.
+    Segments and vectors that cannot exceed what is known are left out by the sums of their
+    amplitudes, and the others are halved until few samples do: what the first half holds limits
+    what is searched in the second one.
 
     Args:
         outputs: (m, k, r) matrices that give the vectors of the forces.
@@ -297,7 +363,9 @@ def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, e
 
     def in_halves() -> tuple[Array, Array]:
         first, early = largest_lengths(outputs, segments[: count // 2], least, effort)
-        second, late = largest_lengths(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
+        second, late = largest_lengths(
+            outputs, segments[count // 2 :], np.maximum(least, first**2), effort
+        )
         return np.maximum(first, second), np.where(second > first, late, early)
 
     if count > MOST_TOGETHER:
@@ -315,15 +383,19 @@ def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, e
             largest[above], when[above] = largest_lengths(outputs[above], few, least[above], effort)
         return largest, when
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
-    fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(axis=(1, 2))
+    fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(
+        axis=(1, 2)
+    )
     steps = np.minimum(lengths * fastest / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
     if count > 1 and steps.sum() > SAMPLES_TOGETHER:
         return in_halves()
     if steps.sum() > MOST_SAMPLES:
         raise ArithmeticError(
-            f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
+            f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} "
+            f"s; take the stiffest as rigid"
         )
-    # A product of matrices takes a small share of the time of what it multiplies, the more rows the smaller.
+    # A product of matrices takes a small share of the time of what it multiplies, the more rows the
+    # smaller.
     effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
     return _largest_sampled(P, rates, wave, waves, start, lengths, steps, least, effort)
 
@@ -339,7 +411,8 @@ def _largest_sampled(
     least: Array,
     effort: Effort,
 ) -> tuple[Array, Array]:
-    """The largest lengths (m,) of vectors and when they are reached: local maxima of samples in n segments, refined.
+    """The largest lengths (m,) of vectors and when they are reached: local maxima of samples in n
+    segments, refined.
 
     Args:
         P: (m·k, r) what gives the vectors of the forces.
@@ -355,15 +428,20 @@ def _largest_sampled(
     count, m, k, _ = waves.shape
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
-    # Times after the start of each segment, of samples of all of them one after the other, each with both of its ends.
+    # Times after the start of each segment, of samples of all of them one after the other, each
+    # with both of its ends.
     t = (np.arange(len(of_segment)) - begins[of_segment]) * step[of_segment]
-    force = [oscillations(t[a:b, None] * rates[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
+    force = [
+        oscillations(t[a:b, None] * rates[i], wave[i])
+        for i, (a, b) in enumerate(zip(begins, ends, strict=True))
+    ]
     square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
     sample, vector = np.nonzero(_local_maxima(square, begins, ends))
     at, i = t[sample], of_segment[sample]
     low, high = np.maximum(at - step[i], 0.0), np.minimum(at + step[i], lengths[i])
     length, at = _refined(rates[i], waves[i, vector], at, low, high)
-    # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
+    # Of values that are assigned to one place the last one stays: the largest, and of equal ones
+    # the first.
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
     largest[vector[order]], when[vector[order]] = length[order], (start[i] + at)[order]
     bend = _lengths((np.abs(waves) * np.abs(rates[:, None, None]) ** 2).sum(axis=3))
@@ -371,7 +449,9 @@ def _largest_sampled(
     first = np.delete(np.arange(len(of_segment)), ends - 1)  # of each interval
     longer = np.sqrt(np.maximum(square[first], square[first + 1]))
     between = Intervals.all_of(of_segment[first], t[first], step, longer, bend, known)
-    for number, one, length_between, time in _longer_between(rates, waves, lengths, between, known, effort):
+    for number, one, length_between, time in _longer_between(
+        rates, waves, lengths, between, known, effort
+    ):
         if length_between > largest[one]:
             largest[one], when[one] = length_between, start[number] + time
     return largest, when
@@ -386,7 +466,8 @@ class Intervals(NamedTuple):
         low: where it begins, after the start of its segment [s].
         width: how long it is [s].
         longer: length of the vector at the end at which it is longer.
-        bend: bound of its second derivative κ. Within an interval h it is longer than at both ends by κ h²/8 at most.
+        bend: bound of its second derivative κ. Within an interval h it is longer than at both ends
+            by κ h²/8 at most.
     """
 
     segment: np.ndarray
@@ -397,7 +478,9 @@ class Intervals(NamedTuple):
     bend: Array
 
     @staticmethod
-    def all_of(segment: np.ndarray, low: Array, step: Array, longer: Array, bend: Array, known: Array) -> "Intervals":
+    def all_of(
+        segment: np.ndarray, low: Array, step: Array, longer: Array, bend: Array, known: Array
+    ) -> "Intervals":
         """Those in which a vector may be longer than is known.
 
         Args:
@@ -412,19 +495,31 @@ class Intervals(NamedTuple):
         above = longer + bend[segment] * width[:, None] ** 2 / 8.0
         i, vector = np.nonzero(above > (1.0 + HIDDEN) * known)
         segment = segment[i]
-        return Intervals(segment, vector, low[i], width[i], longer[i, vector], bend[segment, vector])
+        return Intervals(
+            segment, vector, low[i], width[i], longer[i, vector], bend[segment, vector]
+        )
 
     def kept(self, known: Array) -> "Intervals":
-        """Those in which a vector may be longer than is known (m,), at most `MOST_BETWEEN`, the most promising ones."""
-        above = (self.longer + self.bend * self.width**2 / 8.0) / np.maximum(known[self.vector], 1e-300)
+        """Those in which a vector may be longer than is known (m,), at most `MOST_BETWEEN`, the
+        most promising ones.
+        """
+        above = (self.longer + self.bend * self.width**2 / 8.0) / np.maximum(
+            known[self.vector], 1e-300
+        )
         order = np.argsort(-above, kind="stable")[:MOST_BETWEEN]
         return Intervals(*(part[order[above[order] > 1.0 + HIDDEN]] for part in self))
 
 
 def _longer_between(
-    rates: ComplexArray, waves: Array, lengths: Array, between: Intervals, known: Array, effort: Effort
+    rates: ComplexArray,
+    waves: Array,
+    lengths: Array,
+    between: Intervals,
+    known: Array,
+    effort: Effort,
 ) -> Iterator[tuple[int, int, float, float]]:
-    """Segment, vector, length and time of what is longer than is known, in intervals that are divided until none can be.
+    """Segment, vector, length and time of what is longer than is known, in intervals that are
+    divided until none can be.
 
     Args:
         rates: as of `_largest_sampled`.
@@ -440,7 +535,9 @@ def _longer_between(
         of_vector = waves[i, vector]
         effort.spend(len(i) * (FINER + 1) * of_vector[0].size)
         t = between.low[:, None] + width[:, None] * np.arange(FINER + 1)
-        sampled = _lengths((np.exp(t[..., None] * rates[i, None]) @ np.swapaxes(of_vector, 1, 2)).real)
+        sampled = _lengths(
+            (np.exp(t[..., None] * rates[i, None]) @ np.swapaxes(of_vector, 1, 2)).real
+        )
         at = t[np.arange(len(i)), sampled.argmax(axis=1)]
         low, high = np.maximum(at - width, 0.0), np.minimum(at + width, lengths[i])
         length, at = _refined(rates[i], of_vector, at, low, high)
@@ -449,25 +546,35 @@ def _longer_between(
                 known[found[1]] = found[2]
                 yield found
         longer = np.maximum(sampled[:, 1:], sampled[:, :-1]).ravel()
-        i, vector, width, bend = (np.repeat(part, FINER) for part in (i, vector, width, between.bend))
+        i, vector, width, bend = (
+            np.repeat(part, FINER) for part in (i, vector, width, between.bend)
+        )
         between = Intervals(i, vector, t[:, :-1].ravel(), width, longer, bend)
 
 
 def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:
-    """The rates (n, j) and waves (n, r, j) of n segments; the first rate is zero, that of what stays constant."""
+    """The rates (n, j) and waves (n, r, j) of n segments; the first rate is zero, that of what
+    stays constant.
+    """
     modes = 1 + max(len(segment.rate) for segment in segments)
     rates = np.zeros((len(segments), modes), dtype=complex)
     wave = np.zeros((len(segments), len(segments[0].level), modes), dtype=complex)
     for i, segment in enumerate(segments):
         oscillating = slice(1, 1 + len(segment.rate))
-        rates[i, oscillating], wave[i, :, 0], wave[i, :, oscillating] = segment.rate, segment.level, segment.wave
+        rates[i, oscillating], wave[i, :, 0], wave[i, :, oscillating] = (
+            segment.rate,
+            segment.level,
+            segment.wave,
+        )
     return rates, wave
 
 
 def _local_maxima(square: Array, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Which of the samples (s, m) of m signals are maxima among their neighbours, and nearly as large as the largest one.
+    """Which of the samples (s, m) of m signals are maxima among their neighbours, and nearly as
+    large as the largest one.
 
-    A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: both count.
+    A sample at the end of a segment may exceed those of the next, whose maximum lies between its
+    samples: both count.
 
     Args:
         square: samples of all segments, one segment after the other.
@@ -480,26 +587,38 @@ def _local_maxima(square: Array, begins: np.ndarray, ends: np.ndarray) -> np.nda
     rises[begins], falls[ends - 1] = True, True
     local = rises & falls & (square >= NEAR_MAXIMUM * square.max(axis=0))
     if np.count_nonzero(local) > MOST_MAXIMA * square.shape[1]:
-        local &= square >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
+        local &= (
+            square
+            >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
+        )
     return np.asarray(local)
 
 
-def _refined(rate: ComplexArray, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _refined(
+    rate: ComplexArray, waves: Array, t: Array, low: Array, high: Array
+) -> tuple[Array, Array]:
     """The largest length (m,) of vectors near times t (m,), and its time, between bounds.
 
-    The vectors are the real parts of waves (m, k, j) · exp(λt), λ (m, j). Newton's method on half the derivative of the squared
-    length.
+    The vectors are the real parts of waves (m, k, j) · exp(λt), λ (m, j). Newton's method on half
+    the derivative of the squared length.
     """
     length, best, turning = np.full(len(t), -1.0), t, rate[:, None]
     derivatives = np.concatenate([waves, waves * turning, waves * turning**2], axis=1)
     for _ in range(8):
-        values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(len(t), 3, -1)
+        values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(
+            len(t), 3, -1
+        )
         value, speed, curve = values[:, 0], values[:, 1], values[:, 2]
         sizes = _lengths(value)
         length, best = np.where(sizes > length, sizes, length), np.where(sizes > length, t, best)
         slope, bend = (value * speed).sum(axis=1), (speed * speed + value * curve).sum(axis=1)
         # Where the square is not concave, go to the bound that lies uphill.
-        last, step = t, np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low))
+        last, step = (
+            t,
+            np.where(
+                bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low)
+            ),
+        )
         t = np.clip(t + step, low, high)
         if np.all(np.abs(t - last) <= 1e-6 * (high - low)):
             break

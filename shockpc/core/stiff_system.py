@@ -1,4 +1,6 @@
-"""What stays the same in a landing on elements of finite stiffness, and what depends on which of these are loaded."""
+"""What stays the same in a landing on elements of finite stiffness, and what depends on which of
+these are loaded.
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -11,13 +13,19 @@ from shockpc.core.spatial import Array
 from shockpc.core.stiff_motion import Elements
 
 NEGLIGIBLE = 1e-11
-"""Share of the motion that excites the elements, below which what moves or presses counts as rounding."""
+"""Share of the motion that excites the elements, below which what moves or presses counts as
+rounding.
+"""
 
 DEPENDENT = 1e-13
-"""Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or it moves no spring."""
+"""Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or
+it moves no spring.
+"""
 
 EASED = 0.01
-"""Share of the largest force and compression of a contact, and of the speed of the impact, below which nothing is noticeable."""
+"""Share of the largest force and compression of a contact, and of the speed of the impact, below
+which nothing is noticeable.
+"""
 
 
 class Loaded(NamedTuple):
@@ -27,14 +35,16 @@ class Loaded(NamedTuple):
         fixed: rows that are held.
         sprung: (r,) rows with a spring that is loaded.
         still: (d, d) part of u that the held rows stop.
-        to_all, held: (r, r) and (r, d) from z and u to the forces of all elements, of a held row with what dampers press on it.
+        to_all, held: (r, r) and (r, d) from z and u to the forces of all elements, of a held row
+            with what dampers press on it.
         balance: (r,) the same of constant forces.
         damper: (r, d) from u to the forces of dampers.
         damped: the modes with the dampers that act; None without one.
         pull: (d,) rate at which constant forces change u.
-        U, sigma, V: the modes, of the frequencies sigma (m,); with dampers in series, as many as there are elements.
-        balanced, creep: (m,) the deflections with which springs balance constant forces, and the velocities at which dampers in
-            series with them then give way.
+        U, sigma, V: the modes, of the frequencies sigma (m,); with dampers in series, as many as
+            there are elements.
+        balanced, creep: (m,) the deflections with which springs balance constant forces, and the
+            velocities at which dampers in series with them then give way.
     """
 
     fixed: np.ndarray
@@ -55,7 +65,8 @@ class Loaded(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """The elements, and the velocity before the impact, in the d coordinates of u along the rows of the elements.
+    """The elements, and the velocity before the impact, in the d coordinates of u along the rows of
+    the elements.
 
     All forces are scaled: they are those of the elements divided by −slope, √κ.
 
@@ -111,7 +122,8 @@ class System:
 
     @memoized(most=64)
     def loaded(self, held_rows: bytes, sprung_rows: bytes, slopes: bytes, dampers: bool) -> Loaded:
-        """What depends on which elements are loaded; where contacts open and close, the same are loaded again and again.
+        """What depends on which elements are loaded; where contacts open and close, the same are
+        loaded again and again.
 
         Args:
             held_rows: bytes of a bool array (r,), which rows are held.
@@ -124,12 +136,15 @@ class System:
         r, d = self.W.shape
         F, pull, still = np.where(sprung, slope, 0.0)[:, None] * self.W, self.pull, np.zeros((d, d))
         acting = sprung & (self.damping > 0.0) & dampers
-        damper, G = np.where(acting, self.viscous, 0.0)[:, None] * self.W, np.sqrt(self.damping[acting])[:, None] * self.W[acting]
+        damper, G = (
+            np.where(acting, self.viscous, 0.0)[:, None] * self.W,
+            np.sqrt(self.damping[acting])[:, None] * self.W[acting],
+        )
         # The scaled forces of all elements are to_all · z + held · u + balance.
         to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
         if len(fixed):
-            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
-            # the smallest share.
+            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu);
+            # of dependent rows each takes the smallest share.
             H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
             least = np.linalg.pinv(H.T, rcond=1e-9)
             still = H.T @ least
@@ -141,18 +156,60 @@ class System:
         V, sigma = np.pad(Vt.T, ((0, 0), (0, U.shape[1] - d))), np.pad(sigma, (0, U.shape[1] - d))
         sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
         moves = sigma > 0.0
-        balanced, creep = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves) * (V.T @ pull), np.zeros_like(sigma)
+        balanced, creep = (
+            np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves) * (V.T @ pull),
+            np.zeros_like(sigma),
+        )
         if not (len(G) or relaxes.any()):
-            return Loaded(fixed, sprung, still, to_all, held, balance, damper, None, pull, U, sigma, V, balanced, creep)
-        of_dampers = damped_modes(sigma, G @ V, np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes])
+            return Loaded(
+                fixed,
+                sprung,
+                still,
+                to_all,
+                held,
+                balance,
+                damper,
+                None,
+                pull,
+                U,
+                sigma,
+                V,
+                balanced,
+                creep,
+            )
+        of_dampers = damped_modes(
+            sigma, G @ V, np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes]
+        )
         if relaxes.any():
             constant = np.append(np.zeros(len(sigma)), (V.T @ pull)[moves])
             steady = np.linalg.lstsq(of_dampers.A, -constant, rcond=1e-12)[0]
             balanced, creep[moves] = steady[: len(sigma)], steady[len(sigma) :]
-        return Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, V, balanced, creep)
+        return Loaded(
+            fixed,
+            sprung,
+            still,
+            to_all,
+            held,
+            balance,
+            damper,
+            of_dampers,
+            pull,
+            U,
+            sigma,
+            V,
+            balanced,
+            creep,
+        )
 
 
-def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: Array, velocity: Array, gravity: Array) -> System:
+def system_of(
+    elements: Elements,
+    W: Array,
+    to_velocity: Array,
+    from_velocity: Array,
+    velocity: Array,
+    gravity: Array,
+) -> System:
     """The system of a landing.
 
     Args:
@@ -164,14 +221,20 @@ def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: A
         gravity: (n,) accelerations of free fall [rad/s², m/s²].
     """
     u, free = from_velocity @ velocity, from_velocity @ gravity
-    length, slope, sprung = np.linalg.norm(W, axis=1), np.sqrt(elements.stiffness), elements.stiffness > 0.0
+    length, slope, sprung = (
+        np.linalg.norm(W, axis=1),
+        np.sqrt(elements.stiffness),
+        elements.stiffness > 0.0,
+    )
     damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(W))
     steady = np.where(sprung, 0.0, np.asarray(elements.load))
     pull, speed, single = free + W.T @ steady, float(np.linalg.norm(u)), slope * length
     rate, rigid_length = W @ u, length
     bends = np.broadcast_to(elements.straight, len(W))
     if bends.any():
-        rigid_length = np.linalg.norm(W - W @ np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends], axis=1)
+        rigid_length = np.linalg.norm(
+            W - W @ np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends], axis=1
+        )
     approaches = elements.normal & (rate < -1e-13 * length * speed)
     return System(
         elements=elements,
@@ -193,8 +256,11 @@ def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: A
         viscous=damping / np.where(sprung, slope, 1.0),
         steady=steady,
         # What single contacts come to rest at counts like the speed.
-        noise=NEGLIGIBLE * (speed + float(np.linalg.norm(pull)) / float(single[elements.normal].min())),
+        noise=NEGLIGIBLE
+        * (speed + float(np.linalg.norm(pull)) / float(single[elements.normal].min())),
         fastest=float(single.max()),
         approaches=approaches,
-        slowly=EASED * float(np.max(-rate[approaches] / rigid_length[approaches], initial=0.0)) * rigid_length,
+        slowly=EASED
+        * float(np.max(-rate[approaches] / rigid_length[approaches], initial=0.0))
+        * rigid_length,
     )

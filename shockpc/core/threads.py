@@ -1,4 +1,6 @@
-"""Linear algebra in one thread: threads slow down matrices of this size, and other processes make them wait for one another."""
+"""Linear algebra in one thread: threads slow down matrices of this size, and other processes make
+them wait for one another.
+"""
 
 import functools
 from collections.abc import Iterator

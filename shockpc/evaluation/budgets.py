@@ -1,4 +1,7 @@
-"""Budgets: which numbers of which landings have limits. Read from a TOML file for them or from a pyproject.toml."""
+"""Budgets: which numbers of which landings have limits.
+
+Read from a TOML file for them or from a pyproject.toml.
+"""
 
 import math
 import re
@@ -27,7 +30,9 @@ STANDARD = ("budgets.toml", "pyproject.toml")
 
 
 LEAST_CHANGE = 1e-3
-"""Share of a metric's largest value in the baseline by which a value may always be off where a tolerance is a share."""
+"""Share of a metric's largest value in the baseline by which a value may always be off where a
+tolerance is a share.
+"""
 
 DESIGNS, MOST_DESIGNS = 1000.0, 1_000_000
 """Random designs of one landing: by default, and at most."""
@@ -38,8 +43,10 @@ class DesignVariation:
     """What is not known of a design.
 
     Attributes:
-        values: its distribution, as `sweep --vary` takes it with --sample, such as "±5%" or "0.5x:2x".
-        quantity: a quantity of a sweep, such as "mass:*_calf"; one value for all links or joints that a glob means.
+        values: its distribution, as `sweep --vary` takes it with --sample, such as "±5%" or
+            "0.5x:2x".
+        quantity: a quantity of a sweep, such as "mass:*_calf"; one value for all links or joints
+            that a glob means.
         each: the same with a value for each of them; in place of `quantity`.
 
     Raises:
@@ -56,18 +63,21 @@ class DesignVariation:
         """Refuse a distribution of nothing, or of two things."""
         if (self.quantity is None) == (self.each is None):
             raise StudyError(
-                "vary needs either a quantity, which has one value for all links that fit, or each, with a value for each"
+                "vary needs either a quantity, which has one value for all links that fit, or "
+                "each, with a value for each"
             )
 
 
 @frozen(kw_only=True)
 class Case(Scene):
-    """Landings that are checked: a scene with a name, and with some strike angles or random designs.
+    """Landings that are checked: a scene with a name, and with some strike angles or random
+    designs.
 
     Attributes:
         name: by which budgets and the baseline refer to it.
         scene: file of a scene, of which the keys of the case replace some.
-        strike_angle_deg: a landing for each of these angles; in place of that of the scene's file [deg].
+        strike_angle_deg: a landing for each of these angles; in place of that of the scene's file
+            [deg].
         drop_height: as in `Strike`; in place of the velocity of the scene's file [m].
         vary: what is not known of the design, for budgets with a percentile.
         designs: number of random designs of which the percentiles are.
@@ -88,24 +98,38 @@ class Case(Scene):
         """Refuse a number of designs that is not valid, and what no scene may hold."""
         super().__post_init__()
         for name in ("strike_angle_deg", "drop_height"):
-            if getattr(self, name) not in (None, ()) and getattr(self.strike, name, None) is not None:
-                raise StudyError(f"{name} is given for the case and for its strike; leave one of the two out")
+            if (
+                getattr(self, name) not in (None, ())
+                and getattr(self.strike, name, None) is not None
+            ):
+                raise StudyError(
+                    f"{name} is given for the case and for its strike; leave one of the two out"
+                )
         if not (1.0 <= self.designs <= MOST_DESIGNS and self.designs == int(self.designs)):
-            raise StudyError(f"designs is {self.designs:g}; it has to be a whole number from 1 to {MOST_DESIGNS}")
+            raise StudyError(
+                f"designs is {self.designs:g}; it has to be a whole number from 1 to {MOST_DESIGNS}"
+            )
         if self.designs != DESIGNS and not self.vary:
             raise StudyError(
-                f"designs = {self.designs:g} is the number of random designs, and nothing of the case varies; say what does by "
+                f"designs = {self.designs:g} is the number of random designs, and nothing of the "
+                f"case varies; say what does by "
                 "[[case.vary]], or leave it out"
             )
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
-        """Each strike angle with its scene; the angle is None where the scene gives only the strike."""
+        """Each strike angle with its scene; the angle is None where the scene gives only the
+        strike.
+        """
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
         if self.drop_height is not None:
             scene = replace(scene, strike=replace(scene.strike, drop_height=self.drop_height))
-        strikes = {angle: replace(scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg}
-        return tuple((angle, replace(scene, strike=strike)) for angle, strike in strikes.items()) or ((None, scene),)
+        strikes = {
+            angle: replace(scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg
+        }
+        return tuple(
+            (angle, replace(scene, strike=strike)) for angle, strike in strikes.items()
+        ) or ((None, scene),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,20 +138,23 @@ class Budget:
 
     Attributes:
         case: name or glob of the cases.
-        at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to; all by default.
+        at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to; all
+            by default.
         metric: a quantity, as `select` takes it.
         max: largest value allowed, in the unit of the metric.
         min: smallest value allowed.
-        baseline_tolerance: how much worse than the baseline it may be: a number with the unit of the metric, such as "0.01 kg",
-            where "-" is the unit of a ratio; or a share such as "5%", and at least a change that may be given after it, as in
-            "5%, 1e-3 N s", by default a thousandth of the largest value of the metric in the baseline, and the share if less.
-        percentile: share of the case's random designs that have to meet each limit [%]; None for the design as it is.
+        baseline_tolerance: how much worse than the baseline it may be: a number with the unit of
+            the metric, such as "0.01 kg", where "-" is the unit of a ratio; or a share such as
+            "5%", and at least a change that may be given after it, as in "5%, 1e-3 N s", by default
+            a thousandth of the largest value of the metric in the baseline, and the share if less.
+        percentile: share of the case's random designs that have to meet each limit [%]; None for
+            the design as it is.
         severity: whether the check fails when the budget is exceeded.
 
     Raises:
         UnknownName: there is no such metric.
-        StudyError: it has no limit, its limits exclude every value or let any negative one pass, or the tolerance or the percentile
-            is not valid.
+        StudyError: it has no limit, its limits exclude every value or let any negative one pass, or
+            the tolerance or the percentile is not valid.
     """
 
     __pydantic_config__ = CHECKED
@@ -144,26 +171,41 @@ class Budget:
     def __post_init__(self) -> None:
         """Refuse what no landing can meet, or every landing meets."""
         if self.max is None and self.min is None and self.baseline_tolerance is None:
-            raise StudyError(f"{self.metric} at {printable(self.at)} has no limit; give max, min or baseline_tolerance")
+            raise StudyError(
+                f"{self.metric} at {printable(self.at)} has no limit; give max, min or "
+                f"baseline_tolerance"
+            )
         if not all(math.isfinite(limit) for limit in (self.max, self.min) if limit is not None):
             raise StudyError(
-                f"{self.metric} at {printable(self.at)}: max and min have to be finite, so that a number can exceed them"
+                f"{self.metric} at {printable(self.at)}: max and min have to be finite, so that a "
+                f"number can exceed them"
             )
         if self.max is not None and self.min is not None and self.min > self.max:
-            raise StudyError(f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}")
-        if (self.max is None) != (self.min is None) and self.selection.signed and self.selection.quantity.worse == "greater":
-            raise StudyError(f"{self.metric} at {printable(self.at)} may be of either sign; give both min and max")
+            raise StudyError(
+                f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}"
+            )
+        if (
+            (self.max is None) != (self.min is None)
+            and self.selection.signed
+            and self.selection.quantity.worse == "greater"
+        ):
+            raise StudyError(
+                f"{self.metric} at {printable(self.at)} may be of either sign; give both min and "
+                f"max"
+            )
         if self.baseline_tolerance is not None:
             self.margin(1.0)
         if self.percentile is not None:
             if not 50.0 <= self.percentile <= 100.0:
                 raise StudyError(
-                    f"{self.metric} at {printable(self.at)}: percentile is {self.percentile:g}; it is the share of designs that "
+                    f"{self.metric} at {printable(self.at)}: percentile is {self.percentile:g}; it "
+                    f"is the share of designs that "
                     "meet the limits, from 50 to 100 %, such as 95"
                 )
             if self.baseline_tolerance is not None:
                 raise StudyError(
-                    f"{self.metric} at {printable(self.at)} has a percentile, and a baseline holds none; give max or min"
+                    f"{self.metric} at {printable(self.at)} has a percentile, and a baseline holds "
+                    f"none; give max or min"
                 )
 
     @cached_property
@@ -173,7 +215,8 @@ class Budget:
 
     @property
     def worse(self) -> Literal["greater", "less", "neither"]:
-        """Which change against the baseline is for the worse: that towards the only limit, else that of the metric.
+        """Which change against the baseline is for the worse: that towards the only limit, else
+        that of the metric.
 
         Neither means that any change is.
         """
@@ -182,20 +225,29 @@ class Budget:
         return "neither" if self.selection.signed else self.selection.quantity.worse
 
     def representative(self, values: Array) -> float:
-        """Of the values (n,) of random designs, the one that says whether enough of them meet the limits."""
-        upper, lower = float(percentile(values, self.percentile)), -float(percentile(-values, self.percentile))
+        """Of the values (n,) of random designs, the one that says whether enough of them meet the
+        limits.
+        """
+        upper, lower = (
+            float(percentile(values, self.percentile)),
+            -float(percentile(-values, self.percentile)),
+        )
         if self.max is None or (self.min is not None and self.min - lower > upper - self.max):
             return lower
         return upper
 
     def margin(self, baseline: float, largest: float = 0.0) -> float:
-        """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it.
+        """How far from a baseline the value may be.
+
+        An infinite radius has no share; no finite one is near it.
 
         Args:
             baseline: the value there.
             largest: magnitude of the metric's largest finite value there.
         """
-        share, comma, change = (part.strip() for part in (self.baseline_tolerance or "").partition(","))
+        share, comma, change = (
+            part.strip() for part in (self.baseline_tolerance or "").partition(",")
+        )
         unit = self.selection.quantity.unit.replace("1", "-")
         relative = share.endswith("%")
         try:
@@ -205,8 +257,10 @@ class Budget:
             size = least = -1.0
         if size < 0.0 or least < 0.0:
             raise StudyError(
-                f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", a '
-                f'number with the unit of {self.metric}, such as "0.01 {unit}", or a share and at least a change: "5%, 0.01 {unit}"'
+                f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; '
+                f'give a share such as "5%", a '
+                f'number with the unit of {self.metric}, such as "0.01 {unit}", or a share and at '
+                f'least a change: "5%, 0.01 {unit}"'
             )
         if not relative:
             return size
@@ -234,7 +288,8 @@ class Budgets(NamedTuple):
 
 
 def budgets_file(folder: Path) -> Path:
-    """The file of budgets in a folder: budgets.toml, or a pyproject.toml with a table [tool.shockpc].
+    """The file of budgets in a folder: budgets.toml, or a pyproject.toml with a table
+    [tool.shockpc].
 
     Raises:
         StudyError: there is none.
@@ -246,15 +301,25 @@ def budgets_file(folder: Path) -> Path:
         with reading(project, "budgets", StudyError) as table:
             if "shockpc" in _table(table.get("tool", {}), "tool"):
                 return project
-    other = ", and the pyproject.toml there has no table [tool.shockpc]" if project.exists() else ", and no pyproject.toml"
-    raise StudyError(f'there is no budgets.toml in "{folder}"{other}; name the file: shockpc check FILE')
+    other = (
+        ", and the pyproject.toml there has no table [tool.shockpc]"
+        if project.exists()
+        else ", and no pyproject.toml"
+    )
+    raise StudyError(
+        f'there is no budgets.toml in "{folder}"{other}; name the file: shockpc check FILE'
+    )
 
 
 def budgets_schema() -> dict[str, Any]:
     """The JSON Schema of a file of budgets, for editors; it lists the metrics."""
     case, budget = record_schema(Case), record_schema(Budget)
     budget["properties"]["metric"] = {"enum": list(selections())}
-    kinds = {"case": case | {"required": ["name"]}, "budget": budget, "part": {"$ref": "#/$defs/Part"}}
+    kinds = {
+        "case": case | {"required": ["name"]},
+        "budget": budget,
+        "part": {"$ref": "#/$defs/Part"},
+    }
     return {
         "title": "shockpc budgets",
         "$defs": case.pop("$defs"),
@@ -269,10 +334,13 @@ def budgets_schema() -> dict[str, Any]:
 
 
 def read_budgets(path: Path) -> Budgets:
-    """Read a file of budgets; in a pyproject.toml they are the table [tool.shockpc]. Paths in it are relative to its folder.
+    """Read a file of budgets; in a pyproject.toml they are the table [tool.shockpc].
+
+    Paths in it are relative to its folder.
 
     Raises:
-        StudyError: the file or a scene named in it cannot be read, a key or a value is not valid, or two cases have one name.
+        StudyError: the file or a scene named in it cannot be read, a key or a value is not valid,
+            or two cases have one name.
     """
     nested = path.name == STANDARD[1]
     with reading(path, "budgets", StudyError) as document:
@@ -284,11 +352,20 @@ def read_budgets(path: Path) -> Budgets:
         faults = [unknown_key(f"{prefix}{key}", key, keys) for key in table if key not in keys]
         parts = converted(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
         parts = () if faults else parts
-        entries = {key: _entries(table.get(key, []), f"{prefix}{key}", faults) for key in ("case", "budget")}
+        entries = {
+            key: _entries(table.get(key, []), f"{prefix}{key}", faults)
+            for key in ("case", "budget")
+        }
         folder = path.resolve().parent
         baseline = converted(table.get("baseline"), str | None, f"{prefix}baseline", faults)
-        cases = [_case(entry, parts, folder, f"{prefix}case[{k}]", faults) for k, entry in enumerate(entries["case"])]
-        budgets = [_budget(entry, f"{prefix}budget[{k}]", faults) for k, entry in enumerate(entries["budget"])]
+        cases = [
+            _case(entry, parts, folder, f"{prefix}case[{k}]", faults)
+            for k, entry in enumerate(entries["case"])
+        ]
+        budgets = [
+            _budget(entry, f"{prefix}budget[{k}]", faults)
+            for k, entry in enumerate(entries["budget"])
+        ]
         if faults:
             raise StudyError("; ".join(faults))
         names = [case.name for case in cases if case is not None]
@@ -298,7 +375,9 @@ def read_budgets(path: Path) -> Budgets:
         for k, name in enumerate(names):
             if name in names[:k]:
                 raise StudyError(f'two cases have the name "{printable(name)}"; rename one of them')
-        lines = _lines(read_file(path, "budgets file", StudyError).decode("utf-8-sig"), f"{prefix}budget")
+        lines = _lines(
+            read_file(path, "budgets file", StudyError).decode("utf-8-sig"), f"{prefix}budget"
+        )
         known = tuple(budget for budget in budgets if budget is not None)
         return Budgets(
             path,
@@ -309,17 +388,32 @@ def read_budgets(path: Path) -> Budgets:
         )
 
 
-def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: str, faults: list[str]) -> Case | None:
-    """A case; its keys replace those of the scene's file, and the parts of all cases are added to those of the file."""
+def _case(
+    entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: str, faults: list[str]
+) -> Case | None:
+    """A case; its keys replace those of the scene's file, and the parts of all cases are added to
+    those of the file.
+    """
     if "scene" not in entry and "robot" not in entry:
-        faults.append(f"{key} has neither a scene nor a robot; give the path of a scene file, or a robot and its contact")
+        faults.append(
+            f"{key} has neither a scene nor a robot; give the path of a scene file, or a robot and "
+            f"its contact"
+        )
         return None
     try:
         if isinstance(file := entry.get("scene"), str):
-            scene, strike = scene_table(read_scene(folder / usable_path(file))), entry.get("strike", {})
-            given = {*(strike if isinstance(strike, Mapping) else ()), *entry.keys() & {"drop_height", "strike_angle_deg"}}
+            scene, strike = (
+                scene_table(read_scene(folder / usable_path(file))),
+                entry.get("strike", {}),
+            )
+            given = {
+                *(strike if isinstance(strike, Mapping) else ()),
+                *entry.keys() & {"drop_height", "strike_angle_deg"},
+            }
             replaced = {*given, *replaced_ways(given)}
-            scene["strike"] = {key: value for key, value in scene.get("strike", {}).items() if key not in replaced}
+            scene["strike"] = {
+                key: value for key, value in scene.get("strike", {}).items() if key not in replaced
+            }
             entry = _replaced(scene, entry)
         if parts and isinstance(case_parts := entry.get("part", []), list):
             entry = {**entry, "part": [*case_parts, *parts]}
@@ -361,12 +455,15 @@ def _entries(value: Any, key: str, faults: list[str]) -> list[Mapping[str, Any]]
 def _table(value: Any, name: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise StudyError(
-            f"{name} is {'missing' if value is None else 'not a table'}; it has to hold [[tool.shockpc.case]] and so on"
+            f"{name} is {'missing' if value is None else 'not a table'}; it has to hold "
+            f"[[tool.shockpc.case]] and so on"
         )
     return value
 
 
 def _lines(text: str, key: str) -> tuple[int, ...]:
     """The numbers of the lines at which the tables of an array begin."""
-    header = re.compile(r"\s*\[\[\s*" + r"\s*\.\s*".join(map(re.escape, key.split("."))) + r"\s*\]\]")
+    header = re.compile(
+        r"\s*\[\[\s*" + r"\s*\.\s*".join(map(re.escape, key.split("."))) + r"\s*\]\]"
+    )
     return tuple(k for k, line in enumerate(text.splitlines(), 1) if header.match(line))

@@ -1,4 +1,6 @@
-"""Quantities at places, KEY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
+"""Quantities at places, KEY@PLACE: named by a text, computed of many landings in double precision,
+or of one with a proof.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, cast
@@ -24,7 +26,9 @@ from shockpc.text.errors import ShockError, SolveError, StudyError, UnknownName
 from shockpc.text.printed import listed
 
 BLOCK = 512
-"""Postures that are computed together: more leave the processor's cache, and fewer cost more calls of NumPy for each."""
+"""Postures that are computed together: more leave the processor's cache, and fewer cost more calls
+of NumPy for each.
+"""
 
 
 class Column(NamedTuple):
@@ -45,7 +49,9 @@ class Column(NamedTuple):
     @property
     def name(self) -> str:
         """As the table of rows heads it, KEY@PLACE."""
-        return f"{self.selection.name}@{self.place.name}" + ("" if self.time is None else f" after {self.time:g} ms")
+        return f"{self.selection.name}@{self.place.name}" + (
+            "" if self.time is None else f" after {self.time:g} ms"
+        )
 
     @property
     def heading(self) -> str:
@@ -74,13 +80,22 @@ class Column(NamedTuple):
         return self.time is not None or self.selection.quantity.per_landing(scene)
 
     def at(self, landing: PosedLanding) -> Place | None:
-        """The place in a landing, which may have fewer contacts than others, or other parts; None where it has none."""
+        """The place in a landing, which may have fewer contacts than others, or other parts; None
+        where it has none.
+        """
         kind, number = self.selection.quantity.of, self.place.number
         if kind == "part":
             return next((place for place in landing.parts if place.name == self.place.name), None)
         if kind != "contact" or number < len(landing.contacts):
             return landing.carried(self.place)
-        return next((self.place for place in landing.contact_places[number : number + 1] if place.name == self.place.name), None)
+        return next(
+            (
+                self.place
+                for place in landing.contact_places[number : number + 1]
+                if place.name == self.place.name
+            ),
+            None,
+        )
 
 
 def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, ...]]:
@@ -96,14 +111,19 @@ def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, 
     except UnknownName:
         if selection.quantity.vector and pattern[-2:] in (".x", ".y", ".z"):
             wanted = f"{key}{pattern[-2:]}@{pattern[:-2]}"
-            raise StudyError(f'"{text}": the component of a vector stands before the place; write {wanted}') from None
+            raise StudyError(
+                f'"{text}": the component of a vector stands before the place; write {wanted}'
+            ) from None
         raise
 
 
-def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = None) -> tuple[Place, ...]:
+def places_at(
+    landing: PosedLanding, quantity: Quantity, pattern: str | None = None
+) -> tuple[Place, ...]:
     """The places of a quantity's kind that a name or a glob means; without one, all of them.
 
-    A point is FRAME or FRAME:x,y,z; where a body is needed, a link means the body that it belongs to.
+    A point is FRAME or FRAME:x,y,z; where a body is needed, a link means the body that it belongs
+    to.
 
     Raises:
         UnknownName: nothing fits; the text names the nearest.
@@ -113,10 +133,14 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
     if lacking := quantity.lacks(landing):
         raise StudyError(lacking)
     if quantity.carried:
-        places = tuple(place for place in places if (place.joint >= 0) == (quantity.carried == "joint"))
+        places = tuple(
+            place for place in places if (place.joint >= 0) == (quantity.carried == "joint")
+        )
     if kind == "part" and not places:
         where = {"point": " at a frame", "joint": " of joints"}.get(quantity.carried, "")
-        raise StudyError(f"{quantity.key} is of parts, and the scene has none{where}; describe them by [[part]]")
+        raise StudyError(
+            f"{quantity.key} is of parts, and the scene has none{where}; describe them by [[part]]"
+        )
     if quantity.strikes:
         places = places[: len(landing.contacts)]
     if pattern is None:
@@ -130,7 +154,9 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
 
 
 def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
-    """The number that a study is about, as a text names it: of a point the shock, with friction if one of the scenes has it."""
+    """The number that a study is about, as a text names it: of a point the shock, with friction if
+    one of the scenes has it.
+    """
     friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
     return f"shock{friction}@{target.label}" if isinstance(target, Point) else target
 
@@ -144,20 +170,36 @@ def column(profile: ShockProfile, text: str) -> Column:
 
     Raises:
         UnknownName: there is no such quantity, or no such place of its kind.
-        StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
+        StudyError: no place is named, it does not move, or redundant contacts leave the number
+            undetermined.
     """
     entry = selections().get(text.partition("@")[0])
     if entry is not None and (entry.quantity.decided_by_ground or entry.quantity.on != "scene"):
-        why = "it is either 0 or 1" if entry.quantity.role else "it is computed in one posture at a time"
-        raise StudyError(f"{entry.name} ({entry.quantity.title}) cannot be used here: {why}; choose another quantity")
+        why = (
+            "it is either 0 or 1"
+            if entry.quantity.role
+            else "it is computed in one posture at a time"
+        )
+        raise StudyError(
+            f"{entry.name} ({entry.quantity.title}) cannot be used here: {why}; choose another "
+            f"quantity"
+        )
     selection, places = selected(profile.landing, text)
     key, kind = selection.name, selection.quantity.of.upper()
     if selection.quantity.shared and profile.redundant:
-        raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
+        raise StudyError(
+            f"{key} is not determined, because contacts or loops are redundant; choose another "
+            f"quantity"
+        )
     if "@" not in text and kind != "ROBOT" and len(places) != 1:
-        raise StudyError(f"{key} needs a place; write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
+        raise StudyError(
+            f"{key} needs a place; write {key}@{kind}, such as "
+            f"{key}@{places[0].name if places else kind}"
+        )
     if len(places) > 1:
-        raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
+        raise StudyError(
+            f'"{text}" means {listed((place.name for place in places), 6)}; name one of them'
+        )
     return Column(selection, places[0])
 
 
@@ -195,20 +237,38 @@ class Postures(NamedTuple):
     def values(
         self, strikes: Array | None, wanted: Sequence[Column], more: bool = False
     ) -> tuple[dict[str, Array], np.ndarray, np.ndarray]:
-        """Every column (m, S) by name; which contacts (m, S, c) do not approach the ground; and where (m, S) an end stop acts.
+        """Every column (m, S) by name; which contacts (m, S, c) do not approach the ground; and
+        where (m, S) an end stop acts.
 
         Args:
-            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's (S = 1).
+            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for
+                the landing's (S = 1).
             wanted: the columns.
             more: as for `values_of`.
         """
-        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.inertias)
+        impact = DoubleImpact(
+            self.landing,
+            self.equation,
+            self.solution,
+            self.jumps,
+            self.bodies,
+            strikes,
+            self.inertias,
+        )
         parting = separating(impact.approach, self.landing.contacts)
-        return values_of(impact, wanted, parting.shape[:2], more), parting, np.broadcast_to(stops_act(impact), parting.shape[:2])
+        return (
+            values_of(impact, wanted, parting.shape[:2], more),
+            parting,
+            np.broadcast_to(stops_act(impact), parting.shape[:2]),
+        )
 
 
 def postures(
-    landing: PosedLanding, Q: Array, wanted: Sequence[Column], inertias: Inertias | None = None, trusted: float | None = None
+    landing: PosedLanding,
+    Q: Array,
+    wanted: Sequence[Column],
+    inertias: Inertias | None = None,
+    trusted: float | None = None,
 ) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision.
 
@@ -222,7 +282,11 @@ def postures(
     with_strike = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model, inertias)
     everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
-    carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
+    carriers = (
+        None
+        if everywhere
+        else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
+    )
     equation, solution, jumps = impact_jumps(landing, state, with_strike, carriers)
     condition, prove = needs_proof(landing, equation, solution, trusted)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
@@ -237,32 +301,56 @@ def columns(
     inertias: Inertias | None = None,
     trusted: float | None = None,
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
-    """Every column for m postures and S strikes of each, in double precision; NaN where redundant rows leave a number undetermined.
+    """Every column for m postures and S strikes of each, in double precision; NaN where redundant
+    rows leave a number undetermined.
 
     Args:
         landing: the landing.
         Q: (m, nq) configurations.
-        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's, of which each
-            posture has one (S = 1).
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the
+            landing's, of which each posture has one (S = 1).
         wanted: the columns.
         inertias: the inertias in each posture; the landing's by default.
-        trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed where double precision has them.
+        trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed
+            where double precision has them.
 
-    Returns: columns (m, S) by name, NaN where proofs are needed; the condition (m,) of each posture; which rows (m, S) need one,
-        those too that friction may refuse or in which an end stop acts; and which contacts (m, S, c) do not approach the ground.
+    Returns: columns (m, S) by name, NaN where proofs are needed; the condition (m,) of each
+        posture; which rows (m, S) need one, those too that friction may refuse or in which an end
+        stop acts; and which contacts (m, S, c) do not approach the ground.
     """
     landing = landing.without_stops
-    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.decided_by_ground]
+    parts, feasible = (
+        [],
+        [column.name for column in wanted if column.selection.quantity.decided_by_ground],
+    )
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         moving = landing.motions(rows) if strikes is None else landing
-        block = postures(moving, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted)
-        values, parting, acting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
-        undecided = [values[c.name] for c in wanted if c.name in feasible or c.per_landing(landing.scene)]
+        block = postures(
+            moving, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted
+        )
+        values, parting, acting = block.values(
+            None if strikes is None else strikes[rows], wanted, trusted is not None
+        )
+        undecided = [
+            values[c.name] for c in wanted if c.name in feasible or c.per_landing(landing.scene)
+        ]
         prove = block.prove[:, None] | acting | np.any(np.isnan(undecided), axis=0)
-        parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting, block.solution.rank))
-    computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
-    condition, prove, parting, rank = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
+        parts.append(
+            (
+                values,
+                block.condition,
+                np.broadcast_to(prove, parting.shape[:2]),
+                parting,
+                block.solution.rank,
+            )
+        )
+    computed = {
+        name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]
+    }
+    condition, prove, parting, rank = (
+        np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:]
+    )
     for column in wanted:
         if column.selection.quantity.shared:
             computed[column.name][rank < block.equation.J_c.shape[1]] = np.nan
@@ -271,13 +359,16 @@ def columns(
 
 
 def stops_act(impact: DoubleImpact) -> np.ndarray:
-    """Whether (N, S) a joint would move beyond an end stop that it is at, or one that strikes is not at its stop.
+    """Whether (N, S) a joint would move beyond an end stop that it is at, or one that strikes is
+    not at its stop.
 
     Never for a scene that leaves stops out.
     """
     landing = impact.landing
     striking = [block for block in landing.contacts if block.kind == "stop"]
-    missed = missed_stops(landing.robot, striking, impact.state.Q, landing.before.joint_rates)[:, None]
+    missed = missed_stops(landing.robot, striking, impact.state.Q, landing.before.joint_rates)[
+        :, None
+    ]
     if not landing.scene.stops:
         return missed
     rates = impact.along(impact.delta_qd) + np.asarray(landing.before.joint_rates)[..., None, :]
@@ -285,14 +376,17 @@ def stops_act(impact: DoubleImpact) -> np.ndarray:
     return np.asarray(driven_beyond(sides, rates).any(axis=-1) | missed)
 
 
-def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...], more: bool = False) -> dict[str, Array]:
+def values_of(
+    impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...], more: bool = False
+) -> dict[str, Array]:
     """The columns (m, S) of an impact by name, each quantity evaluated once for all of its places.
 
     Args:
         impact: the impact.
         wanted: the columns.
         shape: m and S.
-        more: whether those count that are otherwise proven in one posture at a time, where double precision has them.
+        more: whether those count that are otherwise proven in one posture at a time, where double
+            precision has them.
     """
     computed = {column.name: np.full(shape, np.nan) for column in wanted if column.time is not None}
     wanted = [column for column in wanted if column.time is None]
@@ -300,28 +394,51 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):
             of_entry = [column for column in wanted if column.selection.quantity is entry]
             computed |= {column.name: np.full(shape, np.nan) for column in of_entry}
-            known = {column.place.name: place for column in of_entry if (place := column.at(impact.landing)) is not None}
+            known = {
+                column.place.name: place
+                for column in of_entry
+                if (place := column.at(impact.landing)) is not None
+            }
             places = list(known.values())
-            if not places or (entry.per_landing(impact.landing.scene) and not ((more or entry.unproven) and entry.in_doubles)):
+            if not places or (
+                entry.per_landing(impact.landing.scene)
+                and not ((more or entry.unproven) and entry.in_doubles)
+            ):
                 continue
-            values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
+            values, index = (
+                evaluate(entry, impact, places),
+                {place.name: k for k, place in enumerate(places)},
+            )
             for column in (column for column in of_entry if column.place.name in known):
-                computed[column.name] = np.broadcast_to(column.selection.scalar(values[:, :, index[column.place.name]]), shape)
+                computed[column.name] = np.broadcast_to(
+                    column.selection.scalar(values[:, :, index[column.place.name]]), shape
+                )
     return computed
 
 
 def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
-    """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
+    """The same columns of one landing, proven; NaN where redundant rows leave a number
+    undetermined.
+    """
     computed = {column.name: np.nan for column in wanted}
     for selection in dict.fromkeys(column.selection for column in wanted if column.time is None):
-        of_it = [column for column in wanted if column.selection == selection and column.time is None]
-        places = {column.name: place for column in of_it if (place := column.at(profile.landing)) is not None}
-        computed |= dict(zip(places, profile.numbers(selection, list(places.values())).tolist(), strict=True))
+        of_it = [
+            column for column in wanted if column.selection == selection and column.time is None
+        ]
+        places = {
+            column.name: place
+            for column in of_it
+            if (place := column.at(profile.landing)) is not None
+        }
+        computed |= dict(
+            zip(places, profile.numbers(selection, list(places.values())).tolist(), strict=True)
+        )
     return computed
 
 
 def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[str, float]:
-    """Those columns of one landing that are changes of velocity until a time, on contacts of finite stiffness.
+    """Those columns of one landing that are changes of velocity until a time, on contacts of finite
+    stiffness.
 
     Raises:
         SolveError: the motion cannot be followed.
@@ -330,34 +447,70 @@ def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[st
     from shockpc.impact.stiffness import CompliantLanding
 
     if landing.scene.contact_stiffness is None:
-        raise StudyError("a quantity at a time after the impact needs a contact stiffness; give contact_stiffness")
+        raise StudyError(
+            "a quantity at a time after the impact needs a contact stiffness; give "
+            "contact_stiffness"
+        )
     timed = [column for column in wanted if column.time is not None]
     times = sorted({column.time for column in timed if column.time is not None})
     motion, computed = CompliantLanding(landing, times[-1] / 1e3), dict[str, float]()
     for time in times:
-        at_time = {column._replace(time=None).name: column for column in timed if column.time == time}
-        values = values_of(motion.impact_at(time / 1e3), [column._replace(time=None) for column in at_time.values()], (1, 1))
+        at_time = {
+            column._replace(time=None).name: column for column in timed if column.time == time
+        }
+        values = values_of(
+            motion.impact_at(time / 1e3),
+            [column._replace(time=None) for column in at_time.values()],
+            (1, 1),
+        )
         computed |= {at_time[name].name: float(value[0, 0]) for name, value in values.items()}
     return computed
 
 
-def double_difference(profile: ShockProfile, double: dict[str, float], exact: dict[str, float], wanted: Sequence[Column]) -> float:
-    """Largest difference of a shock in double precision, relative to the most severe one of the same point [1]."""
+def double_difference(
+    profile: ShockProfile,
+    double: dict[str, float],
+    exact: dict[str, float],
+    wanted: Sequence[Column],
+) -> float:
+    """Largest difference of a shock in double precision, relative to the most severe one of the
+    same point [1].
+    """
     largest = 0.0
     for column in filter(lambda column: column.shock, wanted):
-        severe = float(profile.values(cast(Quantity, column.selection.quantity.most_severe), [column.place])[0])
-        off = abs(double[column.name] - exact[column.name]) / (max(severe, abs(exact[column.name])) or 1.0)
-        largest = max(largest, off) if np.isfinite(off) else np.inf if np.isfinite(exact[column.name]) else largest
+        severe = float(
+            profile.values(cast(Quantity, column.selection.quantity.most_severe), [column.place])[0]
+        )
+        off = abs(double[column.name] - exact[column.name]) / (
+            max(severe, abs(exact[column.name])) or 1.0
+        )
+        largest = (
+            max(largest, off)
+            if np.isfinite(off)
+            else np.inf
+            if np.isfinite(exact[column.name])
+            else largest
+        )
     return float(largest)
 
 
-def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tuple[int, int, ShockError]]:
-    """Posture, strike and error of the landings that are no impact. Args: parting (m, S, c), as `columns` gives it."""
+def not_approaching(
+    landing: PosedLanding, parting: np.ndarray
+) -> Iterator[tuple[int, int, ShockError]]:
+    """Posture, strike and error of the landings that are no impact.
+
+    Args: parting (m, S, c), as `columns` gives it.
+    """
     for i, s, c in np.argwhere(parting).tolist():
-        text = f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
+        text = (
+            f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no '
+            f"impact"
+        )
         yield i, s, SolveError(text, blocks=[landing.contacts[c].frame])
 
 
 def percentile(values: Array, share: Any) -> Any:
-    """The smallest of some values that at least a share of them [%] do not exceed; they are sorted in place."""
+    """The smallest of some values that at least a share of them [%] do not exceed; they are sorted
+    in place.
+    """
     return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)

@@ -1,10 +1,14 @@
-"""How a study is declared: once, as a function. Its command, options, help and documentation follow from that.
+"""How a study is declared: once, as a function.
+
+Its command, options, help and documentation follow from that.
 
     @study("shockpc limits hyq --joint lf_kfe_joint --at trunk_imu --max 0.1")
-    def limits(scene: Scene, joint: Annotated[str, Option("The joint.", "Question", "JOINT")], …) -> JointLimits: …
+    def limits(scene: Scene, joint: Annotated[str, Option("The joint.", "Question", "JOINT")], …) ->
+    JointLimits: …
 
-A parameter whose annotation has an `Option` is an option of the command; what the command passes for others is declared by `reads`
-and `passed`. An argument that is not of the type of its parameter, or beyond the bounds of its option, is a StudyError.
+A parameter whose annotation has an `Option` is an option of the command; what the command passes
+for others is declared by `reads` and `passed`. An argument that is not of the type of its
+parameter, or beyond the bounds of its option, is a StudyError.
 """
 
 import inspect
@@ -17,17 +21,21 @@ from shockpc.text.arguments import checked, is_numeric
 F = TypeVar("F", bound=Callable[..., Any])
 
 Reads: TypeAlias = Literal["scene", "landings", "postures", "designs", "table", "log"]
-"""What a command reads for the parameter of this name, as `shockpc.cli.study_command.INPUTS` describes."""
+"""What a command reads for the parameter of this name, as `shockpc.cli.study_command.INPUTS`
+describes.
+"""
 
 Passed: TypeAlias = Literal["target", "trace", "progress"]
-"""What a command passes besides: the number that the study is about, by --at or --quantity; what measures stages, for --explain; a
+"""What a command passes besides: the number that the study is about, by --at or --quantity; what
+measures stages, for --explain; a
 function that makes one which counts, of the number of landings."""
 
 
 QuantityOption: TypeAlias = Annotated[
     Sequence[str],
     Option(
-        "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
+        "Another quantity, as shockpc quantities lists them; at all places of its kind, or at "
+        "those of a name or glob.",
         "What is computed",
         "KEY[@PLACE]",
         "quantity",
@@ -39,7 +47,8 @@ QuantityOption: TypeAlias = Annotated[
 RenameOption: TypeAlias = Annotated[
     Mapping[str, str] | None,
     Option(
-        "Another name for a column, or for a joint in all of its columns. A * stands for the same text in both; a column with an "
+        "Another name for a column, or for a joint in all of its columns. A * stands for the same "
+        "text in both; a column with an "
         "empty new name is left out.",
         "Table",
         "NAME=[NAME]",
@@ -70,13 +79,16 @@ class Study(NamedTuple):
         parameters: those that are options, by name.
         examples: command lines.
         more: a paragraph for the help of its command, or nothing.
-        typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
-        without: options of a landing that the study refuses, which its command does not take: by their names with underscores, or
-            by their headings.
-        uses: "pulse", "imu-bandwidth", "range-g" or "part", if its numbers depend on these whatever quantities are asked for.
+        typed: makes arguments in SI units of what was typed, where a robot's joints decide on the
+            units.
+        without: options of a landing that the study refuses, which its command does not take: by
+            their names with underscores, or by their headings.
+        uses: "pulse", "imu-bandwidth", "range-g" or "part", if its numbers depend on these whatever
+            quantities are asked for.
         reads: the parameter for what is read; None for a study whose command is written out.
         passed: further parameters that the command passes.
-        fails: whether the result has `landings`, and `failures` of those that could not be computed, which decide on the exit code.
+        fails: whether the result has `landings`, and `failures` of those that could not be
+            computed, which decide on the exit code.
     """
 
     parameters: dict[str, StudyParameter]
@@ -100,7 +112,8 @@ def study(
     passed: tuple[Passed, ...] = (),
     fails: bool = False,
 ) -> Callable[[F], F]:
-    """Declare a function as a study, and list its options in its docstring; arguments as in `Study`.
+    """Declare a function as a study, and list its options in its docstring; arguments as in
+    `Study`.
 
     Options whose unit is deg are typed in degrees, and are arguments in radians.
     """
@@ -115,12 +128,19 @@ def study(
                 parameters[name] = StudyParameter(kind, option, parameter.default)
                 parameter = parameter.replace(annotation=kind)
             plain.append(parameter)
-        in_si = {name: one.option._replace(unit=one.option.unit.replace("deg", "rad")) for name, one in parameters.items()}
+        in_si = {
+            name: one.option._replace(unit=one.option.unit.replace("deg", "rad"))
+            for name, one in parameters.items()
+        }
         describe(function, in_si)
         # Without the options, because Python's help prints annotations whole.
-        faults = {name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)}
+        faults = {
+            name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)
+        }
         call = checked(function, signature.replace(parameters=plain), faults)
-        vars(call)["study"] = Study(parameters, examples, more, typed, without, uses, reads, passed, fails)
+        vars(call)["study"] = Study(
+            parameters, examples, more, typed, without, uses, reads, passed, fails
+        )
         return call
 
     return declare

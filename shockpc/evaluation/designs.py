@@ -26,7 +26,9 @@ class Design:
 
     @classmethod
     def of(cls, given: "Design | Scene | str") -> "Design":
-        """A design as it is; of a scene, or of the name of a scene file or a robot, as in `scene_of`, the one of that name."""
+        """A design as it is; of a scene, or of the name of a scene file or a robot, as in
+        `scene_of`, the one of that name.
+        """
         if isinstance(given, Design):
             return given
         scene = scene_of(given)

@@ -1,4 +1,5 @@
-"""A study with all drives at the smallest inertias that what is known allows, and with all at the largest.
+"""A study with all drives at the smallest inertias that what is known allows, and with all at the
+largest.
 
 These are two corners of what is known. Drives in between may give values outside these two, as the
 range of a number over the drives (`judgement.drive_range`) shows. An optimum or a limit has no such
@@ -45,10 +46,12 @@ T = TypeVar("T")
 def at_drive_ends(
     modelled: T, cases: Mapping[str, tuple[Scene, Robot]], compute: Callable[[dict[str, Scene]], T]
 ) -> dict[End, T | ShockError]:
-    """A study at both ends of the drives, or why there is none; nothing where all drives are known exactly.
+    """A study at both ends of the drives, or why there is none; nothing where all drives are known
+    exactly.
 
     Args:
-        modelled: the study for the drives as modelled, which is that of an end with the same inertias.
+        modelled: the study for the drives as modelled, which is that of an end with the same
+            inertias.
         cases: scene and robot of each landing, by name.
         compute: makes the study of the landings with other drives, by name.
     """
@@ -77,10 +80,14 @@ def _inertias(model: JointModel, end: End) -> Array:
 
 
 def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joints:
-    """What a scene states for all joints to be as in a joint model, with the drives that are not known exactly at an end."""
+    """What a scene states for all joints to be as in a joint model, with the drives that are not
+    known exactly at an end.
+    """
     inertias, moved = _inertias(model, end), model.low < model.high
     held = model.locked | np.isinf(inertias)
-    locked = [joint.name for joint in robot.single_joints if held[joint.v].all() and joint.kind != "free"]
+    locked = [
+        joint.name for joint in robot.single_joints if held[joint.v].all() and joint.kind != "free"
+    ]
     # What follows joints that are held is held with them.
     for mimic in robot.mimics:
         if mimic.joint not in locked and mimic.leaders and set(mimic.leaders) <= set(locked):
@@ -96,7 +103,9 @@ def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joi
         if model.stiffness[v] > 0.0:
             stiffness[joint.name] = float(model.stiffness[v])
         if model.rotor[v] > 0.0 and not moved[v]:
-            rotor[joint.name] = reflected_rotor(float(model.rotor[v]), float(model.drive_stiffness[v]), turns)
+            rotor[joint.name] = reflected_rotor(
+                float(model.rotor[v]), float(model.drive_stiffness[v]), turns
+            )
         elif inertia > 0.0 and turns:
             rotor[joint.name] = reflected_rotor(inertia, np.inf, turns)
         elif inertia > 0.0 or robot.model.armature[v] > 0.0:

@@ -1,4 +1,5 @@
-"""Where the parts of a study are computed: in this process, in several on this machine, or on a cluster.
+"""Where the parts of a study are computed: in this process, in several on this machine, or on a
+cluster.
 
 Studies know the interface only of `concurrent.futures.Executor`; None is this process.
 """
@@ -31,24 +32,37 @@ PATIENCE = 10.0
 """How long to wait for the scheduler of a cluster [s]."""
 
 ABSENT = 10
-"""How often in sequence, every half second, a cluster has no worker before that is said, so that it is known within ten seconds."""
+"""How often in sequence, every half second, a cluster has no worker before that is said, so that it
+is known within ten seconds.
+"""
 
 
 @contextmanager
-def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], object] | None = None) -> Iterator[Executor | None]:
-    """An executor of so many processes; None, which means this one, for 1. When it is left by an error, what still runs is ended.
+def executor(
+    jobs: int, cluster: str | None = None, waiting: Callable[[str], object] | None = None
+) -> Iterator[Executor | None]:
+    """An executor of so many processes; None, which means this one, for 1.
+
+    When it is left by an error, what still runs is ended.
 
     Args:
         jobs: number of processes.
-        cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
-        waiting: called with a message if the cluster has no worker, at first or later, which is then waited for; None refuses such
-            a cluster.
+        cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes
+            instead.
+        waiting: called with a message if the cluster has no worker, at first or later, which is
+            then waited for; None refuses such a cluster.
 
     Raises:
-        StudyError: a process died; the cluster cannot be reached, has no worker or loses all of them, or
-            `distributed` is not installed.
+        StudyError: a process died; the cluster cannot be reached, has no worker or loses all of
+            them, or `distributed` is not installed.
     """
-    with _dask(cluster, waiting) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
+    with (
+        _dask(cluster, waiting)
+        if cluster is not None
+        else processes(jobs)
+        if jobs > 1
+        else nullcontext() as workers
+    ):
         yield workers
 
 
@@ -64,7 +78,8 @@ def processes(jobs: int) -> Iterator[Executor]:
             finished = True
         except BrokenProcessPool:
             raise StudyError(
-                "a worker process died, perhaps because the memory was used up; try again with fewer processes: --jobs 1"
+                "a worker process died, perhaps because the memory was used up; try again with "
+                "fewer processes: --jobs 1"
             ) from None
         finally:
             if not finished:
@@ -81,7 +96,9 @@ def _prepare_worker() -> None:
 
 
 def _end_with_parent() -> None:
-    """Wait until the first process is no more, which the end of a pipe tells, even if it was killed."""
+    """Wait until the first process is no more, which the end of a pipe tells, even if it was
+    killed.
+    """
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
@@ -98,7 +115,8 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         if isinstance(refusal, ModuleNotFoundError) and refusal.name == "distributed":
             raise StudyError(f'a cluster needs the package "distributed"; {install}') from None
         raise StudyError(
-            f'the package "distributed" is installed but cannot be imported ({" ".join(str(refusal).split())}); {install}'
+            f'the package "distributed" is installed but cannot be imported '
+            f"({' '.join(str(refusal).split())}); {install}"
         ) from None
     # It reports every part of a lost worker, which is computed again.
     logging.getLogger("distributed.client").setLevel(logging.ERROR)
@@ -110,13 +128,16 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         except BaseException as refusal:
             answer.set_exception(refusal)
 
-    # A server that is no scheduler may send nothing for ever, or numbers that are read as sizes; neither is under the timeout.
+    # A server that is no scheduler may send nothing for ever, or numbers that are read as sizes;
+    # neither is under the timeout.
     threading.Thread(target=connect, daemon=True).start()
     try:
         client = answer.result(1.1 * PATIENCE)
     except Exception as refusal:
         why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
-        raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
+        raise StudyError(
+            f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler'
+        ) from None
     missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
     workers, lost, ended = client.get_executor(pure=False), threading.Event(), threading.Event()
     submit, submitted = workers.submit, weakref.WeakSet[Future[Any]]()
@@ -129,7 +150,9 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     workers.submit = remembered
 
     def watch(absent: int) -> None:
-        """Cancel what runs when there have been no workers for some seconds, or report that they are waited for."""
+        """Cancel what runs when there have been no workers for some seconds, or report that they
+        are waited for.
+        """
         while not ended.wait(pause):
             try:
                 absent = 0 if client.nthreads() else absent + 1
@@ -139,7 +162,8 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
                 waiting(f"{missing}; waiting for them")
             elif absent == ABSENT:
                 lost.set()
-                logging.getLogger("tornado.application").setLevel(logging.CRITICAL)  # it reports what is cancelled
+                # it reports what is cancelled
+                logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
                 for future in list(submitted):
                     future.cancel()
                 return
@@ -157,10 +181,15 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         watcher.start()
         yield workers
     except KilledWorker as death:
-        raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None
+        raise StudyError(
+            f"several workers of the cluster died over one part: {death}; give them more memory"
+        ) from None
     except (CancelledError, RuntimeError) as end:
         if lost.is_set():
-            raise StudyError(f"{missing.replace('has no worker', 'lost all its workers')}; or wait for them with --wait") from None
+            raise StudyError(
+                f"{missing.replace('has no worker', 'lost all its workers')}; or wait for them "
+                f"with --wait"
+            ) from None
         if isinstance(end, RuntimeError):
             raise
         raise StudyError(f'the cluster at "{address}" went away; start it again') from None
@@ -172,7 +201,9 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
 
 
 def _refuse_other_code(versions: Mapping[str, object]) -> None:
-    """Refuse workers whose package is not this one. Args: versions, by worker, or the error in place of a version.
+    """Refuse workers whose package is not this one.
+
+    Args: versions, by worker, or the error in place of a version.
 
     Raises:
         StudyError: another version, or other code, would compute other rows.
@@ -180,13 +211,15 @@ def _refuse_other_code(versions: Mapping[str, object]) -> None:
     others = [worker for worker, version in versions.items() if version != version_of_code()]
     if others:
         raise StudyError(
-            f"{listed(others, 3)} of the cluster {'has' if len(others) == 1 else 'have'} another version or other code of "
+            f"{listed(others, 3)} of the cluster {'has' if len(others) == 1 else 'have'} another "
+            f"version or other code of "
             f"shockpc; install version {shockpc.__version__} from the same files there"
         )
 
 
 def _by_the_same_code(version: str, function: Callable[..., T], *arguments: Any) -> T:
-    """The result of a function, by a worker with this version of the package; others may join the cluster at any time.
+    """The result of a function, by a worker with this version of the package; others may join the
+    cluster at any time.
 
     Raises:
         StudyError: the worker has another version, or other code.
@@ -196,14 +229,17 @@ def _by_the_same_code(version: str, function: Callable[..., T], *arguments: Any)
     return function(*arguments)
 
 
-def in_order(workers: Executor | None, function: Callable[[S], T], parts: Iterable[S], ahead: int = 64) -> Iterator[T]:
+def in_order(
+    workers: Executor | None, function: Callable[[S], T], parts: Iterable[S], ahead: int = 64
+) -> Iterator[T]:
     """Yield the results of parts in their order, while later ones are computed.
 
     Args:
         workers: do the work; this process if there are none.
         function: of a part; it can be pickled, and so can the parts.
         parts: what is computed.
-        ahead: number of parts that other processes may compute before the first one has been read, which limits the memory.
+        ahead: number of parts that other processes may compute before the first one has been read,
+            which limits the memory.
     """
     if workers is None:
         yield from map(function, parts)

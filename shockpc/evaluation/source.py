@@ -1,4 +1,6 @@
-"""A source of landings: what the engine asks of a grid, a sample, a recorded table or a list of scenes."""
+"""A source of landings: what the engine asks of a grid, a sample, a recorded table or a list of
+scenes.
+"""
 
 import reprlib
 from collections.abc import Callable, Iterable, Mapping
@@ -32,8 +34,8 @@ class Group(NamedTuple):
         postures: (m,) their numbers in the chunk.
         landing: what they share.
         Q: (m, nq) configurations.
-        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where the landing has a motion for each
-            posture (S = 1).
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where
+            the landing has a motion for each posture (S = 1).
         inertias: the inertias in each posture; the landing's by default.
         further: (m,) further columns by heading.
     """
@@ -62,9 +64,11 @@ class Chunk(NamedTuple):
     """Some postures of a source, ready to be solved.
 
     Attributes:
-        labels: (n,) columns by heading that tell the rows apart; n is the number of postures times that of strikes.
+        labels: (n,) columns by heading that tell the rows apart; n is the number of postures times
+            that of strikes.
         groups: the postures by what they share, made one after the other.
-        profile: a row by its number in the chunk, with its proof; raises ShockError. It is asked of rows of groups made before.
+        profile: a row by its number in the chunk, with its proof; raises ShockError. It is asked of
+            rows of groups made before.
         landing: the same without the proof, where the source has columns at times.
     """
 
@@ -117,7 +121,9 @@ class Landings(Protocol):
 
     @property
     def base_scene(self) -> Scene | None:
-        """The landing from which the rows differ, on whose ground some number has to depend; None where rows have their own."""
+        """The landing from which the rows differ, on whose ground some number has to depend; None
+        where rows have their own.
+        """
 
     @property
     def description(self) -> dict[str, Any]:
@@ -134,14 +140,19 @@ class Landings(Protocol):
 
 
 def named_scenes(landings: Scene | str | Mapping[str, Scene | str]) -> dict[str, Scene]:
-    """One landing, or landings by name, as the latter, each as `scene_of`; the name of a single one is empty.
+    """One landing, or landings by name, as the latter, each as `scene_of`; the name of a single one
+    is empty.
 
     Raises:
         StudyError: there is no landing, or something else.
     """
     scenes = {"": landings} if isinstance(landings, Scene | str) else landings
-    if not isinstance(scenes, Mapping) or not all(isinstance(scene, Scene | str) for scene in scenes.values()):
-        raise StudyError(f"landings is {reprlib.repr(landings)}; give a scene or a robot, or several by name")
+    if not isinstance(scenes, Mapping) or not all(
+        isinstance(scene, Scene | str) for scene in scenes.values()
+    ):
+        raise StudyError(
+            f"landings is {reprlib.repr(landings)}; give a scene or a robot, or several by name"
+        )
     if not scenes:
         raise StudyError("no landing is given; give at least one scene")
     return {name: scene_of(scene) for name, scene in scenes.items()}
@@ -175,7 +186,8 @@ def common_robot(landings: Mapping[str, Scene]) -> Robot:
     other = next((name for name, another in robots.items() if another is not robot), None)
     if other is not None:
         raise StudyError(
-            f'the landings "{first}" and "{other}" are of different robots; give scenes that have the file, xacro arguments, '
+            f'the landings "{first}" and "{other}" are of different robots; give scenes that have '
+            f"the file, xacro arguments, "
             "packages and SRDF in common, and in an MJCF the robot that has the contact"
         )
     return robot
@@ -192,11 +204,15 @@ def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE
     Raises:
         StudyError: the scene gives a contact stiffness, or a friction.
     """
-    given = {"contact stiffness": scene.contact_stiffness, "friction": scene.friction if friction else None}
+    given = {
+        "contact stiffness": scene.contact_stiffness,
+        "friction": scene.friction if friction else None,
+    }
     ignored = [name for name, value in given.items() if value is not None]
     if ignored:
         raise StudyError(
-            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: all numbers are of the impulse of "
+            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: all "
+            f"numbers are of the impulse of "
             f"contacts that stick; leave it out, or {others}"
         )
 
@@ -206,7 +222,8 @@ def refuse_unused_ground(scene: Scene, selections: Iterable[Selection]) -> None:
 
     Args:
         scene: a landing of the study.
-        selections: what is computed; whether flat ground allows the landing depends on the friction.
+        selections: what is computed; whether flat ground allows the landing depends on the
+            friction.
 
     Raises:
         StudyError: the scene gives one.

@@ -1,4 +1,6 @@
-"""A landing in symbols: its numbers and their gradients in many postures, in NumPy, as a function of CasADi, and as code."""
+"""A landing in symbols: its numbers and their gradients in many postures, in NumPy, as a function
+of CasADi, and as code.
+"""
 
 import functools
 import math
@@ -31,14 +33,16 @@ ACCURACY = ("condition", "pivot")
 class SymbolicLanding:
     """Numbers of a landing as expressions of its posture and of what is before the impact.
 
-    Near a singular posture double precision returns plausible wrong numbers. So `condition` and `pivot` belong to every value:
-    where the condition is above `shockpc.profile.ILL_CONDITIONED`, rounding may show above 1e-9, and only `shock_profile` knows.
+    Near a singular posture double precision returns plausible wrong numbers. So `condition` and
+    `pivot` belong to every value: where the condition is above `shockpc.profile.ILL_CONDITIONED`,
+    rounding may show above 1e-9, and only `shock_profile` knows.
 
     Args:
         landing: the landing; its posture is not used.
-        quantities: KEY@PLACE of what is computed, as `shockpc quantities` lists them; without places at all of its kind.
-        before: what is given of the motion before the impact: "strike", the velocity of the base (3,) in world axes, or
-            "velocity", that of all joints (nv,) in Pinocchio's layout.
+        quantities: KEY@PLACE of what is computed, as `shockpc quantities` lists them; without
+            places at all of its kind.
+        before: what is given of the motion before the impact: "strike", the velocity of the base
+            (3,) in world axes, or "velocity", that of all joints (nv,) in Pinocchio's layout.
 
     Attributes:
         landing: the landing.
@@ -52,17 +56,32 @@ class SymbolicLanding:
         UnknownName: there is no such quantity, or no such place of its kind.
     """
 
-    def __init__(self, landing: PosedLanding, quantities: Sequence[str], before: Before = "strike") -> None:
+    def __init__(
+        self, landing: PosedLanding, quantities: Sequence[str], before: Before = "strike"
+    ) -> None:
         self.landing, self.before = landing, before
-        self.columns = tuple({column.name: column for text in quantities for column in _columns(landing, text)}.values())
+        self.columns = tuple(
+            {
+                column.name: column for text in quantities for column in _columns(landing, text)
+            }.values()
+        )
         if not self.columns:
-            raise StudyError(f"{', '.join(quantities) or 'nothing'} has no number in this landing; name one, such as shock@PLACE")
+            raise StudyError(
+                f"{', '.join(quantities) or 'nothing'} has no number in this landing; name one, "
+                f"such as shock@PLACE"
+            )
         self.names = (*(column.name for column in self.columns), *ACCURACY)
         refuse(landing)
-        if before == "velocity" and any(contact.velocity is not None for contact in landing.contacts):
-            raise SceneError("a contact has a velocity, which is no joint velocity; leave it out of the scene")
+        if before == "velocity" and any(
+            contact.velocity is not None for contact in landing.contacts
+        ):
+            raise SceneError(
+                "a contact has a velocity, which is no joint velocity; leave it out of the scene"
+            )
         label = tuple((column.name, column.place) for column in self.columns)
-        self._values = Graph(landing, before, lambda impact: [*self._numbers(impact), *_accuracy(impact)], label)
+        self._values = Graph(
+            landing, before, lambda impact: [*self._numbers(impact), *_accuracy(impact)], label
+        )
         self._slopes = Graph(landing, before, self._numbers, label)
         self._value, self._slope = self._values.values(), functools.cache(self._slopes.slopes)
 
@@ -71,21 +90,28 @@ class SymbolicLanding:
         """The steps of `value`: of q and what is before the impact the outputs."""
         return self._value.program
 
-    def value(self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None) -> dict[str, Array]:
+    def value(
+        self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
+    ) -> dict[str, Array]:
         """The numbers (N,), or vectors (N, 3), of N postures by name, with condition and pivot.
 
         Args:
             Q: (N, nq) configurations, Pinocchio's layout.
-            before: ([N,] 3) strikes or ([N,] nv) velocities before the impact [m/s, rad/s]; the landing's by default. Where a
-                velocity moves no contact, what is divided by their speed is NaN.
+            before: ([N,] 3) strikes or ([N,] nv) velocities before the impact [m/s, rad/s]; the
+                landing's by default. Where a velocity moves no contact, what is divided by their
+                speed is NaN.
 
         Raises:
-            SceneError: an argument has another shape, a rotation another length than 1, or a strike or velocity is zero.
+            SceneError: an argument has another shape, a rotation another length than 1, or a strike
+                or velocity is zero.
         """
         return self._named(self._value(self._inputs(Q, before)), self.names)
 
-    def gradient(self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None) -> dict[str, Array]:
-        """The derivatives (N, nv), of vectors (N, 3, nv), by the tangent of q, Pinocchio's layout; arguments as of `value`.
+    def gradient(
+        self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
+    ) -> dict[str, Array]:
+        """The derivatives (N, nv), of vectors (N, 3, nv), by the tangent of q, Pinocchio's layout;
+        arguments as of `value`.
 
         A follower, and a locked joint, has a column too, in which the others stay.
         """
@@ -96,10 +122,14 @@ class SymbolicLanding:
     def slopes(
         self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
     ) -> tuple[dict[str, Array], dict[str, Array]]:
-        """The numbers, and their derivatives (N, [3,] nv + 3 or nv + nv) by the tangent of q and by what is before the impact."""
+        """The numbers, and their derivatives (N, [3,] nv + 3 or nv + nv) by the tangent of q and by
+        what is before the impact.
+        """
         found, m = self._slope()(self._inputs(Q, before)), sum(map(self._size, self.columns))
         names = self.names[: len(self.columns)]
-        return self._named(found[:, :m], names), self._named(found[:, m:].reshape(len(found), m, -1), names)
+        return self._named(found[:, :m], names), self._named(
+            found[:, m:].reshape(len(found), m, -1), names
+        )
 
     def casadi(self) -> Any:
         """The function of CasADi: of q and what is before the impact, the outputs by name.
@@ -108,7 +138,10 @@ class SymbolicLanding:
             StudyError: two outputs have the same name in code, or CasADi is not installed.
         """
         ends = np.cumsum([0, *map(self._size, self.columns), 1, 1]).tolist()
-        parts = {name: slice(a, b) for name, a, b in zip(identifiers(self.names), ends[:-1], ends[1:], strict=True)}
+        parts = {
+            name: slice(a, b)
+            for name, a, b in zip(identifiers(self.names), ends[:-1], ends[1:], strict=True)
+        }
         inputs = {"q": self.landing.robot.model.nq, self.before: self._values.given}
         return symbols_module().function_of(self._value.text, inputs, parts)
 
@@ -121,7 +154,10 @@ class SymbolicLanding:
             except NoValueError:
                 raise _refused(column.selection) from None
             if any(isinstance(part, float) and math.isnan(part) for part in np.ravel(value)):
-                raise StudyError(f"{column.name} has no value in this landing{f': {entry.missing}' if entry.missing else ''}")
+                raise StudyError(
+                    f"{column.name} has no value in this "
+                    f"landing{f': {entry.missing}' if entry.missing else ''}"
+                )
             found.append(value if axis is None else value[axis])
         return found
 
@@ -130,16 +166,23 @@ class SymbolicLanding:
         Q = doubles("Q", Q)
         if Q.ndim != 2 or Q.shape[1] != robot.model.nq or not len(Q):
             raise SceneError(
-                f'Q has shape {Q.shape}; the configurations of robot "{robot.name}" have shape (N, {robot.model.nq}); '
+                f'Q has shape {Q.shape}; the configurations of robot "{robot.name}" have shape (N, '
+                f"{robot.model.nq}); "
                 "for one posture give q[None]"
             )
         check_rotations(robot, Q)
         v = self._motion() if before is None else doubles(self.before, before)
         if v.shape not in ((given,), (len(Q), given)):
-            raise SceneError(f"{self.before} has shape {v.shape}; give ({given},), or ({len(Q)}, {given}) with one row a posture")
+            raise SceneError(
+                f"{self.before} has shape {v.shape}; give ({given},), or ({len(Q)}, {given}) with "
+                f"one row a posture"
+            )
         if (still := np.flatnonzero(~(np.linalg.norm(np.atleast_2d(v), axis=1) > 0.0))).size:
             row = f"in row {still[0]} " if v.ndim == 2 else ""
-            raise SceneError(f"{self.before} is zero {row}before the impact, so that nothing strikes; give one above zero")
+            raise SceneError(
+                f"{self.before} is zero {row}before the impact, so that nothing strikes; give one "
+                f"above zero"
+            )
         return inputs_of(self._values, Q, v)
 
     def _motion(self) -> Array:
@@ -167,7 +210,8 @@ def symbolic(
     before: Before = "strike",
     robot: Robot | None = None,
 ) -> SymbolicLanding:
-    """A landing in symbols, which needs CasADi the first time: its programs are kept in the user's cache folder.
+    """A landing in symbols, which needs CasADi the first time: its programs are kept in the user's
+    cache folder.
 
     Args:
         scene: the landing.
@@ -197,7 +241,8 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
 
 def _refused(selection: Selection) -> StudyError:
     return StudyError(
-        f"{selection.name} ({selection.quantity.title}) cannot be written in symbols, because a decision or a search in it "
+        f"{selection.name} ({selection.quantity.title}) cannot be written in symbols, because a "
+        f"decision or a search in it "
         "depends on the posture; choose another quantity"
     )
 
@@ -209,15 +254,19 @@ def _accuracy(impact: Any) -> list[Any]:
 def identifiers(names: Sequence[str]) -> list[str]:
     """Names in code of ASCII letters, digits and underscores, as C and JavaScript take them.
 
-    Other letters are spelled by their code point, such as u00b2 for ²; all else becomes an underscore.
+    Other letters are spelled by their code point, such as u00b2 for ²; all else becomes an
+    underscore.
 
     Raises:
-        StudyError: two of them are the same then, or differ in capitals alone, which names of constants do not have.
+        StudyError: two of them are the same then, or differ in capitals alone, which names of
+            constants do not have.
     """
     codes, known = ["".join(map(_in_code, name)) for name in names], dict[str, str]()
     for name, code in zip(names, codes, strict=True):
         if (other := known.setdefault(code.upper(), name)) != name:
-            raise StudyError(f"{other} and {name} have the same name in code; ask for one at a time")
+            raise StudyError(
+                f"{other} and {name} have the same name in code; ask for one at a time"
+            )
     return codes
 
 

@@ -1,4 +1,6 @@
-"""What a study found as columns: which rows are worst, how they are distributed, which landings the ground allows."""
+"""What a study found as columns: which rows are worst, how they are distributed, which landings the
+ground allows.
+"""
 
 import functools
 import itertools
@@ -23,13 +25,15 @@ class Table:
 
     Attributes:
         computed: the quantities that were computed, each a column of its name.
-        columns: (n,) by heading: what tells the rows apart, then what was computed; NaN where a thing does not exist, None where a
-            text does not. "proven" tells which rows hold proven numbers; "double_error" is how far double precision was off where
-            it was compared with a proof, relative to the most severe shock of the same point; "row" is the number of the row, if
-            some are left out.
+        columns: (n,) by heading: what tells the rows apart, then what was computed; NaN where a
+            thing does not exist, None where a text does not. "proven" tells which rows hold proven
+            numbers; "double_error" is how far double precision was off where it was compared with a
+            proof, relative to the most severe shock of the same point; "row" is the number of the
+            row, if some are left out.
         messages: why a row could not be computed, by its index.
-        refused: numbers of rows that flat ground does not allow, left out or not: those in which it would pull a contact, the
-            others in which the impact would make energy, and the others, in which another link is below it.
+        refused: numbers of rows that flat ground does not allow, left out or not: those in which it
+            would pull a contact, the others in which the impact would make energy, and the others,
+            in which another link is below it.
         defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
         first: number of the first row.
         label_units: units of columns by heading, where neither the heading nor a quantity tells it.
@@ -52,16 +56,33 @@ class Table:
 
     @classmethod
     def of_rows(
-        cls, header: Sequence[str], rows: Iterable[Sequence[str | float | None]], messages: Mapping[int, str] = {}
+        cls,
+        header: Sequence[str],
+        rows: Iterable[Sequence[str | float | None]],
+        messages: Mapping[int, str] = {},
     ) -> "Table":
-        """A table of rows of texts or numbers, with None where there is nothing. Args: header, names with units in brackets."""
+        """A table of rows of texts or numbers, with None where there is nothing.
+
+        Args: header, names with units in brackets.
+        """
         columns = list(zip(*rows, strict=True)) or [()] * len(header)
-        kinds = (object if any(isinstance(cell, str) for cell in cells) else float for cells in columns)
-        return cls((), {name: np.array(x, dtype=kind) for name, x, kind in zip(header, columns, kinds, strict=True)}, messages)
+        kinds = (
+            object if any(isinstance(cell, str) for cell in cells) else float for cells in columns
+        )
+        return cls(
+            (),
+            {
+                name: np.array(x, dtype=kind)
+                for name, x, kind in zip(header, columns, kinds, strict=True)
+            },
+            messages,
+        )
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of every column by its heading: "-" for 1; empty of texts, counts, and numbers whose rows name theirs."""
+        """The unit of every column by its heading: "-" for 1; empty of texts, counts, and numbers
+        whose rows name theirs.
+        """
         known = {**self.label_units, **{column.name: column.unit for column in self.computed}}
         return {name: known.get(name, _unit(name)) for name in self.columns}
 
@@ -73,9 +94,19 @@ class Table:
 
         return cls(
             parts[0].computed,
-            {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
-            {start + i: text for start, part in zip(starts, parts, strict=False) for i, text in part.messages.items()},
-            cast(tuple[int, int, int], tuple(map(sum, zip(*(part.refused for part in parts), strict=True)))),
+            {
+                name: np.concatenate([part.columns[name] for part in parts])
+                for name in parts[0].columns
+            },
+            {
+                start + i: text
+                for start, part in zip(starts, parts, strict=False)
+                for i, text in part.messages.items()
+            },
+            cast(
+                tuple[int, int, int],
+                tuple(map(sum, zip(*(part.refused for part in parts), strict=True))),
+            ),
             tuple(itertools.chain.from_iterable(part.defects for part in parts)),
             parts[0].first,
             common=parts[0].common,
@@ -84,7 +115,11 @@ class Table:
     def first_rows(self, count: int) -> "Table":
         """The first rows, at most so many."""
         columns = {name: self.columns[name][:count] for name in self.columns}
-        return replace(self, columns=columns, messages={i: text for i, text in self.messages.items() if i < count})
+        return replace(
+            self,
+            columns=columns,
+            messages={i: text for i, text in self.messages.items() if i < count},
+        )
 
     def without_defects(self) -> "Table":
         """The table itself, for a study that does not give its rows on.
@@ -93,7 +128,10 @@ class Table:
             DefectError: in a row an unexpected exception arose.
         """
         if self.defects:
-            raise DefectError(f"an error in shockpc itself, please report it: {self.defects[0].splitlines()[-1]}", self.defects[0])
+            raise DefectError(
+                f"an error in shockpc itself, please report it: {self.defects[0].splitlines()[-1]}",
+                self.defects[0],
+            )
         return self
 
     @checked
@@ -104,10 +142,21 @@ class Table:
             StudyError: it names none, or several.
         """
         key, _, place = text.partition("@")
-        named = [column for column in self.computed if column.selection.name == key and place in ("", column.place.name)]
+        named = [
+            column
+            for column in self.computed
+            if column.selection.name == key and place in ("", column.place.name)
+        ]
         if len(named) != 1:
-            valid = listed((column.name for column in named or self.computed), 6) or "none of which one value is worse than another"
-            raise StudyError(f'"{text}" means {valid}; name one of them' if named else f'no column is "{text}"; there are {valid}')
+            valid = (
+                listed((column.name for column in named or self.computed), 6)
+                or "none of which one value is worse than another"
+            )
+            raise StudyError(
+                f'"{text}" means {valid}; name one of them'
+                if named
+                else f'no column is "{text}"; there are {valid}'
+            )
         return named[0]
 
     @checked
@@ -119,8 +168,14 @@ class Table:
 
     @property
     def main(self) -> tuple[Column, ...]:
-        """The computed columns but for those that tell whether flat ground allows a landing, unless these were asked for."""
-        return tuple(column for column in self.computed if column.requested or not column.selection.quantity.role)
+        """The computed columns but for those that tell whether flat ground allows a landing, unless
+        these were asked for.
+        """
+        return tuple(
+            column
+            for column in self.computed
+            if column.requested or not column.selection.quantity.role
+        )
 
     @property
     def numbers(self) -> np.ndarray:
@@ -132,14 +187,27 @@ class Table:
 
     @property
     def feasible(self) -> np.ndarray:
-        """Whether flat ground allows each landing (n,), tilted a little or not; all, where that was not computed."""
-        names = [column.name for column in self.computed if column.selection.quantity.decided_by_ground]
-        return np.any([self.columns[name] == 1.0 for name in names], axis=0) if names else np.ones(len(self), dtype=bool)
+        """Whether flat ground allows each landing (n,), tilted a little or not; all, where that was
+        not computed.
+        """
+        names = [
+            column.name for column in self.computed if column.selection.quantity.decided_by_ground
+        ]
+        return (
+            np.any([self.columns[name] == 1.0 for name in names], axis=0)
+            if names
+            else np.ones(len(self), dtype=bool)
+        )
 
     @property
     def tilted(self) -> np.ndarray:
-        """Which landings (n,) flat ground allows only if the robot is tilted a little; none, where that was not computed."""
-        name = next((column.name for column in self.computed if column.selection.quantity.role == "tilt"), "")
+        """Which landings (n,) flat ground allows only if the robot is tilted a little; none, where
+        that was not computed.
+        """
+        name = next(
+            (column.name for column in self.computed if column.selection.quantity.role == "tilt"),
+            "",
+        )
         return self.columns[name] == 1.0 if name else np.zeros(len(self), dtype=bool)
 
     @checked
@@ -147,19 +215,25 @@ class Table:
         """The rows (n,), the worst value of a column first, as `worse`; those without one last.
 
         Args:
-            column: a computed one, what `column` takes, or a heading that is a quantity, with its place or without.
+            column: a computed one, what `column` takes, or a heading that is a quantity, with its
+                place or without.
 
         Raises:
             StudyError: there is no such column.
         """
-        selection = selections().get(column.partition("@")[0]) if isinstance(column, str) and column in self.columns else None
+        selection = (
+            selections().get(column.partition("@")[0])
+            if isinstance(column, str) and column in self.columns
+            else None
+        )
         if selection is None:
             selection = (self.column(column) if isinstance(column, str) else column).selection
         return np.argsort(-selection.worse(self.values(column)), kind="stable")
 
     @checked
     def worst(self, count: int, column: Column | str | None = None) -> list[int]:
-        """The rows with the worst values of a column, at most so many; without a column, the worst of every computed one in turn.
+        """The rows with the worst values of a column, at most so many; without a column, the worst
+        of every computed one in turn.
 
         What tells whether flat ground allows a landing counts only where it was asked for.
 
@@ -172,16 +246,23 @@ class Table:
         """
         count = max(count, 0)
         columns: Sequence[Column | str] = self.main if column is None else (column,)
-        orders = ([i for i in self.ranked(each)[:count].tolist() if np.isfinite(self.values(each)[i])] for each in columns)
-        rows = dict.fromkeys(i for places in itertools.zip_longest(*orders) for i in places if i is not None)
+        orders = (
+            [i for i in self.ranked(each)[:count].tolist() if np.isfinite(self.values(each)[i])]
+            for each in columns
+        )
+        rows = dict.fromkeys(
+            i for places in itertools.zip_longest(*orders) for i in places if i is not None
+        )
         return list(rows)[:count]
 
     @checked
     def percentile(self, column: Column | str, share: float) -> float:
-        """The smallest value of a column that at least a share of its values [%] do not exceed; NaN without any value.
+        """The smallest value of a column that at least a share of its values [%] do not exceed; NaN
+        without any value.
 
         Raises:
-            StudyError: there is no such column, it holds texts, or the share is not one of 0 to 100.
+            StudyError: there is no such column, it holds texts, or the share is not one of 0 to
+                100.
         """
         values = self.values(column)
         if values.dtype.kind in "UO":
@@ -192,24 +273,33 @@ class Table:
         return float(percentile(known, share)) if known.size else np.nan
 
     def to_arrow(self) -> Any:
-        """The table for pyarrow, with the messages as a column; where there is no number there is a null."""
+        """The table for pyarrow, with the messages as a column; where there is no number there is a
+        null.
+        """
         import pyarrow
 
         messages = pyarrow.nulls(len(self), pyarrow.string())
         if self.messages:
-            messages = pyarrow.array([self.messages.get(i) for i in range(len(self))], pyarrow.string())
+            messages = pyarrow.array(
+                [self.messages.get(i) for i in range(len(self))], pyarrow.string()
+            )
         arrays = {name: _to_arrow(x) for name, x in self.columns.items()}
         return pyarrow.table({**arrays, "message": messages})
 
     def to_pandas(self) -> Any:
         """The table for pandas, with the messages as a column.
 
-        Its `attrs` hold what the rows have in common (robot, contact), and the `units` and `titles` of its columns.
+        Its `attrs` hold what the rows have in common (robot, contact), and the `units` and `titles`
+        of its columns.
         """
         import pandas
 
         frame = pandas.DataFrame(self._with_messages())
-        frame.attrs = {**self.common, "units": self.units, "titles": {column.name: column.title for column in self.computed}}
+        frame.attrs = {
+            **self.common,
+            "units": self.units,
+            "titles": {column.name: column.title for column in self.computed},
+        }
         return frame
 
     def to_polars(self) -> Any:
@@ -222,16 +312,23 @@ class Table:
         return {**self.columns, "message": [self.messages.get(i) for i in range(len(self))]}
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The table for libraries that read Arrow's PyCapsule interface, such as polars, pandas and DuckDB; it needs pyarrow."""
+        """The table for libraries that read Arrow's PyCapsule interface, such as polars, pandas and
+        DuckDB; it needs pyarrow.
+        """
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def __dataframe__(self, *args: Any, **options: Any) -> Any:
-        """The table for libraries that read the older dataframe interchange protocol; it needs pyarrow."""
+        """The table for libraries that read the older dataframe interchange protocol; it needs
+        pyarrow.
+        """
         return self.to_arrow().__dataframe__(*args, **options)
 
 
 def _to_arrow(values: np.ndarray) -> Any:
-    """A column (n,) for pyarrow. Its conversion imports pandas where that is installed, which costs more than many a sweep."""
+    """A column (n,) for pyarrow.
+
+    Its conversion imports pandas where that is installed, which costs more than many a sweep.
+    """
     import pyarrow
 
     kind = values.dtype.kind
@@ -239,7 +336,10 @@ def _to_arrow(values: np.ndarray) -> Any:
         return pyarrow.array(values, from_pandas=True)
     bits, data = functools.partial(np.packbits, bitorder="little"), np.ascontiguousarray(values)
     unknown = np.isnan(data) if kind == "f" else np.zeros(0, dtype=bool)
-    buffers = [pyarrow.py_buffer(bits(~unknown)) if unknown.any() else None, pyarrow.py_buffer(bits(data) if kind == "b" else data)]
+    buffers = [
+        pyarrow.py_buffer(bits(~unknown)) if unknown.any() else None,
+        pyarrow.py_buffer(bits(data) if kind == "b" else data),
+    ]
     return pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(data.dtype), len(data), buffers)
 
 
@@ -249,4 +349,10 @@ def _unit(heading: str) -> str:
     if bracket:
         return unit.removesuffix("]")
     selection = selections().get(heading.partition("@")[0])
-    return selection.quantity.unit.replace("1", "-") if selection else "deg" if heading.endswith("_deg") else ""
+    return (
+        selection.quantity.unit.replace("1", "-")
+        if selection
+        else "deg"
+        if heading.endswith("_deg")
+        else ""
+    )

@@ -1,4 +1,6 @@
-"""What every study varies, as text and as records: posture, strike, contact, ground, inertia and length of links, drives."""
+"""What every study varies, as text and as records: posture, strike, contact, ground, inertia and
+length of links, drives.
+"""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -31,10 +33,20 @@ STRIKE = {one.name: one.unit for one in options_of(Strike).values() if one.varie
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 COMPONENT = {kind: "m" if kind.startswith("shift") else "deg" for kind in COMPONENTS["free"]}
-OF_A_LINK = {"mass": "kg", "point-mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
+OF_A_LINK = {
+    "mass": "kg",
+    "point-mass": "kg",
+    "com-x": "m",
+    "com-y": "m",
+    "com-z": "m",
+    "inertia": "-",
+}
 OF_A_LINK |= {f"inertia-{entry}": "kg m²" for entry in ("xx", "yy", "zz", "xy", "xz", "yz")}
 OF_THE_GROUND = {
-    one.name: one.unit.replace("1", "-") for record in (Scene, Contact) for one in options_of(record).values() if one.varies
+    one.name: one.unit.replace("1", "-")
+    for record in (Scene, Contact)
+    for one in options_of(record).values()
+    if one.varies
 }
 INERTIAL = (*OF_A_LINK, "armature")
 OF_A_JOINT = ("armature", "rotor", "joint-stiffness", "place")
@@ -52,7 +64,8 @@ WORDS = (
     *(f"{kind}:JOINT" for kind in (*OF_A_JOINT, *COMPONENT)),
 )
 FORM = (
-    "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between), a:b:log (log-uniform) or m±s "
+    "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value "
+    "between), a:b:log (log-uniform) or m±s "
     "(normal, cut off at 3 s; also typed m+-s)"
 )
 
@@ -74,12 +87,15 @@ class Variation:
 
     Attributes:
         subject: as it is typed, such as "*_KFE", "strike-angle" or "mass:base_link".
-        kind: "joint", "contact", or a word of the subject, such as "strike-angle", "mass" or "armature".
-        target: what the kind applies to: a pattern of links or of joints; empty if it applies to the landing.
+        kind: "joint", "contact", or a word of the subject, such as "strike-angle", "mass" or
+            "armature".
+        target: what the kind applies to: a pattern of links or of joints; empty if it applies to
+            the landing.
         unit: of the values.
         values: to be computed, or drawn from; numbers, or names of contacts.
         span: smallest and largest value between which numbers are drawn; None if values are given.
-        law: distribution of these numbers; a normal one has its mean in the middle of the span, which is six standard deviations.
+        law: distribution of these numbers; a normal one has its mean in the middle of the span,
+            which is six standard deviations.
         factor: whether the values are factors of what the landing has.
     """
 
@@ -100,7 +116,9 @@ class Variation:
     def drawn(self, u: Array) -> np.ndarray:
         """Values (n,) of the distribution. Args: u (n,) uniform in [0, 1)."""
         if self.span is None:
-            chosen: np.ndarray = np.asarray(self.values)[np.minimum((u * len(self.values)).astype(int), len(self.values) - 1)]
+            chosen: np.ndarray = np.asarray(self.values)[
+                np.minimum((u * len(self.values)).astype(int), len(self.values) - 1)
+            ]
             return chosen
         low, high = self.span
         if self.law == "log-uniform":
@@ -109,7 +127,10 @@ class Variation:
             from scipy.special import ndtr, ndtri
 
             tail = ndtr(-CUT)
-            return np.asarray(0.5 * (low + high) + (high - low) / (2.0 * CUT) * ndtri(tail + u * (1.0 - 2.0 * tail)))
+            return np.asarray(
+                0.5 * (low + high)
+                + (high - low) / (2.0 * CUT) * ndtri(tail + u * (1.0 - 2.0 * tail))
+            )
         return np.asarray(low + (high - low) * u)
 
     @property
@@ -121,7 +142,9 @@ class Variation:
         """
         values = self.span or tuple(value for value in self.values if isinstance(value, float))
         if not values or not min(values) < max(values):
-            raise StudyError(f"{self.subject} has no range; give one, such as {self.subject}=LOW:HIGH")
+            raise StudyError(
+                f"{self.subject} has no range; give one, such as {self.subject}=LOW:HIGH"
+            )
         return min(values), max(values)
 
     @property
@@ -131,8 +154,11 @@ class Variation:
 
     @property
     def stage(self) -> int:
-        """What a change of it needs: 0 another landing, 1 another posture or inertia, 2 only another product with the maps."""
-        # Springs matter only on contacts of finite stiffness, which are computed one by one; which joints have one counts before.
+        """What a change of it needs: 0 another landing, 1 another posture or inertia, 2 only
+        another product with the maps.
+        """
+        # Springs matter only on contacts of finite stiffness, which are computed one by one; which
+        # joints have one counts before.
         alike = self.kind in INERTIAL or (self.kind == "joint-stiffness" and self.factor)
         return 2 if self.kind in STRIKE else 1 if self.moves or alike else 0
 
@@ -166,28 +192,35 @@ def pairs(vary: Vary) -> list[tuple[str, Any]]:
     for one in ones:
         if not (isinstance(one, tuple | list) and len(one) == 2 and isinstance(one[0], str)):
             raise StudyError(
-                f'what varies is {one!r}; give values by subject, such as {{"strike-angle": "0:30"}}, or pairs of both'
+                f'what varies is {one!r}; give values by subject, such as {{"strike-angle": '
+                f'"0:30"}}, or pairs of both'
             )
     return [(subject, values) for subject, values in ones]
 
 
-def variation(robot: Robot, subject: str, values: "str | float | Iterable[float | str] | None" = None) -> Variation:
+def variation(
+    robot: Robot, subject: str, values: "str | float | Iterable[float | str] | None" = None
+) -> Variation:
     """One quantity to vary.
 
     Args:
         robot: the robot.
-        subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "point-mass:LINK", "com-z:LINK", "inertia:LINK", "inertia-xx:LINK", "flex:LINK", "armature:JOINTS", "rotor:JOINTS",
-            "joint-stiffness:JOINTS", "place:JOINTS", "turn-x:JOINTS" of ball joints, and so on; a name that is none of these words
-            is a joint, or a pattern of joints.
-        values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
-            uniformly or, of factors of armature and stiffness and with ":log" after it, uniformly in the logarithm; "m±s" to draw
-            from a normal distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or
-            "±5%", makes it a factor of what the landing has. None for the limits of a joint.
+        subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact",
+            "offset-x", "friction", "mass:LINK", "point-mass:LINK", "com-z:LINK", "inertia:LINK",
+            "inertia-xx:LINK", "flex:LINK", "armature:JOINTS", "rotor:JOINTS",
+            "joint-stiffness:JOINTS", "place:JOINTS", "turn-x:JOINTS" of ball joints, and so on; a
+            name that is none of these words is a joint, or a pattern of joints.
+        values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these,
+            "a:b" for a range to draw from, uniformly or, of factors of armature and stiffness and
+            with ":log" after it, uniformly in the logarithm; "m±s" to draw from a normal
+            distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x
+            after each number, or "±5%", makes it a factor of what the landing has. None for the
+            limits of a joint.
 
     Raises:
         UnknownName: the robot has no such joint or link.
-        StudyError: the values do not fit the subject, there are none, or they are beyond the limits of a joint and a whole turn.
+        StudyError: the values do not fit the subject, there are none, or they are beyond the limits
+            of a joint and a whole turn.
     """
     kind, target = kind_of(robot, subject)
     if kind == "contact":
@@ -195,11 +228,20 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     numbers, span, law, factor = _numbers(subject, values)
     if values is None and kind != "joint":
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
-    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_THE_GROUND, **OF_A_LINK, **COMPONENT, "flex": "N m²"}.get(kind, "")
+    unit = {
+        **STRIKE,
+        **ATTITUDE,
+        **OFFSET,
+        **OF_THE_GROUND,
+        **OF_A_LINK,
+        **COMPONENT,
+        "flex": "N m²",
+    }.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
     if factor and (kind == "rotor" or kind not in ("mass", "inertia", "flex", *OF_A_JOINT)):
         raise StudyError(
-            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, flex:LINK, armature:JOINT, "
+            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, "
+            f"flex:LINK, armature:JOINT, "
             f"joint-stiffness:JOINT and place:JOINT only; give values in {unit or 'SI units'}"
         )
     if (
@@ -210,19 +252,30 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     ):
         raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")
     if kind == "inertia" and not factor:
-        raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")
+        raise StudyError(
+            f"{subject}: the moments of inertia are varied by factors; give them with an x, such "
+            f"as 0.5x:2x:4"
+        )
     if kind == "place":
         robot.match_joints(target)
         if not factor:
-            raise StudyError(f"{subject}: places, and so lengths, are varied by factors; give them with an x, such as 0.8x:1.2x:5")
+            raise StudyError(
+                f"{subject}: places, and so lengths, are varied by factors; give them with an x, "
+                f"such as 0.8x:1.2x:5"
+            )
     if kind in COMPONENT:
         several_joints(robot, subject, kind, target)
     if kind in OF_A_LINK:
         masses = links_with_mass(robot, target)
         if kind == "point-mass" and least <= -min(masses.values()):
-            raise StudyError(f"{subject}: {least:g} kg would leave no mass of a link of {min(masses.values()):g} kg")
+            raise StudyError(
+                f"{subject}: {least:g} kg would leave no mass of a link of "
+                f"{min(masses.values()):g} kg"
+            )
         if kind in ("mass", "inertia") and not least > 0.0:
-            raise StudyError(f"{subject}: {least:g} is not above zero, but a link has to keep some {kind}")
+            raise StudyError(
+                f"{subject}: {least:g} is not above zero, but a link has to keep some {kind}"
+            )
     if kind == "flex":
         robot.match_bodies(target)
         if not least > 0.0:
@@ -231,34 +284,55 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         what, *units = DRIVEN[kind]
         unit = _unit(robot, subject, target, dict(zip(("rad", "m"), units, strict=True)))
         if least < 0.0 or (least == 0.0 and kind != "armature"):
-            raise StudyError(f"{subject}: a {what} of {least:g} is {'below' if least < 0.0 else 'not above'} zero")
+            raise StudyError(
+                f"{subject}: a {what} of {least:g} is {'below' if least < 0.0 else 'not above'} "
+                f"zero"
+            )
     if factor and law == "uniform" and span is not None and kind in (*DRIVEN, "flex"):
         law = "log-uniform"
     if law == "log-uniform" and not least > 0.0:
-        raise StudyError(f"{subject}: {least:g} has no logarithm; give a range above zero, or leave :log out")
+        raise StudyError(
+            f"{subject}: {least:g} has no logarithm; give a range above zero, or leave :log out"
+        )
     if kind == "joint":
-        varied = Variation(subject, kind, target, _unit(robot, subject, target, {"rad": "deg", "m": "m"}), numbers, span, law)
+        varied = Variation(
+            subject,
+            kind,
+            target,
+            _unit(robot, subject, target, {"rad": "deg", "m": "m"}),
+            numbers,
+            span,
+            law,
+        )
         return _within_limits(robot, varied)
     return Variation(subject, kind, target, "-" if factor else unit, numbers, span, law, factor)
 
 
 def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
-    """The values that are looked at of joints that all have the same value, where none are given [rad, m].
+    """The values that are looked at of joints that all have the same value, where none are given
+    [rad, m].
 
-    They are the limits in the robot's file. Of joints that turn by a whole turn or more it is one turn about zero, −180° to 180°,
-    which holds every posture of theirs: files write "no limit" in many ways. Infinite where joints slide without limits; empty
-    where the joints have no value in common.
+    They are the limits in the robot's file. Of joints that turn by a whole turn or more it is one
+    turn about zero, −180° to 180°, which holds every posture of theirs: files write "no limit" in
+    many ways. Infinite where joints slide without limits; empty where the joints have no value in
+    common.
     """
-    limits = [(-math.inf, math.inf) if joint.kind == "continuous" else joint.limits for joint in joints]
+    limits = [
+        (-math.inf, math.inf) if joint.kind == "continuous" else joint.limits for joint in joints
+    ]
     low, high = max(least for least, _ in limits), min(greatest for _, greatest in limits)
     turns = any(joint.unit == "rad" for joint in joints)
     return (-math.pi, math.pi) if turns and high - low >= 2.0 * math.pi else (low, high)
 
 
 def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
-    """A variation with a separate quantity for each joint or link that matches; one of the whole landing as it is."""
+    """A variation with a separate quantity for each joint or link that matches; one of the whole
+    landing as it is.
+    """
     if varied.kind == "joint":
-        single = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
+        single = (
+            replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot)
+        )
         return tuple(_within_limits(robot, each) for each in single)
     if varied.kind in OF_A_PART:
         names: Iterable[str] = ()
@@ -269,13 +343,19 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
         elif varied.kind in OF_A_JOINT:
             names = robot.match_joints(varied.target)
         else:
-            names = [joint.name for joint, _ in several_joints(robot, varied.subject, varied.kind, varied.target)]
-        return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)
+            names = [
+                joint.name
+                for joint, _ in several_joints(robot, varied.subject, varied.kind, varied.target)
+            ]
+        return tuple(
+            replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names
+        )
     return (varied,)
 
 
 def several_joints(robot: Robot, subject: str, kind: str, pattern: str) -> list[tuple[Joint, int]]:
-    """The joints of several degrees of freedom that can move in one way, each with the velocity of it.
+    """The joints of several degrees of freedom that can move in one way, each with the velocity of
+    it.
 
     Raises:
         UnknownName: no joint fits.
@@ -284,8 +364,13 @@ def several_joints(robot: Robot, subject: str, kind: str, pattern: str) -> list[
     joints = [robot.joint(name) for name in robot.match_joints(pattern)]
     found = [(joint, v) for joint in joints if (v := component(joint, kind)) >= 0]
     if not found:
-        known = [f"{word}:{joint.name}" for joint in joints for word in COMPONENTS.get(joint.kind, ())]
-        raise StudyError(f"{subject}: no joint moves so; {f'valid are {listed(known, 6)}' if known else 'name a joint by itself'}")
+        known = [
+            f"{word}:{joint.name}" for joint in joints for word in COMPONENTS.get(joint.kind, ())
+        ]
+        raise StudyError(
+            f"{subject}: no joint moves so; "
+            f"{f'valid are {listed(known, 6)}' if known else 'name a joint by itself'}"
+        )
     return found
 
 
@@ -297,10 +382,17 @@ def refuse_repeated(robot: Robot, variations: Iterable[Variation]) -> None:
     """
     seen: dict[str, str] = {}
     for varied in variations:
-        names = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
+        names = (
+            [joint.name for joint in varied.joints(robot)]
+            if varied.kind == "joint"
+            else [varied.subject]
+        )
         for name in names:
             if name in seen:
-                raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep one of them')
+                raise StudyError(
+                    f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep '
+                    f"one of them"
+                )
             seen[name] = varied.subject
 
 
@@ -318,12 +410,24 @@ def kind_of(robot: Robot, subject: str) -> tuple[str, str]:
         if not target:
             raise StudyError(f"{subject} names nothing; write {word}:{_target(word)}")
         return word, target
-    if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in OF_THE_GROUND or subject == "contact":
+    if (
+        subject in STRIKE
+        or subject in ATTITUDE
+        or subject in OFFSET
+        or subject in OF_THE_GROUND
+        or subject == "contact"
+    ):
         if subject in ATTITUDE and not robot.free_base:
-            raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
+            raise StudyError(
+                f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot '
+                f"be turned"
+            )
         return subject, ""
     if subject in OF_A_PART:
-        raise StudyError(f"{subject} names no {_target(subject).lower()}; write {subject}:{_target(subject)}=VALUES")
+        raise StudyError(
+            f"{subject} names no {_target(subject).lower()}; write "
+            f"{subject}:{_target(subject)}=VALUES"
+        )
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject
 
@@ -334,20 +438,35 @@ def _target(kind: str) -> str:
 
 
 def _contacts(robot: Robot, subject: str, values: object) -> Variation:
-    texts = values.split(",") if isinstance(values, str) else list(values) if isinstance(values, Iterable) else []
+    texts = (
+        values.split(",")
+        if isinstance(values, str)
+        else list(values)
+        if isinstance(values, Iterable)
+        else []
+    )
     if not texts:
-        raise StudyError("contact: no contact is named; write contact=NAME,NAME or a glob, such as contact=*_foot")
+        raise StudyError(
+            "contact: no contact is named; write contact=NAME,NAME or a glob, such as "
+            "contact=*_foot"
+        )
     names = ["+".join(landing) for text in texts for landing in landing_frames(robot, str(text))]
     return Variation(subject, "contact", "", "", tuple(dict.fromkeys(names)))
 
 
-def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[float, float] | None, Law, bool]:
+def _numbers(
+    subject: str, values: object
+) -> tuple[tuple[float, ...], tuple[float, float] | None, Law, bool]:
     """Values, or the range to draw from and its distribution, and whether they are factors."""
     if values is None:
         return (), None, "uniform", False
     if not isinstance(values, str):
         values = values.tolist() if isinstance(values, np.ndarray) else values
-        given = list(values) if isinstance(values, Iterable) and not isinstance(values, bytes) else [values]
+        given = (
+            list(values)
+            if isinstance(values, Iterable) and not isinstance(values, bytes)
+            else [values]
+        )
         numbers = tuple(_number(subject, value) for value in given)
         if not numbers:
             raise StudyError(f"{subject}: the list of values is empty; give at least one")
@@ -355,15 +474,22 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
     mean, sign, deviation = values.replace("+-", "±").partition("±")
     if sign:
         share = deviation.strip().endswith("%") and not mean.strip()
-        size = _number(subject, deviation.strip().removesuffix("%") if share else deviation.strip()) / (100.0 if share else 1.0)
+        size = _number(
+            subject, deviation.strip().removesuffix("%") if share else deviation.strip()
+        ) / (100.0 if share else 1.0)
         middle = _number(subject, mean.strip()) if mean.strip() else float(share)
         if not size > 0.0:
-            raise StudyError(f'{subject}: "{values}" has no standard deviation above zero; valid are {FORM}')
+            raise StudyError(
+                f'{subject}: "{values}" has no standard deviation above zero; valid are {FORM}'
+            )
         return (), (middle - CUT * size, middle + CUT * size), "normal", share
     parts = values.split(":") if ":" in values else values.split(",")
     count = parts.pop() if ":" in values and len(parts) == 3 else None
     factor = bool(parts[0]) and all(part.strip().endswith("x") for part in parts)
-    bounds = tuple(_number(subject, part.strip().removesuffix("x") if factor else part.strip()) for part in parts)
+    bounds = tuple(
+        _number(subject, part.strip().removesuffix("x") if factor else part.strip())
+        for part in parts
+    )
     if ":" not in values:
         return bounds, None, "uniform", factor
     if len(bounds) != 2:
@@ -371,16 +497,23 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
     low, high = bounds
     if count is None or count.strip() == "log":
         if not low < high:
-            raise StudyError(f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first")
+            raise StudyError(
+                f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first"
+            )
         return (), (low, high), "log-uniform" if count else "uniform", factor
     try:
         n = whole_from(count)
     except ValueError:
         n = 0
     if not 1 <= n <= MOST_VALUES:
-        raise StudyError(f'{subject}: "{count}" is not a number of values from 1 to {MOST_VALUES}; valid are {FORM}')
+        raise StudyError(
+            f'{subject}: "{count}" is not a number of values from 1 to {MOST_VALUES}; valid are '
+            f"{FORM}"
+        )
     # The ends are as typed, and what lies between does not depend on the number of values.
-    steps = (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)
+    steps = (
+        (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)
+    )
     return steps, None, "uniform", factor
 
 
@@ -402,27 +535,38 @@ def _unit(robot: Robot, subject: str, pattern: str, units: dict[str, str]) -> st
     """The common unit of the joints that a pattern means."""
     common = {units[robot.joint(name).unit] for name in robot.match_joints(pattern)}
     if len(common) > 1:
-        raise StudyError(f"{subject} means revolute and prismatic joints, which have different units; vary them separately")
+        raise StudyError(
+            f"{subject} means revolute and prismatic joints, which have different units; vary them "
+            f"separately"
+        )
     return common.pop()
 
 
 def beyond_limits(robot: Robot, varied: Variation) -> str:
-    """That values of a joint are outside the limits of the robot's file, and by which; empty where none is."""
+    """That values of a joint are outside the limits of the robot's file, and by which; empty where
+    none is.
+    """
     if varied.kind != "joint":
         return ""
     size, joints = math.degrees(1.0) if varied.unit == "deg" else 1.0, varied.joints(robot)
-    low, high = size * max(joint.limits[0] for joint in joints), size * min(joint.limits[1] for joint in joints)
+    low, high = (
+        size * max(joint.limits[0] for joint in joints),
+        size * min(joint.limits[1] for joint in joints),
+    )
     values = [value for value in varied.span or varied.values if isinstance(value, float)]
     if not values or (min(values) >= low - ROUNDED and max(values) <= high + ROUNDED):
         return ""
     return (
-        f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the limits of the robot file, {low:.6g} to "
+        f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the limits "
+        f"of the robot file, {low:.6g} to "
         f"{high:.6g} {varied.unit}; these landings are computed all the same"
     )
 
 
 def _within_limits(robot: Robot, varied: Variation) -> Variation:
-    """Refuse joints that one number cannot set, and angles beyond a whole turn and the limits of the file."""
+    """Refuse joints that one number cannot set, and angles beyond a whole turn and the limits of
+    the file.
+    """
     for joint in varied.joints(robot):
         for value in varied.span or varied.values if varied.unit == "deg" else ():
             if isinstance(value, float):

@@ -1,8 +1,10 @@
-"""Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid, in a random sample, or as given.
+"""Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid, in
+a random sample, or as given.
 
-A row has a value of everything that varies: of a grid, of a draw, or one that is given, in which NaN leaves a thing as it is.
-Rows are grouped by what needs a landing of its own: contacts, ground and places, and the posture where loops have to be closed.
-The rows of a group are arrays: configurations, inertias and strikes.
+A row has a value of everything that varies: of a grid, of a draw, or one that is given, in which
+NaN leaves a thing as it is. Rows are grouped by what needs a landing of its own: contacts, ground
+and places, and the posture where loops have to be closed. The rows of a group are arrays:
+configurations, inertias and strikes.
 """
 
 import functools
@@ -30,7 +32,13 @@ from shockpc.evaluation.variation import (
 )
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_arrays import configurations, inertias, velocities
-from shockpc.evaluation.varied_scene import applied, armature_set, refuse_given_otherwise, robot_changes, with_offsets
+from shockpc.evaluation.varied_scene import (
+    applied,
+    armature_set,
+    refuse_given_otherwise,
+    robot_changes,
+    with_offsets,
+)
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
@@ -64,9 +72,10 @@ class VariedLandings:
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
-        given: (sample, v) values of the rows, in the order of the variations, in place of random ones; NaN where a row has what the
-            scene has.
-        struck: strikes of each posture of a sample by name; by default the scene's, or one that varies.
+        given: (sample, v) values of the rows, in the order of the variations, in place of random
+            ones; NaN where a row has what the scene has.
+        struck: strikes of each posture of a sample by name; by default the scene's, or one that
+            varies.
     """
 
     scene: Scene
@@ -87,7 +96,9 @@ class VariedLandings:
         object.__setattr__(self, "scene", scene if "contact" in kinds else self._definite(scene))
 
     def _definite(self, scene: Scene) -> Scene:
-        """A scene with definite contacts; as it is where its posture is no landing, of which the rows have the messages."""
+        """A scene with definite contacts; as it is where its posture is no landing, of which the
+        rows have the messages.
+        """
         try:
             return with_definite_contacts(scene, self.robot)
         except ShockError:
@@ -97,9 +108,15 @@ class VariedLandings:
     def contacts(self) -> dict[str, tuple[Contact, ...]]:
         """The contacts by the values of what varies, each resolved in the posture of the scene."""
         values = {
-            str(value): variation for variation in self.variations if variation.kind == "contact" for value in variation.values
+            str(value): variation
+            for variation in self.variations
+            if variation.kind == "contact"
+            for value in variation.values
         }
-        scenes = {value: applied(self.scene, self.robot, variation, value)[0] for value, variation in values.items()}
+        scenes = {
+            value: applied(self.scene, self.robot, variation, value)[0]
+            for value, variation in values.items()
+        }
         return {value: self._definite(scene).contact for value, scene in scenes.items()}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -112,7 +129,9 @@ class VariedLandings:
 
     @functools.cached_property
     def axes(self) -> tuple[Variation, ...]:
-        """The variations from the slowest to the fastest: other landings, other postures and inertias, other strikes."""
+        """The variations from the slowest to the fastest: other landings, other postures and
+        inertias, other strikes.
+        """
         return tuple(sorted(self.variations, key=lambda variation: variation.stage))
 
     @property
@@ -120,7 +139,9 @@ class VariedLandings:
         """Number of strikes for each posture; one that a sample varies differs from row to row."""
         if self.sample is not None:
             return len(self.struck) or 1
-        return math.prod(n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage == 2)
+        return math.prod(
+            n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage == 2
+        )
 
     @property
     def solves(self) -> int:
@@ -134,16 +155,22 @@ class VariedLandings:
 
     @functools.cached_property
     def separate(self) -> bool:
-        """Whether each posture that varies needs a landing of its own, because loops have to be closed."""
+        """Whether each posture that varies needs a landing of its own, because loops have to be
+        closed.
+        """
         return bool(self.first.loops)
 
     @functools.cached_property
     def chunks(self) -> tuple[tuple[int, int], ...]:
-        """First and last posture of every chunk, the last one excluded. They do not depend on who computes them."""
+        """First and last posture of every chunk, the last one excluded.
+
+        They do not depend on who computes them.
+        """
         nv = self.robot.model.nv
         rows = min(ROWS, max(1024, 2**25 // nv**2))
         if self.separate or (
-            self.sample is not None and any(variation.stage == 0 and variation.kind != "contact" for variation in self.axes)
+            self.sample is not None
+            and any(variation.stage == 0 and variation.kind != "contact" for variation in self.axes)
         ):
             rows = 1024
         most, n = max(1, rows // self.strikes), self.solves
@@ -155,7 +182,10 @@ class VariedLandings:
         """What the rows depend on, besides scene and robot."""
         return {
             "vary": [
-                {key: getattr(variation, key) for key in ("subject", "values", "span", "law", "factor")}
+                {
+                    key: getattr(variation, key)
+                    for key in ("subject", "values", "span", "law", "factor")
+                }
                 for variation in self.variations
             ],
             "sample": self.sample,
@@ -171,7 +201,9 @@ class VariedLandings:
     @property
     def opens(self) -> bool:
         """Whether a contact that would be pulled opens, because there is friction."""
-        return self.scene.friction is not None or any(one.kind == "friction" for one in self.variations)
+        return self.scene.friction is not None or any(
+            one.kind == "friction" for one in self.variations
+        )
 
     @property
     def base_scene(self) -> Scene:
@@ -180,7 +212,9 @@ class VariedLandings:
 
     def compared(self, count: int) -> np.ndarray:
         """Random rows (n,), at most so many."""
-        return np.random.default_rng([self.seed, 2]).choice(self.rows, min(count, self.rows), replace=False, shuffle=False)
+        return np.random.default_rng([self.seed, 2]).choice(
+            self.rows, min(count, self.rows), replace=False, shuffle=False
+        )
 
     def data(self, k: int) -> None:
         """Nothing: the rows of a chunk follow from its number."""
@@ -190,7 +224,9 @@ class VariedLandings:
         return self._beside(given=given, sample=len(given))
 
     def _beside(self, **changes: Any) -> "VariedLandings":
-        """The same landings but for some fields, on which neither the first landing nor how loops are closed depends."""
+        """The same landings but for some fields, on which neither the first landing nor how loops
+        are closed depends.
+        """
         other = replace(self, **changes)
         vars(other).update(first=self.first, _closed=self._closed)
         return other
@@ -200,7 +236,9 @@ class VariedLandings:
         parts = []
         for k, (a, b) in enumerate(self.chunks):
             values, rows = self._values(k), np.arange(b - a)
-            parts.append((self._postures(self.first, values, rows), self._strikes(self.first, values, rows)))
+            parts.append(
+                (self._postures(self.first, values, rows), self._strikes(self.first, values, rows))
+            )
         Q, strikes = zip(*parts, strict=True)
         return np.concatenate(Q), np.concatenate(strikes)
 
@@ -215,12 +253,17 @@ class VariedLandings:
     def values_of(self, row: int) -> dict[Variation, Any]:
         """What was varied, in one row."""
         chunk = next(k for k, (_, end) in enumerate(self.chunks) if row < end * self.strikes)
-        return _picked(self._values(chunk), *divmod(row - self.chunks[chunk][0] * self.strikes, self.strikes))
+        return _picked(
+            self._values(chunk), *divmod(row - self.chunks[chunk][0] * self.strikes, self.strikes)
+        )
 
     def chunk(self, k: int, data: None) -> Chunk:
         """The postures of a chunk, grouped by what needs a separate landing."""
         (a, b), S, values = self.chunks[k], self.strikes, self._values(k)
-        labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
+        labels = {
+            variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel()
+            for variation in self.variations
+        }
 
         def profile(i: int) -> ShockProfile:
             return profile_of_scene(*self._case(_picked(values, *divmod(i, S)), i % S))
@@ -236,28 +279,52 @@ class VariedLandings:
                 rows = chosen[begin : begin + GROUP]
                 inertias, refused = self._inertias(landing, values, rows)
                 yield from (Refusal(rows[i : i + 1], error) for i, error in refused.items())
-                yield Group(rows, landing, self._postures(landing, values, rows), self._strikes(landing, values, rows), inertias)
+                yield Group(
+                    rows,
+                    landing,
+                    self._postures(landing, values, rows),
+                    self._strikes(landing, values, rows),
+                    inertias,
+                )
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
         a, b = self.chunks[k]
         if self.sample is None:
-            outer = tuple(n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage < 2)
+            outer = tuple(
+                n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage < 2
+            )
             inner = self.sizes[len(outer) :]
             solve = np.unravel_index(np.arange(a, b), outer) if outer else ()
             strike = np.unravel_index(np.arange(self.strikes), inner) if inner else ()
             places = [i[:, None] for i in solve] + [i[None, :] for i in strike]
-            return {variation: np.asarray(variation.values)[i] for variation, i in zip(self.axes, places, strict=True)}
+            return {
+                variation: np.asarray(variation.values)[i]
+                for variation, i in zip(self.axes, places, strict=True)
+            }
         if self.given is not None:
-            return {variation: self.given[a:b, j, None] for j, variation in enumerate(self.variations)}
+            return {
+                variation: self.given[a:b, j, None] for j, variation in enumerate(self.variations)
+            }
         u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
         if self.lhs:
-            u = (u + [permuted(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
-        return {variation: variation.drawn(uniform)[:, None] for variation, uniform in zip(self.axes, u, strict=True)}
+            u = (
+                u + [permuted(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]
+            ) / self.sample
+        return {
+            variation: variation.drawn(uniform)[:, None]
+            for variation, uniform in zip(self.axes, u, strict=True)
+        }
 
-    def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
-        """The postures (m,) of a chunk in groups, each with the landing that they share, or why there is none."""
+    def _landings(
+        self, values: dict[Variation, np.ndarray], m: int
+    ) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
+        """The postures (m,) of a chunk in groups, each with the landing that they share, or why
+        there is none.
+        """
         choices = {
-            variation: x[:, 0] for variation, x in values.items() if variation.stage == 0 or (variation.moves and self.separate)
+            variation: x[:, 0]
+            for variation, x in values.items()
+            if variation.stage == 0 or (variation.moves and self.separate)
         }
         if not choices:
             yield np.arange(m), self.first
@@ -279,21 +346,41 @@ class VariedLandings:
         """The first of all landings."""
         return resolve(
             *self._case(
-                {variation: (variation.values or variation.span or ())[0] for variation in self.axes if variation.stage == 0}
+                {
+                    variation: (variation.values or variation.span or ())[0]
+                    for variation in self.axes
+                    if variation.stage == 0
+                }
             )
         )
 
-    def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
-        """Configurations (n, nq) of some rows of a chunk; the landing's where loops have to be closed."""
-        moved = {variation: x[rows, 0].astype(float) for variation, x in values.items() if variation.moves and not self.separate}
+    def _postures(
+        self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
+    ) -> Array:
+        """Configurations (n, nq) of some rows of a chunk; the landing's where loops have to be
+        closed.
+        """
+        moved = {
+            variation: x[rows, 0].astype(float)
+            for variation, x in values.items()
+            if variation.moves and not self.separate
+        }
         return configurations(landing, moved, len(rows))
 
     def _inertias(
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
-        """The inertias of some rows of a chunk; None where all have the landing's. And why no robot has those of a row."""
-        x = {variation: of_all[rows, 0].astype(float) for variation, of_all in values.items() if variation.kind in INERTIAL}
-        # Of derivatives by hundreds of masses few are other than the landing's in a group of a single posture.
+        """The inertias of some rows of a chunk; None where all have the landing's.
+
+        And why no robot has those of a row.
+        """
+        x = {
+            variation: of_all[rows, 0].astype(float)
+            for variation, of_all in values.items()
+            if variation.kind in INERTIAL
+        }
+        # Of derivatives by hundreds of masses few are other than the landing's in a group of a
+        # single posture.
         x = {variation: of_rows for variation, of_rows in x.items() if not np.isnan(of_rows).all()}
         if not x:
             return None, {}
@@ -306,9 +393,15 @@ class VariedLandings:
                 refused[i] = error
         return found, refused
 
-    def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
+    def _strikes(
+        self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
+    ) -> Array:
         """Velocities (n, S, 3) of the base before the impact in some rows of a chunk [m/s]."""
-        varied = {variation.kind: x if self.sample is None else x[rows] for variation, x in values.items() if variation.stage == 2}
+        varied = {
+            variation.kind: x if self.sample is None else x[rows]
+            for variation, x in values.items()
+            if variation.stage == 2
+        }
         if varied or len(self.struck) < 2:
             velocity = velocities(landing, varied)
         else:
@@ -319,7 +412,11 @@ class VariedLandings:
         scene, robot, changes = self.scene, self.robot, list[Change]()
         if self.struck:
             scene = replace(scene, strike=list(self.struck.values())[strike])
-        choice = {one: value for one, value in choice.items() if isinstance(value, str) or not math.isnan(value)}
+        choice = {
+            one: value
+            for one, value in choice.items()
+            if isinstance(value, str) or not math.isnan(value)
+        }
         # Other variations are of the contacts that are struck.
         for variation, value in sorted(choice.items(), key=lambda pair: pair[0].kind != "contact"):
             if variation.kind == "contact":
@@ -327,38 +424,53 @@ class VariedLandings:
             elif edits := robot_changes(robot, variation, value):
                 changes += edits
             else:
-                if variation.kind in COMPONENT and self.separate:  # from where closing the loops has put it
-                    joints = several_joints(robot, variation.subject, variation.kind, variation.target)
+                # from where closing the loops has put it
+                if variation.kind in COMPONENT and self.separate:
+                    joints = several_joints(
+                        robot, variation.subject, variation.kind, variation.target
+                    )
                     closed = {joint.name: joint.coordinates(self.first.q) for joint, _ in joints}
-                    posture = replace(scene.posture, joint_quaternions={**closed, **scene.posture.joint_quaternions})
+                    posture = replace(
+                        scene.posture,
+                        joint_quaternions={**closed, **scene.posture.joint_quaternions},
+                    )
                     scene = replace(scene, posture=posture)
                 scene, robot = applied(scene, robot, variation, value)
         if changes:
-            robot = changed(robot, changes)  # at once, as each robot reads the places of its frames anew
+            # at once, as each robot reads the places of its frames anew
+            robot = changed(robot, changes)
         if any(variation.moves for variation in choice) and self.separate:
             scene = self._with_closed_loops(scene)
             for variation, value in choice.items():
                 for joint in variation.joints(robot) if variation.kind == "joint" else ():
                     if abs(scene.posture.joints_deg.get(joint.name, value) - value) > MOVED:
                         raise StudyError(
-                            f'{variation.subject}: closing the loops moves "{joint.name}" away from {value:g} {variation.unit}; '
+                            f'{variation.subject}: closing the loops moves "{joint.name}" away '
+                            f"from {value:g} {variation.unit}; "
                             "let other joints move with --assemble"
                         )
         return scene, robot
 
     def _with_closed_loops(self, scene: Scene) -> Scene:
-        """As `close_loops` from the first landing, which takes longer than what follows, so that the last postures are kept."""
+        """As `close_loops` from the first landing, which takes longer than what follows, so that
+        the last postures are kept.
+        """
         key = repr((scene.posture, scene.assemble))
         if key not in self._closed:
             if len(self._closed) == CLOSED:
                 self._closed.clear()
             self._closed[key] = close_loops(scene, self.first)
-        return replace(scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble)
+        return replace(
+            scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble
+        )
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
     """The values of one row."""
-    return {variation: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for variation, x in values.items()}
+    return {
+        variation: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0]
+        for variation, x in values.items()
+    }
 
 
 def varied_landings(
@@ -376,31 +488,48 @@ def varied_landings(
 
     Args:
         scene: the landing that is varied.
-        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
+        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0,
+            15, 30]}.
         robot: the scene's robot, if it is loaded already.
         vary_each: the same, with a separate quantity for each joint or link that a pattern matches.
-        sample: number of random rows instead of the full grid. If neither a joint nor what the robot and the ground are is varied,
-            all joints are, within their limits.
+        sample: number of random rows instead of the full grid. If neither a joint nor what the
+            robot and the ground are is varied, all joints are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
         keep_joints: whether joints that are not varied stay where the scene has them in any sample.
 
     Raises:
-        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved.
+        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be
+            resolved.
     """
     robot = robot or robot_of(scene)
     # A mapping holds each subject once; pairs may repeat one, which is refused below.
     vary, vary_each = pairs(vary), pairs(vary_each)
     variations = [read_variation(robot, subject, values) for subject, values in vary]
-    variations += [varied for subject, values in vary_each for varied in each_of(robot, read_variation(robot, subject, values))]
+    variations += [
+        varied
+        for subject, values in vary_each
+        for varied in each_of(robot, read_variation(robot, subject, values))
+    ]
     if sample is not None:
-        if not keep_joints and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
-            variations += [read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints]
+        if not keep_joints and not any(
+            varied.kind == "joint" or varied.uncertain for varied in variations
+        ):
+            variations += [
+                read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints
+            ]
     elif lhs:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
     if not variations:
-        raise StudyError("nothing varies; name a joint or another quantity with --vary, or draw random postures with --sample")
-    variations = [part for varied in variations for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))]
+        raise StudyError(
+            "nothing varies; name a joint or another quantity with --vary, or draw random postures "
+            "with --sample"
+        )
+    variations = [
+        part
+        for varied in variations
+        for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))
+    ]
     variations = [_complete(robot, varied, sample is not None) for varied in variations]
     refuse_repeated(robot, variations)
     scene = check_scene(scene)
@@ -409,7 +538,8 @@ def varied_landings(
     source = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
     if source.rows > MOST_ROWS:
         raise StudyError(
-            f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
+            f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw "
+            f"a sample with --sample"
         )
     plane = plane_of(scene)
     for varied in source.axes:
@@ -426,15 +556,19 @@ def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
     """A variation with the range of its joint, if it was given no values."""
     if not varied.values and varied.span is None:
         joint = robot.joint(varied.target)
-        low, high = (limit if varied.unit == "m" else math.degrees(limit) for limit in motion_range([joint]))
+        low, high = (
+            limit if varied.unit == "m" else math.degrees(limit) for limit in motion_range([joint])
+        )
         if not high > low or not math.isfinite(high - low):
             raise StudyError(
-                f'joint "{joint.name}" has no range of motion in the robot file; give values, such as {joint.name}=0:0.1:5'
+                f'joint "{joint.name}" has no range of motion in the robot file; give values, such '
+                f"as {joint.name}=0:0.1:5"
             )
         varied = replace(varied, subject=joint.name, span=(low, high))
     if not sample and varied.span is not None:
         raise StudyError(
-            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number of values too, such as "
+            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number of "
+            f"values too, such as "
             f"{varied.span[0]:g}:{varied.span[1]:g}:10"
         )
     return varied

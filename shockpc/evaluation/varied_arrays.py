@@ -1,4 +1,6 @@
-"""What varies without a landing of its own, as arrays: configurations, inertias and strikes of many rows of one landing."""
+"""What varies without a landing of its own, as arrays: configurations, inertias and strikes of many
+rows of one landing.
+"""
 
 import math
 from collections.abc import Mapping
@@ -30,28 +32,46 @@ def configurations(landing: PosedLanding, moved: Mapping[Variation, Array], n: i
     if not moved:
         return Q
     # As they are typed: angles in degrees.
-    moved = {variation: x * (DEG if variation.unit == "deg" else 1.0) for variation, x in moved.items()}
+    moved = {
+        variation: x * (DEG if variation.unit == "deg" else 1.0) for variation, x in moved.items()
+    }
     angles = {variation.kind: x for variation, x in moved.items() if variation.kind in ATTITUDE}
     if angles:
         from scipy.spatial.transform import Rotation
 
-        present = dict(zip(ATTITUDE, np.radians(landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0)), strict=True))
-        rpy = np.stack([_or(angles.get(kind, np.full(n, np.nan)), present[kind]) for kind in ATTITUDE], axis=1)
+        present = dict(
+            zip(
+                ATTITUDE,
+                np.radians(landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0)),
+                strict=True,
+            )
+        )
+        rpy = np.stack(
+            [_or(angles.get(kind, np.full(n, np.nan)), present[kind]) for kind in ATTITUDE], axis=1
+        )
         turned = ~np.isnan([*angles.values()]).all(axis=0)
         Q[turned, 3:7] = Rotation.from_euler("xyz", rpy[turned]).as_quat()
-    joints = [(joint, x) for varied, x in moved.items() if varied.kind == "joint" for joint in varied.joints(robot)]
+    joints = [
+        (joint, x)
+        for varied, x in moved.items()
+        if varied.kind == "joint"
+        for joint in varied.joints(robot)
+    ]
     set_many(robot, [(joint, _or(x, joint.value(landing.q))) for joint, x in joints], Q)
     for varied, x in moved.items():
         if varied.kind in COMPONENT:
             steps = np.zeros((n, robot.model.nv))
-            chosen = [v for _, v in several_joints(robot, varied.subject, varied.kind, varied.target)]
+            chosen = [
+                v for _, v in several_joints(robot, varied.subject, varied.kind, varied.target)
+            ]
             steps[:, chosen] = _or(x, 0.0)[:, None]
             Q = displaced(robot, Q, steps)
     return Q
 
 
 def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inertias, np.ndarray]:
-    """The inertias of n robots that are otherwise that of a landing, and which of them (n,) can be computed with.
+    """The inertias of n robots that are otherwise that of a landing, and which of them (n,) can be
+    computed with.
 
     Args:
         landing: the landing.
@@ -64,7 +84,10 @@ def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inert
         if varied.kind in OF_A_LINK
     ]
     bodies = varied_bodies(landing.robot, of_links)
-    armature, per_turn = (np.repeat(part[None], n, axis=0) for part in (landing.joint_model.armature, landing.joint_model.per_turn))
+    armature, per_turn = (
+        np.repeat(part[None], n, axis=0)
+        for part in (landing.joint_model.armature, landing.joint_model.per_turn)
+    )
     for varied, values in x.items():
         if varied.kind == "armature":
             chosen = armature_set(landing.scene, landing.robot, varied)
@@ -74,7 +97,11 @@ def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inert
                 per_turn[:, chosen] = np.where(np.isnan(new), per_turn[:, chosen], 0.0)
     mass, com, inertia = (np.broadcast_to(part, (n, *part.shape[1:])) for part in bodies)
     with np.errstate(all="ignore"):
-        plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
+        plausible = (
+            (np.where(mass > 0.0, mass, 1.0) > 1e-14)
+            & (mass < 1e23)
+            & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
+        )
     return Inertias(mass, com, inertia, armature, armature * per_turn), plausible.all(axis=1)
 
 

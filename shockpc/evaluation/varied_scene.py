@@ -41,24 +41,34 @@ T = TypeVar("T")
 
 
 def refuse_given_otherwise(scene: Scene, kind: str) -> None:
-    """Refuse to vary a number that a scene does not have, because it gives the strike or the attitude in another way.
+    """Refuse to vary a number that a scene does not have, because it gives the strike or the
+    attitude in another way.
 
     Args:
         scene: the landing.
         kind: of what varies.
 
     Raises:
-        StudyError: the speed varies, and the strike is a vector or a drop height; or the base's attitude is a quaternion.
+        StudyError: the speed varies, and the strike is a vector or a drop height; or the base's
+            attitude is a quaternion.
     """
     strike = scene.strike
     if kind == "speed" and (strike.velocity is not None or strike.drop_height is not None):
-        raise StudyError("speed is varied, but the velocity is given as a vector or a drop height; leave that out")
+        raise StudyError(
+            "speed is varied, but the velocity is given as a vector or a drop height; leave that "
+            "out"
+        )
     if kind in ATTITUDE and scene.posture.base_quaternion is not None:
-        raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
+        raise StudyError(
+            "the base's attitude is varied, but the scene gives it as a quaternion; give "
+            "base_rpy_deg instead"
+        )
 
 
 def with_offsets(scene: Scene) -> Scene:
-    """A scene in which the offsets of all contacts vary: points, from their frames' origins unless it says otherwise."""
+    """A scene in which the offsets of all contacts vary: points, from their frames' origins unless
+    it says otherwise.
+    """
     contacts = (
         replace(
             contact,
@@ -87,18 +97,29 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
     axis = "xyz".find(varied.kind[-1])
     if varied.kind == "joint":
         others = {name: x for name, x in posture.joints_deg.items() if name != varied.target}
-        return replace(scene, posture=replace(posture, joints_deg={**others, varied.target: float(value)})), robot
+        return replace(
+            scene, posture=replace(posture, joints_deg={**others, varied.target: float(value)})
+        ), robot
     if varied.kind in COMPONENT:
         q, steps = configuration(robot, posture)[None], np.zeros((1, robot.model.nv))
         turned = several_joints(robot, varied.subject, varied.kind, varied.target)
-        steps[0, [v for _, v in turned]] = math.radians(float(value)) if varied.unit == "deg" else float(value)
+        steps[0, [v for _, v in turned]] = (
+            math.radians(float(value)) if varied.unit == "deg" else float(value)
+        )
         (q,) = displaced(robot, q, steps)
         coordinates = {joint.name: joint.coordinates(q) for joint, _ in turned}
-        return replace(scene, posture=replace(posture, joint_quaternions={**posture.joint_quaternions, **coordinates})), robot
+        return replace(
+            scene,
+            posture=replace(
+                posture, joint_quaternions={**posture.joint_quaternions, **coordinates}
+            ),
+        ), robot
     if varied.kind.startswith("base-"):
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
         angles[list(ATTITUDE).index(varied.kind)] = float(value)
-        return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
+        return replace(
+            scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))
+        ), robot
     if varied.kind == "speed":
         return replace(scene, strike=replace(strike, speed=float(value))), robot
     if varied.kind == "strike-angle":
@@ -119,9 +140,13 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         return replace(scene, **given), robot
     if varied.kind in OF_CONTACTS:
         fields: dict[str, Any] = {OF_CONTACTS[varied.kind]: float(value)}
-        return replace(scene, contact=tuple(replace(contact, **fields) for contact in scene.contact)), robot
+        return replace(
+            scene, contact=tuple(replace(contact, **fields) for contact in scene.contact)
+        ), robot
     if varied.kind == "rotor":
-        motor = replace(scene.joints.rotor.get(varied.target, Rotor(inertia=1.0)), inertia=float(value))
+        motor = replace(
+            scene.joints.rotor.get(varied.target, Rotor(inertia=1.0)), inertia=float(value)
+        )
         joints = replace(scene.joints, rotor=_set_last(scene.joints.rotor, {varied.target: motor}))
         return replace(scene, joints=joints), robot
     if varied.kind == "armature":
@@ -134,7 +159,9 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
 
 
 def present_value(landing: PosedLanding, varied: Variation) -> float:
-    """The value that a landing has of a quantity [its unit]: 1 of a factor, 0 of what is added; NaN where it has not one number."""
+    """The value that a landing has of a quantity [its unit]: 1 of a factor, 0 of what is added; NaN
+    where it has not one number.
+    """
     scene, robot, model, kind = landing.scene, landing.robot, landing.joint_model, varied.kind
     if varied.factor or kind in ADDED or kind in COMPONENT:
         return float(varied.factor)
@@ -161,43 +188,57 @@ def present_value(landing: PosedLanding, varied: Variation) -> float:
         values = [flexes.get(body, Flex()).EI for body in robot.match_bodies(varied.target)]
     elif kind in DRIVEN:
         chosen = robot.velocities(robot.match_joints(varied.target)) & ~model.locked
-        values = (model.armature if kind == "armature" else np.where(model.stiffness > 0.0, model.stiffness, np.nan))[
-            chosen
-        ].tolist()
+        values = (
+            model.armature
+            if kind == "armature"
+            else np.where(model.stiffness > 0.0, model.stiffness, np.nan)
+        )[chosen].tolist()
     known = set(values)
     return value if len(known) == 1 and (value := known.pop()) is not None else math.nan
 
 
 def robot_changes(robot: Robot, varied: Variation, value: Any) -> list[Change]:
-    """The changes of a robot that set a quantity, as in `applied`; none where it is one of the landing."""
+    """The changes of a robot that set a quantity, as in `applied`; none where it is one of the
+    landing.
+    """
     if varied.kind not in (*OF_A_LINK, "place"):
         return []
     # Joints that do not move keep their place, and the points on what they carry.
     patterns = robot.match_joints(varied.target) if varied.kind == "place" else (varied.target,)
-    return [Change(cast(Property, varied.kind), name, float(value), varied.factor) for name in patterns]
+    return [
+        Change(cast(Property, varied.kind), name, float(value), varied.factor) for name in patterns
+    ]
 
 
-def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, Any]]) -> dict[str, Scene]:
+def scene_grid(
+    name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, Any]]
+) -> dict[str, Scene]:
     """All combinations of the values of several quantities, by a name that states them.
 
     Args:
-        name: of the landing that is varied, with which the names begin, unless it is the contact and another one replaces that.
+        name: of the landing that is varied, with which the names begin, unless it is the contact
+            and another one replaces that.
         scene: that landing.
         robot: its robot.
         vary: subjects with their values, as in `variation`.
 
     Raises:
-        ShockError: a value is not possible, a quantity is one of the robot, not of the landing, or varied twice, or a range has no
-            number of values.
+        ShockError: a value is not possible, a quantity is one of the robot, not of the landing, or
+            varied twice, or a range has no number of values.
     """
     variations = [variation(robot, subject, values) for subject, values in vary]
     refuse_repeated(robot, variations)
-    replaced = name == contact_name(scene) and any(varied.kind == "contact" for varied in variations)
+    replaced = name == contact_name(scene) and any(
+        varied.kind == "contact" for varied in variations
+    )
     scenes = {"" if replaced else name: scene}
     for varied in variations:
         subject = varied.subject
         if varied.kind in (*OF_A_LINK, "place"):
-            raise StudyError(f"{subject}: the robot is the same in all of these landings; compare robots with shockpc compare")
+            raise StudyError(
+                f"{subject}: the robot is the same in all of these landings; compare robots with "
+                f"shockpc compare"
+            )
         if not varied.values:
             raise StudyError(f"{subject} needs values: a:b:n (n values from a to b) or a,b,c")
         texts = [value if isinstance(value, str) else f"{value:g}" for value in varied.values]
@@ -213,12 +254,16 @@ def armature_set(scene: Scene, robot: Robot, varied: Variation) -> np.ndarray:
     """Which joint velocities (nv,) have the reflected inertia that a variation sets, or multiplies.
 
     Raises:
-        ShockError: none has, because the joints are locked, or no inertia is there to be multiplied.
+        ShockError: none has, because the joints are locked, or no inertia is there to be
+            multiplied.
     """
     if varied.factor:
         model = _given_drives(scene, robot)
         return _multiplied(robot, varied, (model.armature + model.rotor > 0.0) & ~model.locked)
-    low, high = (joint_model(robot, _armature_given(scene, varied.target, value)).armature for value in (1.0, 2.0))
+    low, high = (
+        joint_model(robot, _armature_given(scene, varied.target, value)).armature
+        for value in (1.0, 2.0)
+    )
     return np.asarray(low != high)
 
 
@@ -229,13 +274,17 @@ def _given_drives(scene: Scene, robot: Robot) -> JointModel:
 
 
 def _multiplied(robot: Robot, varied: Variation, there: np.ndarray) -> np.ndarray:
-    """The joint velocities (nv,) of a variation by factors that have something to multiply. Args: there (nv,), which have."""
+    """The joint velocities (nv,) of a variation by factors that have something to multiply.
+
+    Args: there (nv,), which have.
+    """
     chosen: np.ndarray = there & robot.velocities(robot.match_joints(varied.target))
     if not chosen.any():
         what, unit, prismatic = DRIVEN[varied.kind]
         example = {"armature": "0.01:0.1", "joint-stiffness": "100:1000"}[varied.kind]
         raise StudyError(
-            f"{varied.subject}: these joints have no {what} to multiply; give values in {unit} ({prismatic} if prismatic), such as "
+            f"{varied.subject}: these joints have no {what} to multiply; give values in {unit} "
+            f"({prismatic} if prismatic), such as "
             f"{example}"
         )
     return chosen
@@ -252,53 +301,73 @@ def _set_last(values: Mapping[str, T], given: Mapping[str, T]) -> dict[str, T]:
 
 
 def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
-    """The joint model with the reflected inertia of some joints, before a spring or not, replaced or multiplied."""
+    """The joint model with the reflected inertia of some joints, before a spring or not, replaced
+    or multiplied.
+    """
     if value < 0.0:
         raise StudyError(f"{varied.subject}: a reflected inertia of {value:g} is below zero")
     if not varied.factor:
         return _armature_given(scene, varied.target, max(value, LEAST_INERTIA))
-    joints, model, chosen = scene.joints, _given_drives(scene, robot), armature_set(scene, robot, varied)
+    joints, model, chosen = (
+        scene.joints,
+        _given_drives(scene, robot),
+        armature_set(scene, robot, varied),
+    )
     with_rotor = {name for pattern in joints.rotor for name in robot.match_joints(pattern)}
     armature, rotor = dict[str, float](), dict[str, Rotor]()
     for name, v in _first_velocities(robot, chosen):
-        inertia, k = max(value * float(model.armature[v] + model.rotor[v]), LEAST_INERTIA), float(model.drive_stiffness[v])
+        inertia, k = (
+            max(value * float(model.armature[v] + model.rotor[v]), LEAST_INERTIA),
+            float(model.drive_stiffness[v]),
+        )
         if np.isfinite(k) or name in with_rotor or model.per_turn[v]:
             rotor[name] = reflected_rotor(inertia, k, float(model.per_turn[v]))
         else:
             armature[name] = inertia
-    return replace(joints, armature=_set_last(joints.armature, armature), rotor=_set_last(joints.rotor, rotor))
+    return replace(
+        joints, armature=_set_last(joints.armature, armature), rotor=_set_last(joints.rotor, rotor)
+    )
 
 
 def reflected_rotor(inertia: float, k: float, per_turn: float) -> Rotor:
-    """A rotor by its inertia at the joint [kg m²], the spring before it [N m/rad], and as `JointModel.per_turn`."""
+    """A rotor by its inertia at the joint [kg m²], the spring before it [N m/rad], and as
+    `JointModel.per_turn`.
+    """
     stiffness = k if np.isfinite(k) else None
     if not per_turn:
         return Rotor(inertia=inertia, gear_ratio=1.0, stiffness=stiffness)
     gear: Gear = "planetary" if per_turn > 0.0 else "harmonic"
-    return Rotor(inertia=inertia * per_turn**2, gear_ratio=1.0 / abs(per_turn), stiffness=stiffness, gear=gear)
+    return Rotor(
+        inertia=inertia * per_turn**2,
+        gear_ratio=1.0 / abs(per_turn),
+        stiffness=stiffness,
+        gear=gear,
+    )
 
 
 def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
-    """The joint model with the stiffness of the springs of some joints, at the joint or before rotors, replaced or multiplied.
+    """The joint model with the stiffness of the springs of some joints, at the joint or before
+    rotors, replaced or multiplied.
 
     A joint without a spring gets one at the joint.
 
     Raises:
-        ShockError: there is no spring to multiply, a joint has two, its rotor is not known, or the joints are locked.
+        ShockError: there is no spring to multiply, a joint has two, its rotor is not known, or the
+            joints are locked.
     """
     joints, model = scene.joints, _given_drives(scene, robot)
     sprung, behind = model.stiffness > 0.0, np.isfinite(model.drive_stiffness)
-    chosen = ~model.locked & robot.actuated_dofs & robot.velocities(robot.match_joints(varied.target))
+    chosen = (
+        ~model.locked & robot.actuated_dofs & robot.velocities(robot.match_joints(varied.target))
+    )
     if varied.factor:
         chosen = _multiplied(robot, varied, chosen & (sprung | behind))
     faults = {
         "these joints are locked, so a spring changes nothing there; vary others": not chosen.any(),
-        "the inertia of the rotor behind a spring is not known, so the spring has no effect; give it with --rotor": (
-            chosen & behind & (model.rotor == 0.0)
-        ).any(),
-        "a joint has a spring at the joint and one before its rotor; give factors, such as 0.5x:2x, which multiply both": (
-            (chosen & sprung & behind).any() and not varied.factor
-        ),
+        "the inertia of the rotor behind a spring is not known, so the spring has no effect; give "
+        "it with --rotor": (chosen & behind & (model.rotor == 0.0)).any(),
+        "a joint has a spring at the joint and one before its rotor; give factors, such as "
+        "0.5x:2x, which multiply both": ((chosen & sprung & behind).any() and not varied.factor),
     }
     for text, wrong in faults.items():
         if wrong:
@@ -310,16 +379,25 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
         if behind[v]:
             k = value * float(model.drive_stiffness[v] if varied.factor else 1.0)
             rotor[name] = reflected_rotor(float(model.rotor[v]), k, float(model.per_turn[v]))
-    return replace(joints, stiffness=_set_last(joints.stiffness, stiffness), rotor=_set_last(joints.rotor, rotor))
+    return replace(
+        joints,
+        stiffness=_set_last(joints.stiffness, stiffness),
+        rotor=_set_last(joints.rotor, rotor),
+    )
 
 
 def _flexes(scene: Scene, robot: Robot) -> dict[int, Flex]:
     """How the bodies bend that do."""
-    return {body: flex for pattern, flex in flexes_of(scene.flex) for body in robot.match_bodies(pattern)}
+    return {
+        body: flex
+        for pattern, flex in flexes_of(scene.flex)
+        for body in robot.match_bodies(pattern)
+    }
 
 
 def _with_flex(scene: Scene, robot: Robot, varied: Variation, value: float) -> Scene:
-    """The scene with the bending stiffness of some links replaced, or all stiffnesses of those multiplied that bend.
+    """The scene with the bending stiffness of some links replaced, or all stiffnesses of those
+    multiplied that bend.
 
     Raises:
         ShockError: none of them bends.
@@ -327,7 +405,8 @@ def _with_flex(scene: Scene, robot: Robot, varied: Variation, value: float) -> S
     bodies, given = robot.match_bodies(varied.target), _flexes(scene, robot)
     if varied.factor and not (bodies := tuple(body for body in bodies if body in given)):
         raise StudyError(
-            f"{varied.subject}: these links do not bend, so nothing is multiplied; give values in N m², such as 100:1000"
+            f"{varied.subject}: these links do not bend, so nothing is multiplied; give values in "
+            f"N m², such as 100:1000"
         )
     changed_ones = {
         robot.bodies[body].name: given[body].scaled(value)
@@ -335,7 +414,9 @@ def _with_flex(scene: Scene, robot: Robot, varied: Variation, value: float) -> S
         else given.get(body, Flex())._replace(EI=value, frequency=None)
         for body in bodies
     }
-    return replace(scene, flex=_set_last(scene.flex, {name: str(flex) for name, flex in changed_ones.items()}))
+    return replace(
+        scene, flex=_set_last(scene.flex, {name: str(flex) for name, flex in changed_ones.items()})
+    )
 
 
 def _first_velocities(robot: Robot, chosen: np.ndarray) -> Iterator[tuple[str, int]]:

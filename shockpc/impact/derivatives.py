@@ -1,13 +1,17 @@
-"""How steps 1 and 2 change with the posture: derivatives of the jumps for unit strikes by the tangent of q.
+"""How steps 1 and 2 change with the posture: derivatives of the jumps for unit strikes by the
+tangent of q.
 
-With H Δq̇ = J_cᵀ λ and J_c Δq̇ = −b, the derivative along a joint velocity k solves the same equations with other right-hand sides,
+With H Δq̇ = J_cᵀ λ and J_c Δq̇ = −b, the derivative along a joint velocity k solves the same
+equations with other right-hand sides,
 
     H dΔq̇ − J_cᵀ dλ = dJ_cᵀ λ − dH Δq̇,    J_c dΔq̇ = −dJ_c Δq̇,
 
-since b does not change for strikes of the whole robot along fixed axes. Joint k moves all bodies behind it as one rigid body, with
-the twist J_k. So the column J_a of a joint behind it changes by J_k × J_a, and the twist V of a body behind it by J_k × (V − U_k),
-where U_k is the part that joints ahead of joint k cause. The body's momentum h = I V changes by −(J_k ×)ᵀ h − I (J_k × U_k), and
-sums of this over bodies give dH Δq̇ (Carpentier and Mansard, RSS 2018, of jumps in place of accelerations).
+since b does not change for strikes of the whole robot along fixed axes. Joint k moves all bodies
+behind it as one rigid body, with the twist J_k. So the column J_a of a joint behind it changes by
+J_k × J_a, and the twist V of a body behind it by J_k × (V − U_k), where U_k is the part that joints
+ahead of joint k cause. The body's momentum h = I V changes by −(J_k ×)ᵀ h − I (J_k × U_k), and sums
+of this over bodies give dH Δq̇ (Carpentier and Mansard, RSS 2018, of jumps in place of
+accelerations).
 """
 
 from collections.abc import Sequence
@@ -41,12 +45,14 @@ BLOCK = 16
 
 
 class Derivatives(NamedTuple):
-    """Derivatives by the tangent of q, Pinocchio's layout, for strikes of 1 m/s along world x, y and z; NaN where there are none.
+    """Derivatives by the tangent of q, Pinocchio's layout, for strikes of 1 m/s along world x, y
+    and z; NaN where there are none.
 
     Attributes:
         maps: (N, n, 6, 3, nv) of the jumps of bodies, world axes, at their frames' origins.
         delta_qd: (N, nv, 3, nv) of the jumps of the joint velocities.
-        impulse: (N, nc, 3, nv) of the impulses along the rows; NaN where redundant rows leave them undetermined.
+        impulse: (N, nc, 3, nv) of the impulses along the rows; NaN where redundant rows leave them
+            undetermined.
     """
 
     maps: Array
@@ -55,41 +61,67 @@ class Derivatives(NamedTuple):
 
 
 def derivatives(
-    landing: Landing, equation: Equation, solution: Solution, bodies: Sequence[int] | None = None, out: Array | None = None
+    landing: Landing,
+    equation: Equation,
+    solution: Solution,
+    bodies: Sequence[int] | None = None,
+    out: Array | None = None,
 ) -> Derivatives:
     """The derivatives of steps 1 and 2 in N postures.
 
-    They are those of the equations as they stand: a follower, a locked joint and one of a loop each have a separate column, in
-    which the others stay. In a posture with redundant rows they are those along which the same rows stay redundant; in one that is
-    singular, where fewer rows are independent than beside it, there are none.
+    They are those of the equations as they stand: a follower, a locked joint and one of a loop each
+    have a separate column, in which the others stay. In a posture with redundant rows they are
+    those along which the same rows stay redundant; in one that is singular, where fewer rows are
+    independent than beside it, there are none.
 
     Args:
         landing: the landing; strikes of a contact's velocity are not among these.
         equation: step 1.
         solution: of it.
         bodies: indices of those whose jumps are wanted; all by default.
-        out: (N, n, 6, 3, nv) into which the derivatives of the maps are written; a new array by default.
+        out: (N, n, 6, 3, nv) into which the derivatives of the maps are written; a new array by
+            default.
     """
     state, robot = equation.state, landing.robot
     J = np.ascontiguousarray(state.J.swapaxes(1, 2))
     (n, nv), J_cross = J.shape[:2], motion_cross(J)
-    delta_qd, impulse = equation.full(solution.delta_qd[..., :3]), solution.independent_impulse[..., :3]
+    delta_qd, impulse = (
+        equation.full(solution.delta_qd[..., :3]),
+        solution.independent_impulse[..., :3],
+    )
     right, twists, fixed = _momentum_rates(robot, landing.joint_model, state, J, J_cross, delta_qd)
     dJ = _row_rates(robot, state, equation.blocks, J, J_cross)
     right += impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
     left = delta_qd.swapaxes(1, 2)[:, None] @ dJ
     if equation.G is not None:
         right = equation.G.swapaxes(1, 2) @ right.reshape(n, nv, -1)
-    d_y, d_impulse = _solved(landing, equation, solution, right.reshape(n, -1, 3 * nv), left.reshape(n, -1, 3 * nv))
+    d_y, d_impulse = _solved(
+        landing, equation, solution, right.reshape(n, -1, 3 * nv), left.reshape(n, -1, 3 * nv)
+    )
     d_qd = equation.full(d_y).reshape(n, nv, 3, nv)
     chosen = slice(None) if bodies is None else list(bodies)
-    position, moves, twists = state.position[:, chosen], robot.ancestors[chosen].astype(float), twists[:, chosen]
+    position, moves, twists = (
+        state.position[:, chosen],
+        robot.ancestors[chosen].astype(float),
+        twists[:, chosen],
+    )
     maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
     for k in range(0, n, BLOCK):
         chunk = slice(k, k + BLOCK)
-        _jump_rates(position[chunk], state.J[chunk], moves, twists[chunk], fixed[chunk], d_qd[chunk], maps[chunk])
-    if robot.free_base:  # its velocity is written in body axes, at the origin of the body, which move with it
-        linear, angular = (cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3))
+        _jump_rates(
+            position[chunk],
+            state.J[chunk],
+            moves,
+            twists[chunk],
+            fixed[chunk],
+            d_qd[chunk],
+            maps[chunk],
+        )
+    # its velocity is written in body axes, at the origin of the body, which move with it
+    if robot.free_base:
+        linear, angular = (
+            cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3)
+        )
         d_qd[:, :3, :, :3] += angular
         d_qd[:, :3, :, 3:6] += linear
         d_qd[:, 3:6, :, 3:6] += angular
@@ -98,12 +130,16 @@ def derivatives(
 
 @memoized()
 def _masks(robot: Robot) -> tuple[Array, Array]:
-    """Which columns a joint velocity turns: masks (nv, nv) of 1 and 0, the first index that velocity, the second the column.
+    """Which columns a joint velocity turns: masks (nv, nv) of 1 and 0, the first index that
+    velocity, the second the column.
 
-    Returns: turned, the columns of joints behind the velocity's joint, and those of that joint; and ahead, those of joints that
-        carry it, which stay. The columns of a free base stay in the world; its velocity is converted to body axes in the end.
+    Returns: turned, the columns of joints behind the velocity's joint, and those of that joint; and
+        ahead, those of joints that carry it, which stay. The columns of a free base stay in the
+        world; its velocity is converted to body axes in the end.
     """
-    first = np.array([joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)])
+    first = np.array(
+        [joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)]
+    )
     if robot.free_base:
         first[:6] = 6
     carriers = robot.ancestors[np.argmax(robot.ancestors, axis=0)]
@@ -124,11 +160,20 @@ def _momentum_rates(
         J_cross: (N, nv, 6, 6) their matrices, as `motion_cross`.
         delta_qd: (N, nv, 3) the jump.
 
-    Returns: −dH Δq̇ (N, nv, 3, nv); the twists V (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6, 3 nv), as in the module's text.
+    Returns: −dH Δq̇ (N, nv, 3, nv); the twists V (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6,
+        3 nv), as in the module's text.
     """
-    (n, nv), nb, (turned, ahead), moves = J.shape[:2], len(robot.bodies), _masks(robot), robot.ancestors.T.astype(float)
+    (n, nv), nb, (turned, ahead), moves = (
+        J.shape[:2],
+        len(robot.bodies),
+        _masks(robot),
+        robot.ancestors.T.astype(float),
+    )
     parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)
-    twists, fixed = (moves.T @ parts).reshape(n, nb, 6, 3), J_cross @ (ahead @ parts).reshape(n, nv, 6, 3)
+    twists, fixed = (
+        (moves.T @ parts).reshape(n, nb, 6, 3),
+        J_cross @ (ahead @ parts).reshape(n, nv, 6, 3),
+    )
     inertia = spatial_inertias(robot, state, Inertias.of(robot, joints))
     momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
     composite = (moves @ inertia.reshape(n, nb, 36)).reshape(n, nv, 6, 6)
@@ -140,23 +185,32 @@ def _momentum_rates(
     return right.reshape(n, nv, 3, nv), twists, fixed
 
 
-def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock], J: Array, J_cross: Array) -> Array:
-    """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the tangent; arguments as above."""
+def _row_rates(
+    robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock], J: Array, J_cross: Array
+) -> Array:
+    """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the
+    tangent; arguments as above.
+    """
     (n, nv), (turned, _), (omega, v) = J.shape[:2], _masks(robot), np.split(J, 2, axis=-1)
     out = np.empty((n, sum(block.size for block in blocks), nv, nv))
     for block, rows in zip(blocks, slices_of(blocks), strict=True):
         forces, moves = len(block.forces), moved_by(state, block.body)[:, None]
         point, axes = block_point(state, block)[:, None], block_axes(state, block)[:, None]
         d_point = (v + cross(omega, point)) * moves
-        # Of a sole that sticks every point is held, so it does not matter how the lowest one moves over it.
+        # Of a sole that sticks every point is held, so it does not matter how the lowest one moves
+        # over it.
         if block.lowest and block.size < 6:
-            d_point += (omega * moves) @ lowest_point_turned(block, state.rotation[:, block.body]).swapaxes(1, 2)
+            d_point += (omega * moves) @ lowest_point_turned(
+                block, state.rotation[:, block.body]
+            ).swapaxes(1, 2)
         d_axes = cross((omega * moved_by(state, block.axes_body)[:, None])[:, :, None], axes)
         change = wrenches(point, d_axes, forces)
         change[:, :, :forces, :3] += cross(d_point[:, :, None], axes[:, :, :forces])
         # A column behind joint k changes by J_k × J_a.
         carried = block_wrenches(state, block)[:, None] @ J_cross
-        change, carried = (np.ascontiguousarray(part.transpose(0, 2, 3, 1)) for part in (change, carried))
+        change, carried = (
+            np.ascontiguousarray(part.transpose(0, 2, 3, 1)) for part in (change, carried)
+        )
         signed_J, dJ = (J * row_signs(state, block)[:, None])[:, None], out[:, rows]
         np.matmul(signed_J, carried, out=dJ)
         dJ *= turned.T
@@ -164,9 +218,18 @@ def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock],
     return out
 
 
-def _solved(landing: Landing, equation: Equation, solution: Solution, right: Array, left: Array) -> tuple[Array, Array]:
-    """Derivatives of ẏ (N, ny, m) and λ (N, nc, m). Args: right (N, ny, m) and left (N, nc, m), as in the module's text."""
-    (n, nc), ny, most = left.shape[:2], right.shape[1], landing.most_independent(equation.state, equation.blocks)
+def _solved(
+    landing: Landing, equation: Equation, solution: Solution, right: Array, left: Array
+) -> tuple[Array, Array]:
+    """Derivatives of ẏ (N, ny, m) and λ (N, nc, m).
+
+    Args: right (N, ny, m) and left (N, nc, m), as in the module's text.
+    """
+    (n, nc), ny, most = (
+        left.shape[:2],
+        right.shape[1],
+        landing.most_independent(equation.state, equation.blocks),
+    )
     # Rows that depend on others are replaced by zeros, and so are their impulses.
     chosen = np.ones((n, nc))
     for k, choice in solution.choices.items():
@@ -178,13 +241,19 @@ def _solved(landing: Landing, equation: Equation, solution: Solution, right: Arr
         X, Z = inverse @ J_c.swapaxes(1, 2), inverse @ right
         A = J_c @ X + (1.0 - chosen)[..., None] * np.eye(nc)
         d_impulse = -np.linalg.solve(A, left * chosen[..., None] + J_c @ Z)
-    return Z + X @ d_impulse, np.where((chosen != 0.0).all(axis=1)[:, None, None], d_impulse, np.nan)
+    return Z + X @ d_impulse, np.where(
+        (chosen != 0.0).all(axis=1)[:, None, None], d_impulse, np.nan
+    )
 
 
-def _jump_rates(p: Array, J: Array, moves: Array, twists: Array, fixed: Array, d_qd: Array, out: Array) -> None:
-    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins: by their joint velocities, and as they turn.
+def _jump_rates(
+    p: Array, J: Array, moves: Array, twists: Array, fixed: Array, d_qd: Array, out: Array
+) -> None:
+    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins: by their joint
+    velocities, and as they turn.
 
-    A body behind joint k turns with it, ω_k × (Δω, Δv), but for the part that joints ahead of it cause.
+    A body behind joint k turns with it, ω_k × (Δω, Δv), but for the part that joints ahead of it
+    cause.
     """
     (n, nb), nv = p.shape[:2], d_qd.shape[1]
     at = np.zeros((n, nb, 6, 6))  # to the frame's origin: v + ω × p
@@ -195,5 +264,9 @@ def _jump_rates(p: Array, J: Array, moves: Array, twists: Array, fixed: Array, d
     less = (at @ fixed).reshape(n, 18 * nb, nv)
     less += turning @ J[:, :3]
     less *= np.repeat(moves, 18, axis=0)
-    np.matmul((at @ J) * np.repeat(moves, 6, axis=0), d_qd.reshape(n, nv, 3 * nv), out=out.reshape(n, 6 * nb, 3 * nv))
+    np.matmul(
+        (at @ J) * np.repeat(moves, 6, axis=0),
+        d_qd.reshape(n, nv, 3 * nv),
+        out=out.reshape(n, 6 * nb, 3 * nv),
+    )
     out -= less.reshape(out.shape)

@@ -1,4 +1,6 @@
-"""How an impact responds to the drives: the same landing with other inertias, in closed form or solved anew."""
+"""How an impact responds to the drives: the same landing with other inertias, in closed form or
+solved anew.
+"""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -30,7 +32,8 @@ class DriveResponse(NamedTuple):
         columns: (n,) their joint velocities.
         solution: of Eq. 4 as modelled, then of unit impulses of each of these drives.
         jumps: (1, nb, 6, 1 + n) of the bodies, likewise, body axes.
-        moments: (1, nb, 3, 1 + n) that these impulses give to the bodies that carry rotors, world axes.
+        moments: (1, nb, 3, 1 + n) that these impulses give to the bodies that carry rotors, world
+            axes.
     """
 
     box: DriveBox
@@ -76,7 +79,10 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
     unheld = solve_inertia(equation.inertia, reduced[None])
     held = solve_in_doubles(landing, equation._replace(b=equation.J_c @ unheld))
-    independent = {k: np.column_stack([part[:, 3:], held.independent[k]]) for k, part in modelled.independent.items()}
+    independent = {
+        k: np.column_stack([part[:, 3:], held.independent[k]])
+        for k, part in modelled.independent.items()
+    }
     solution = modelled._replace(
         delta_qd=np.concatenate([modelled.delta_qd[..., 3:], unheld + held.delta_qd], axis=2),
         impulse=np.concatenate([modelled.impulse[..., 3:], held.impulse], axis=2),
@@ -89,7 +95,9 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     box = DriveBox(rates[:, 1:], rates[:, 0], less, more, mobility)
     jumps = jumps_of(landing, delta_qd, equation.state)
     none = np.zeros((1, *moments.shape[:2], 1))
-    return DriveResponse(box, columns, solution, jumps, np.append(none, moments[None, ..., columns], axis=3))
+    return DriveResponse(
+        box, columns, solution, jumps, np.append(none, moments[None, ..., columns], axis=3)
+    )
 
 
 def _turns(landing: PosedLanding) -> tuple[Array, Array]:
@@ -98,11 +106,14 @@ def _turns(landing: PosedLanding) -> tuple[Array, Array]:
     ω is that of the link that carries the rotor. Of a drive that may be infinite, which is a joint
     that is held, the joint's own rate counts alone.
 
-    Returns: the impulses (nv, nv) of unit ones of each drive along the joint velocities, as columns;
-        and their moments (nb, 3, nv) on the links that carry rotors, world axes.
+    Returns: the impulses (nv, nv) of unit ones of each drive along the joint velocities, as
+        columns; and their moments (nb, 3, nv) on the links that carry rotors, world axes.
     """
     robot, model, J = landing.robot, landing.joint_model, landing.state.J[0, :3]
-    turns, moments = np.eye(len(model.armature)), np.zeros((len(robot.bodies), 3, len(model.armature)))
+    turns, moments = (
+        np.eye(len(model.armature)),
+        np.zeros((len(robot.bodies), 3, len(model.armature))),
+    )
     coupling = np.where(np.isinf(model.high), 0.0, model.coupling)
     for v, body in geared_bodies(robot, coupling):
         parent, moment = robot.parents[body], model.per_turn[v] * J[:, v]

@@ -1,10 +1,11 @@
 """The ground beyond Eq. 4: contacts that slide (Coulomb friction), in double precision, not proven.
 
-A contact that is stopped along one direction of the ground alone has friction along that one. A flat contact does not tilt, nor
-twist if it is stopped in all directions, as in Eq. 4: its moments are as large as that takes, whatever the friction.
+A contact that is stopped along one direction of the ground alone has friction along that one. A
+flat contact does not tilt, nor twist if it is stopped in all directions, as in Eq. 4: its moments
+are as large as that takes, whatever the friction.
 
-The inertia and the rows of a landing in its posture go to the solver of `core.coulomb`, in the velocities with which its loops
-stay closed.
+The inertia and the rows of a landing in its posture go to the solver of `core.coulomb`, in the
+velocities with which its loops stay closed.
 """
 
 from collections.abc import Sequence
@@ -35,9 +36,11 @@ class FrictionResult(NamedTuple):
         state: "sticks", "slides" or "separates" (takes no impulse) for each.
         velocity: (c, 3) of the contact points after the impact, world axes [m/s].
         solutions: number of solutions found. For one contact these are all.
-        residual: largest deviation from Coulomb's and Newton's laws relative to the largest velocity of the contacts [1].
+        residual: largest deviation from Coulomb's and Newton's laws relative to the largest
+            velocity of the contacts [1].
         energy_lost: kinetic energy that the impact takes [J].
-        impact: with the impulses of friction, for the scene's strike only; None where all contacts stick as in Eq. 4.
+        impact: with the impulses of friction, for the scene's strike only; None where all contacts
+            stick as in Eq. 4.
     """
 
     state: tuple[str, ...]
@@ -49,10 +52,12 @@ class FrictionResult(NamedTuple):
 
 
 class FrictionProblem(NamedTuple):
-    """What impacts with friction depend on in N postures, for S strikes each, whatever the friction and the restitution.
+    """What impacts with friction depend on in N postures, for S strikes each, whatever the friction
+    and the restitution.
 
-    The m contacts are the contacts and standing feet, and behind them the end stops, which are contacts without friction. Each has
-    three rows, two tangents and a normal; nothing moves along those in which a contact is not stopped.
+    The m contacts are the contacts and standing feet, and behind them the end stops, which are
+    contacts without friction. Each has three rows, two tangents and a normal; nothing moves along
+    those in which a contact is not stopped.
 
     Attributes:
         A: (N, 3m, 3m) Delassus matrices [1/kg].
@@ -60,7 +65,8 @@ class FrictionProblem(NamedTuple):
         restitution: (N, m) e of the scene along the normals.
         stops: number of end stops.
         by_impulse: (N, ny, 3m) jumps of the free velocities for unit impulses.
-        stop: (N, ny) jumps with which what turns on a sole stops turning, whatever the impulses [rad/s, m/s].
+        stop: (N, ny) jumps with which what turns on a sole stops turning, whatever the impulses
+            [rad/s, m/s].
     """
 
     A: Array
@@ -70,21 +76,35 @@ class FrictionProblem(NamedTuple):
     by_impulse: Array
     stop: Array
 
-    def impulses(self, mu: Array | float, restitution: float | None = None) -> tuple[Array, dict[int, SolveError]]:
-        """The impulses (N, S, 3m) of the contacts [N s], NaN where there are none, and the first reason why in each posture.
+    def impulses(
+        self, mu: Array | float, restitution: float | None = None
+    ) -> tuple[Array, dict[int, SolveError]]:
+        """The impulses (N, S, 3m) of the contacts [N s], NaN where there are none, and the first
+        reason why in each posture.
 
         Args:
             mu: of each posture (N,), or of all.
-            restitution: of the contacts and standing feet along their normals; by default the scene's.
+            restitution: of the contacts and standing feet along their normals; by default the
+                scene's.
         """
         (N, S, m, _), failures = self.before.shape, dict[int, SolveError]()
         mu = np.broadcast_to(mu, N)
         impulses = np.full((N, S, 3 * m), np.nan)
         if m == 1:
-            A, before, each = np.repeat(self.A, S, axis=0), self.before.reshape(-1, 3), np.repeat(mu, S)
-            e = np.repeat(self.restitution, S) if restitution is None else np.full(N * S, restitution)
+            A, before, each = (
+                np.repeat(self.A, S, axis=0),
+                self.before.reshape(-1, 3),
+                np.repeat(mu, S),
+            )
+            e = (
+                np.repeat(self.restitution, S)
+                if restitution is None
+                else np.full(N * S, restitution)
+            )
             known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
-            impulses.reshape(-1, 3)[known] = solve_each(A[known], before[known], each[known], e[known])
+            impulses.reshape(-1, 3)[known] = solve_each(
+                A[known], before[known], each[known], e[known]
+            )
         for i, s in np.argwhere(np.isnan(impulses).any(axis=2)).tolist():
             try:
                 impulses[i, s] = self.solved(float(mu[i]), restitution, (i, s))[0].impulse.ravel()
@@ -92,7 +112,9 @@ class FrictionProblem(NamedTuple):
                 failures.setdefault(i, error)
         return impulses, failures
 
-    def solved(self, mu: float, restitution: float | None = None, of: tuple[int, int] = (0, 0)) -> tuple[FrictionImpact, int]:
+    def solved(
+        self, mu: float, restitution: float | None = None, of: tuple[int, int] = (0, 0)
+    ) -> tuple[FrictionImpact, int]:
         """One impact with a coefficient of friction, and the number of solutions that were found.
 
         Args:
@@ -107,19 +129,29 @@ class FrictionProblem(NamedTuple):
         if restitution is not None:
             e[:m] = restitution
         try:
-            solutions = solve_friction(self.A[of[0]], self.before[of], np.repeat([mu, 0.0], [m, self.stops]), e)
+            solutions = solve_friction(
+                self.A[of[0]], self.before[of], np.repeat([mu, 0.0], [m, self.stops]), e
+            )
         except (np.linalg.LinAlgError, ValueError) as refusal:
             raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
         if not solutions:
             raise SolveError(
-                f"no verdict: no impulse was found that obeys Coulomb's law with a friction of {mu:g}; take another one"
+                f"no verdict: no impulse was found that obeys Coulomb's law with a friction of "
+                f"{mu:g}; take another one"
             )
         # Of several solutions that in which the contacts stick is the one of Eq. 4.
-        best = min(solutions, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
+        best = min(
+            solutions,
+            key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}),
+        )
         if best.gains_energy:
-            gained = f"with friction {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J"
+            gained = (
+                f"with friction {mu:g} and the restitution of the contacts the impact would gain "
+                f"{best.energy:.3g} J"
+            )
             raise SolveError(
-                f"no verdict: {gained} of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take "
+                f"no verdict: {gained} of kinetic energy (Newton's restitution is not valid where "
+                f"slip stops or reverses); take "
                 "less restitution"
             )
         return best, len(solutions)
@@ -131,14 +163,19 @@ class FrictionProblem(NamedTuple):
 
     def part(self, postures: np.ndarray) -> "FrictionProblem":
         """The same in some of the postures."""
-        return FrictionProblem._make(part[postures] if isinstance(part, np.ndarray) else part for part in self)
+        return FrictionProblem._make(
+            part[postures] if isinstance(part, np.ndarray) else part for part in self
+        )
 
     def scaled(self, factor: float) -> "FrictionProblem":
         """The same with all velocities before the impact times a factor above zero."""
         return self._replace(before=factor * self.before, stop=factor * self.stop)
 
     def delta(self, impulses: Array) -> Array:
-        """Jumps (N, S, ny) of the free velocities. Args: impulses (N, S, 3m), as `impulses` gives them."""
+        """Jumps (N, S, ny) of the free velocities.
+
+        Args: impulses (N, S, 3m), as `impulses` gives them.
+        """
         return np.asarray(self.stop[:, None] + impulses @ np.swapaxes(self.by_impulse, 1, 2))
 
 
@@ -151,11 +188,17 @@ def friction_problem(landing: PosedLanding) -> FrictionProblem:
     return _problem_of(landing.without_stops)[0]
 
 
-def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, tuple[ConstraintBlock, ...]]:
+def _problem_of(
+    landing: PosedLanding,
+) -> tuple[FrictionProblem, ContactRows, tuple[ConstraintBlock, ...]]:
     """The problem, the rows of contacts and standing feet, and the end stops."""
     rows = contact_rows(landing)
     m = int(rows.number[-1]) + 1
-    nothing: tuple[tuple[ConstraintBlock, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
+    nothing: tuple[tuple[ConstraintBlock, ...], Array, Array] = (
+        (),
+        np.zeros((0, landing.robot.model.nv)),
+        np.zeros(0),
+    )
     stops, along, speeds = stop_rows(landing) if landing.scene.stops else nothing
     along = along if rows.equation.G is None else along @ rows.equation.G[0]
     before, J = np.zeros(3 * (m + len(stops))), np.zeros((3 * (m + len(stops)), len(rows.M)))
@@ -167,19 +210,25 @@ def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, tu
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict with friction: {refusal}") from None
     A, velocities = (J @ by_impulse)[None], before.reshape(1, 1, -1, 3)
-    problem = FrictionProblem(A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None])
+    problem = FrictionProblem(
+        A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]
+    )
     return problem, rows, stops
 
 
-def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tuple[FrictionProblem, Array] | None:
-    """The problem in N postures, in each of which all rows are independent, and the rows (3m, nc) of contacts in those of Eq. 4.
+def friction_problems(
+    landing: Landing, equation: Equation, speeds: Array
+) -> tuple[FrictionProblem, Array] | None:
+    """The problem in N postures, in each of which all rows are independent, and the rows (3m, nc)
+    of contacts in those of Eq. 4.
 
     Args:
         landing: the landing, without end stops.
         equation: Eq. 4 in the postures.
         speeds: (N, S, nc) that each strike's impact undoes along its rows [m/s].
 
-    Returns: None where rows are held rigidly, so that each posture has a separate problem, as `friction_problem` has it.
+    Returns: None where rows are held rigidly, so that each posture has a separate problem, as
+        `friction_problem` has it.
     """
     layout = row_layout(equation.blocks)
     e, normal = layout.restitution, layout.place == 2
@@ -192,17 +241,25 @@ def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tu
     J = to_contacts @ equation.J_c
     by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
     restitution = np.broadcast_to(e[normal], (len(J), np.sum(normal)))
-    return FrictionProblem(J @ by_impulse, before, restitution, 0, by_impulse, np.zeros(by_impulse.shape[:2])), to_contacts
+    return FrictionProblem(
+        J @ by_impulse, before, restitution, 0, by_impulse, np.zeros(by_impulse.shape[:2])
+    ), to_contacts
 
 
 def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
-    """Problems with as many contacts, stops, free velocities and strikes each as one, in the postures of all of them."""
+    """Problems with as many contacts, stops, free velocities and strikes each as one, in the
+    postures of all of them.
+    """
     parts = zip(*problems, strict=True)
-    return FrictionProblem._make(np.concatenate(part) if isinstance(part[0], np.ndarray) else part[0] for part in parts)
+    return FrictionProblem._make(
+        np.concatenate(part) if isinstance(part[0], np.ndarray) else part[0] for part in parts
+    )
 
 
 class _Slipping(DoubleImpact):
-    """An impact with friction in N postures for S strikes: its columns are of unit impulses along the 3m rows of contacts."""
+    """An impact with friction in N postures for S strikes: its columns are of unit impulses along
+    the 3m rows of contacts.
+    """
 
     impulses: Array
     """(N, S, 3m) along these rows [N s]; NaN where an impact has to be looked at by itself."""
@@ -214,10 +271,12 @@ class _Slipping(DoubleImpact):
 
 @memoized()
 def with_friction(impact: DoubleImpact) -> _Slipping | None:
-    """An impact in N postures for S strikes with the scene's friction, as `friction_of` has each; computed once.
+    """An impact in N postures for S strikes with the scene's friction, as `friction_of` has each;
+    computed once.
 
-    Returns: None where it has to be computed in each posture by itself, because flat contacts or loops hold rows rigidly, or stops
-        count. Quantities are NaN where that holds for one posture: rows are redundant, or friction has no solution.
+    Returns: None where it has to be computed in each posture by itself, because flat contacts or
+        loops hold rows rigidly, or stops count. Quantities are NaN where that holds for one
+        posture: rows are redundant, or friction has no solution.
     """
     landing, equation, mu = impact.landing, impact.equation, impact.landing.scene.friction
     assert mu is not None
@@ -229,15 +288,20 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
     jumps = jumps_of(landing, equation.full(problem.by_impulse), equation.state, bodies)
     # Of the solution of Eq. 4 only these are read.
     impulse = np.broadcast_to(to_contacts.T, (n, *to_contacts.T.shape))
-    solution = Solution(problem.by_impulse, impulse, np.ones((n, size)), np.full(n, size), np.ones(n), {}, {})
-    slipping = _Slipping(landing, equation, solution, jumps, bodies, impact.strikes, vars(impact).get("inertias"))
+    solution = Solution(
+        problem.by_impulse, impulse, np.ones((n, size)), np.full(n, size), np.ones(n), {}, {}
+    )
+    slipping = _Slipping(
+        landing, equation, solution, jumps, bodies, impact.strikes, vars(impact).get("inertias")
+    )
     slipping.impulses = np.where(impact.clear[:, None, None], problem.impulses(mu)[0], np.nan)
     return slipping
 
 
 @memoized()
 def friction_of(landing: PosedLanding) -> FrictionResult:
-    """The landing with the scene's coefficient of friction; its end stops are contacts without friction.
+    """The landing with the scene's coefficient of friction; its end stops are contacts without
+    friction.
 
     Impulses along redundant rows are one solution of many, with the same effect.
 
@@ -259,7 +323,10 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         rows.turn.T @ best.impulse[:m].ravel()[rows.index],
         pushed[pushed > 0.0],
     )
-    closing, rigid = equation.H[0] @ moved - equation.J_c[0].T @ impulse[0, :, 3], np.flatnonzero(rows.rigid)
+    closing, rigid = (
+        equation.H[0] @ moved - equation.J_c[0].T @ impulse[0, :, 3],
+        np.flatnonzero(rows.rigid),
+    )
     impulse[0, rigid, 3] = np.linalg.lstsq(equation.J_c[0, rigid].T, closing, rcond=1e-10)[0]
     # What is linear in the strike does not exist: friction is not.
     delta = np.full((1, len(moved), 4), np.nan)
@@ -269,9 +336,17 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     bounces[rows.number[rows.place < 2]] = rows.restitution[rows.place < 2] > 0.0
     impact = None
     if set(best.state[:m]) != {"sticks"} or np.any(tangential & bounces):
-        jumps, plain = jumps_of(landing, equation.full(delta), equation.state), solve_in_doubles(unstopped, rows.equation)
+        jumps, plain = (
+            jumps_of(landing, equation.full(delta), equation.state),
+            solve_in_doubles(unstopped, rows.equation),
+        )
         freeze(impulse, delta, jumps)
-        impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
+        impact = DoubleImpact(
+            landing,
+            equation,
+            Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}),
+            jumps,
+        )
         freeze(impact.delta_qd)
         if plain.choices:
             impact.unique[0, :unstopped_rows] = plain.choices[0].unique
@@ -289,7 +364,8 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
 
 
 def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
-    """Velocities (m, 3) of contacts after the impact along the directions in which they slide freely, world axes [m/s].
+    """Velocities (m, 3) of contacts after the impact along the directions in which they slide
+    freely, world axes [m/s].
 
     Args:
         landing: in its posture.
@@ -299,24 +375,35 @@ def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
     slip, state = np.zeros((len(axes), 3)), landing.state
     for k in np.unique(np.argwhere(~axes.any(axis=2))[:, 0]).tolist():
         block = landing.blocks[k]
-        jump = (block_wrenches(state, block._replace(forces=np.eye(3), moments=NO_AXES)) @ state.J)[0]
+        jump = (block_wrenches(state, block._replace(forces=np.eye(3), moments=NO_AXES)) @ state.J)[
+            0
+        ]
         jump = (jump * state.ancestors[block.body]) @ delta_qd[0]
-        slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ (contact_velocity(landing, state, block)[0] + jump)
+        slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ (
+            contact_velocity(landing, state, block)[0] + jump
+        )
     return slip
 
 
 def may_gain_with_friction(impact: DoubleImpact) -> np.ndarray:
-    """Whether (N, S) the scene's friction with the contacts' restitution may be refused, as by `friction_of`, for a gain of energy.
+    """Whether (N, S) the scene's friction with the contacts' restitution may be refused, as by
+    `friction_of`, for a gain of energy.
 
-    A contact gives λ_n (−(1 − e) |v_n⁻| − µ (|v_t⁺| + d·v_t⁻)) / 2 of it, with the direction d of the slip, so that only landings
-    with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved. Without restitution none gains: λᵀ v⁺ ≤ 0.
+    A contact gives λ_n (−(1 − e) |v_n⁻| − µ (|v_t⁺| + d·v_t⁻)) / 2 of it, with the direction d of
+    the slip, so that only landings with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved. Without
+    restitution none gains: λᵀ v⁺ ≤ 0.
     """
     landing, velocity, mu = impact.landing, impact.base_velocities, impact.landing.scene.friction
-    e, normals = (np.array(values) for values in zip(*((c.restitution, c.normal) for c in landing.contacts), strict=True))
+    e, normals = (
+        np.array(values)
+        for values in zip(*((c.restitution, c.normal) for c in landing.contacts), strict=True)
+    )
     if mu is None or not e.any():
         return np.zeros(velocity.shape[:2], dtype=bool)
     along = np.sum(impact.approach * normals, axis=-1)
     across = np.linalg.norm(impact.approach - along[..., None] * normals, axis=-1)
     doubtful = ((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)
     slipping = with_friction(impact) if doubtful.any() else None
-    return np.asarray(doubtful if slipping is None else doubtful & np.isnan(slipping.impulses).any(axis=-1))
+    return np.asarray(
+        doubtful if slipping is None else doubtful & np.isnan(slipping.impulses).any(axis=-1)
+    )

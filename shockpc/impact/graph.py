@@ -1,4 +1,6 @@
-"""Programs of a landing in any posture, made by symbols: what no program can say is refused by name, and what was made is kept."""
+"""Programs of a landing in any posture, made by symbols: what no program can say is refused by
+name, and what was made is kept.
+"""
 
 import functools
 import hashlib
@@ -23,13 +25,17 @@ from shockpc.text.cache import cached, version_of_code
 from shockpc.text.errors import SceneError, StudyError
 
 Before: TypeAlias = Literal["strike", "velocity"]
-"""What is given of the motion before the impact: the base's velocity (3,), world axes, or that of all joints (nv,)."""
+"""What is given of the motion before the impact: the base's velocity (3,), world axes, or that of
+all joints (nv,).
+"""
 
 Formulas: TypeAlias = Callable[[Impact], list[Any]]
 """What is computed of an impact, as arrays of numbers."""
 
 FEW = 128
-"""Rows up to which CasADi's virtual machine takes less time than NumPy, which runs each step for all rows."""
+"""Rows up to which CasADi's virtual machine takes less time than NumPy, which runs each step for
+all rows.
+"""
 
 ROOMS = ("core", "landing", "impact", "quantities")
 """Folders whose code decides what a program computes."""
@@ -89,7 +95,9 @@ class Graph(NamedTuple):
         return self._program("values", lambda symbols, y, q, before, robot: y)
 
     def slopes(self) -> Compiled:
-        """The same with their derivatives (m, nv + given) by the tangent of q, Pinocchio's layout, and by what is before."""
+        """The same with their derivatives (m, nv + given) by the tangent of q, Pinocchio's layout,
+        and by what is before.
+        """
         return self._program("slopes", lambda symbols, *arguments: symbols.with_slopes(*arguments))
 
     def _program(self, name: str, outputs: Callable[..., Any]) -> Compiled:
@@ -99,29 +107,44 @@ class Graph(NamedTuple):
                 q, before, y = symbols.traced(self.landing, self.given, self.formulas)
             except SingularError as singular:
                 raise singular_landing(self.landing, singular) from None
-            program, text = symbols.compiled((q, before), outputs(symbols, y, q, before, self.landing.robot))
+            program, text = symbols.compiled(
+                (q, before), outputs(symbols, y, q, before, self.landing.robot)
+            )
             return {"text": np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays()}
 
         arrays = kept(self.landing, (name, self.before, self.label), make)
         return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
 
 
-def kept(landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mapping[str, Any]]) -> dict[str, np.ndarray]:
-    """Arrays that are made of a landing, or were in an earlier run. Args: label, all that they depend on beside the landing."""
+def kept(
+    landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mapping[str, Any]]
+) -> dict[str, np.ndarray]:
+    """Arrays that are made of a landing, or were in an earlier run.
+
+    Args: label, all that they depend on beside the landing.
+    """
 
     def content() -> bytes:
         file = io.BytesIO()
         np.savez_compressed(file, allow_pickle=False, **make())
         return file.getvalue()
 
-    key = hashlib.sha256(b"\0".join(_parts((version_of_code(ROOMS), *label, *_of_landing(landing)))))
-    with np.load(io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", content)), allow_pickle=False) as arrays:
+    key = hashlib.sha256(
+        b"\0".join(_parts((version_of_code(ROOMS), *label, *_of_landing(landing))))
+    )
+    with np.load(
+        io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", content)), allow_pickle=False
+    ) as arrays:
         return dict(arrays)
 
 
 def singular_landing(landing: PosedLanding, singular: SingularError) -> Exception:
     """Why a landing has no program."""
-    return without_inertia(landing, landing.equation(landing.state)) if singular.of_inertia else _dependent(landing)
+    return (
+        without_inertia(landing, landing.equation(landing.state))
+        if singular.of_inertia
+        else _dependent(landing)
+    )
 
 
 def symbols_module() -> Any:
@@ -146,8 +169,16 @@ def refuse(landing: PosedLanding) -> None:
     """
     scene = landing.scene
     for found, what, change in (
-        (landing.loops, "is closed by a loop, whose postures come from an assembly,", "take a model without the loop"),
-        (scene.stops, "has end stops that act, found by a complementarity problem,", "leave stops out"),
+        (
+            landing.loops,
+            "is closed by a loop, whose postures come from an assembly,",
+            "take a model without the loop",
+        ),
+        (
+            scene.stops,
+            "has end stops that act, found by a complementarity problem,",
+            "leave stops out",
+        ),
         (
             scene.friction is not None,
             "has friction, so that contacts stick or slide,",
@@ -158,20 +189,33 @@ def refuse(landing: PosedLanding) -> None:
             "has a contact stiffness, with which forces are integrals over time,",
             "leave it out",
         ),
-        (landing.robot.negative_moments, "has negative principal moments of inertia", "correct them in the file"),
+        (
+            landing.robot.negative_moments,
+            "has negative principal moments of inertia",
+            "correct them in the file",
+        ),
     ):
         if found:
-            raise SceneError(f'a landing of robot "{landing.robot.name}" that {what} cannot be written in symbols; {change}')
+            raise SceneError(
+                f'a landing of robot "{landing.robot.name}" that {what} cannot be written in '
+                f"symbols; {change}"
+            )
     for block, posed in zip(landing.contacts + landing.stance, landing.blocks, strict=True):
         if block.kind == "stop":
-            raise SceneError(f"{block.name} cannot be written in symbols; name a frame as the contact", blocks=[block.frame])
+            raise SceneError(
+                f"{block.name} cannot be written in symbols; name a frame as the contact",
+                blocks=[block.frame],
+            )
         if block.lowest:
             frame = landing.robot.frames[block.frame]
-            offset = ",".join(f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0)
+            offset = ",".join(
+                f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0
+            )
             raise SceneError(
-                f"{block.name} strikes at its lowest point, which jumps as postures change, so it has no symbols; "
-                f"take the frame's origin (--contact-point frame), or the point of this posture: --offset {offset}"
-                + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
+                f"{block.name} strikes at its lowest point, which jumps as postures change, so it "
+                f"has no symbols; "
+                f"take the frame's origin (--contact-point frame), or the point of this posture: "
+                f"--offset {offset}" + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
                 blocks=[block.frame],
             )
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
@@ -189,7 +233,8 @@ def refuse(landing: PosedLanding) -> None:
 def _dependent(landing: PosedLanding) -> SceneError:
     names = [block.name for block in landing.blocks]
     return SceneError(
-        f"the rows of {', '.join(names)} depend on one another in every posture, and which of them count is decided by singular "
+        f"the rows of {', '.join(names)} depend on one another in every posture, and which of them "
+        f"count is decided by singular "
         "values, so they cannot be written in symbols; leave a direction or a contact out",
         blocks=[block.frame for block in landing.blocks],
     )
@@ -199,13 +244,23 @@ def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:
     """What a program depends on: the numbers and the tree of the robot, and how it lands."""
     robot = landing.robot
     return (
-        *(data_of(robot), robot.joints, robot.mimics, robot.bodies, repr(landing.scene), landing.plane, landing.up),
+        *(
+            data_of(robot),
+            robot.joints,
+            robot.mimics,
+            robot.bodies,
+            repr(landing.scene),
+            landing.plane,
+            landing.up,
+        ),
         *(landing.blocks, tuple(landing.joint_model), landing.before, repr(landing.pulse)),
     )
 
 
 def _parts(value: Any) -> Iterator[bytes]:
-    """A value as bytes, the same in every process: arrays by their numbers, collections by their entries."""
+    """A value as bytes, the same in every process: arrays by their numbers, collections by their
+    entries.
+    """
     if isinstance(value, np.ndarray):
         yield f"{value.dtype}{value.shape}".encode()
         yield np.ascontiguousarray(value).tobytes()
@@ -220,5 +275,8 @@ def _parts(value: Any) -> Iterator[bytes]:
 
 
 def inputs_of(graph: Graph, Q: Array, before: Array) -> Array:
-    """Inputs (N, nq + given) of a graph's programs. Args: Q (N, nq) configurations, before ([N,] given)."""
+    """Inputs (N, nq + given) of a graph's programs.
+
+    Args: Q (N, nq) configurations, before ([N,] given).
+    """
     return np.concatenate([Q, np.broadcast_to(before, (len(Q), graph.given))], axis=1)

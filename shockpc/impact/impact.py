@@ -1,7 +1,9 @@
-"""An impact: the solution of Eq. 4, the jumps of the bodies, and all that follows from them by the laws of rigid bodies.
+"""An impact: the solution of Eq. 4, the jumps of the bodies, and all that follows from them by the
+laws of rigid bodies.
 
-One class for three arithmetics: N postures in doubles (`solve_impact`), one in balls, or any in symbols (`exact`). The arrays have
-the same shapes in all, so that a quantity is one function of an impact, whichever arithmetic it is evaluated in.
+One class for three arithmetics: N postures in doubles (`solve_impact`), one in balls, or any in
+symbols (`exact`). The arrays have the same shapes in all, so that a quantity is one function of an
+impact, whichever arithmetic it is evaluated in.
 """
 
 import functools
@@ -14,7 +16,15 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, body_jumps, cross, in_body_axes, velocity_at
-from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
+from shockpc.landing.constraints import (
+    ConstraintBlock,
+    Equation,
+    block_axes,
+    block_point,
+    block_wrenches,
+    row_jacobian,
+    slices_of,
+)
 from shockpc.landing.dynamics import Dynamics, Inertias, geared_bodies, spatial_inertias
 from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.landing import Landing, PosedLanding
@@ -24,7 +34,8 @@ from shockpc.landing.motion import twist_before
 class Impact:
     """An impact in N postures for S strikes each; arrays of doubles, or of balls with N = S = 1.
 
-    What is linear in the strike has k columns: for 1 m/s along world x, y and z, and for the landing's motion.
+    What is linear in the strike has k columns: for 1 m/s along world x, y and z, and for the
+    landing's motion.
 
     Attributes:
         landing: whose posture is one of them, or that they differ from.
@@ -32,10 +43,12 @@ class Impact:
         blocks: what is held, described.
         delta_qd: (N, nv, k) jumps of the joint velocities, Pinocchio's layout [rad/s, m/s].
         impulse: (N, nc, k) impulses along all rows, of the ground on the robot [N s].
-        independent_impulse: (N, nc, k) the same with none along rows that depend on others, which does the same to the robot.
+        independent_impulse: (N, nc, k) the same with none along rows that depend on others, which
+            does the same to the robot.
         unique: (N, nc) whether the impulse along a row is determined.
         speeds: (N, nc, k) speeds b that the impact undoes along each row [m/s, rad/s].
-        jumps: (N, nb, 6, k) jumps (Δω, Δv) of the bodies, body coordinates at their frames' origins (Eqs. 8 and 9).
+        jumps: (N, nb, 6, k) jumps (Δω, Δv) of the bodies, body coordinates at their frames' origins
+            (Eqs. 8 and 9).
     """
 
     landing: PosedLanding
@@ -52,7 +65,9 @@ class Impact:
     """Whether its numbers have values that can be compared; symbols have none."""
 
     moments: Any = None
-    """(N, nb, 3, k) impulsive moments on the bodies beside those of the rows, world axes [N m s]; None without."""
+    """(N, nb, 3, k) impulsive moments on the bodies beside those of the rows, world axes [N m s];
+    None without.
+    """
 
     strikes: Array | None = None
     """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's alone."""
@@ -67,7 +82,10 @@ class Impact:
         return values
 
     def rounded(self, values: Any, size: Callable[[Array], Any]) -> Array:
-        """Numbers of this impact's arithmetic as doubles. Args: size, of the doubles: their natural size, as for `to_double`."""
+        """Numbers of this impact's arithmetic as doubles.
+
+        Args: size, of the doubles: their natural size, as for `to_double`.
+        """
         del size
         return np.asarray(values, dtype=float)
 
@@ -75,7 +93,10 @@ class Impact:
         """What is linear in the strike (N, ..., k) for the strikes of this impact (N, S, ...)."""
         if self.strikes is None:
             return columns[:, None, ..., 3]
-        more, strikes = (None,) * (columns.ndim - 2), self.strikes if columns.shape[-1] == 3 else self._strike_change
+        more, strikes = (
+            (None,) * (columns.ndim - 2),
+            self.strikes if columns.shape[-1] == 3 else self._strike_change,
+        )
         total = columns[:, None, ..., 0] * strikes[..., 0][(..., *more)]
         for k in (1, 2):
             total += columns[:, None, ..., k] * strikes[..., k][(..., *more)]
@@ -91,7 +112,9 @@ class Impact:
         return self.strike_jumps[:, :, self._places_of(bodies)]
 
     def maps_of(self, bodies: Sequence[int]) -> Any:
-        """Jumps (N, n, 6, 3) of some bodies for strikes of 1 m/s along world x, y and z, body coordinates."""
+        """Jumps (N, n, 6, 3) of some bodies for strikes of 1 m/s along world x, y and z, body
+        coordinates.
+        """
         return self.jumps[:, self._places_of(bodies), :, :3]
 
     def _places_of(self, bodies: Sequence[int]) -> list[int]:
@@ -103,12 +126,23 @@ class Impact:
         return self.state.rotation[:, list(bodies)]
 
     def points(self, bodies: Sequence[int], r: Any) -> Any:
-        """Positions (N, n, 3) of points of bodies, world axes, from the base [m]. Args: r ([N,] n, 3) in their frames [m]."""
-        return self.state.position[:, list(bodies)] + (self.orientations(bodies) @ r[..., None])[..., 0]
+        """Positions (N, n, 3) of points of bodies, world axes, from the base [m].
+
+        Args: r ([N,] n, 3) in their frames [m].
+        """
+        return (
+            self.state.position[:, list(bodies)]
+            + (self.orientations(bodies) @ r[..., None])[..., 0]
+        )
 
     def velocities_before(self, bodies: Sequence[int], points: Any) -> Any:
-        """Velocities (N, S, n, 3) of points of bodies before the impact, world axes [m/s]. Args: points (N, n, 3), as above."""
-        twists = np.stack([twist_before(self.state, self.landing.before, body) for body in bodies], axis=1)
+        """Velocities (N, S, n, 3) of points of bodies before the impact, world axes [m/s].
+
+        Args: points (N, n, 3), as above.
+        """
+        twists = np.stack(
+            [twist_before(self.state, self.landing.before, body) for body in bodies], axis=1
+        )
         velocity = velocity_at(twists[..., :3], twists[..., 3:], points)[:, None]
         return velocity if self.strikes is None else velocity + self._strike_change[:, :, None]
 
@@ -116,12 +150,20 @@ class Impact:
     def base_velocities(self) -> Array:
         """(N, S, 3) velocities of the base before the impact, world axes [m/s]."""
         velocity = self.landing.before.velocity
-        return np.broadcast_to(velocity, (len(self.state.J), 3))[:, None] if self.strikes is None else self.strikes
+        return (
+            np.broadcast_to(velocity, (len(self.state.J), 3))[:, None]
+            if self.strikes is None
+            else self.strikes
+        )
 
     @property
     def _strike_change(self) -> Array:
         """(N, S, 3) by how much the velocity of the base differs from the landing's [m/s]."""
-        return np.zeros(3) if self.strikes is None else self.strikes - self.landing.before.velocity[..., None, :]
+        return (
+            np.zeros(3)
+            if self.strikes is None
+            else self.strikes - self.landing.before.velocity[..., None, :]
+        )
 
     @functools.cached_property
     def contacts(self) -> tuple[ConstraintBlock, ...]:
@@ -135,14 +177,18 @@ class Impact:
         velocities = self.velocities_before([block.body for block in self.contacts], points)
         for k, block in enumerate(self.contacts):
             if block.kind == "stop":
-                velocities[:, :, k] = velocity_at_stop(self.state, block, self.landing.before)[:, None]
+                velocities[:, :, k] = velocity_at_stop(self.state, block, self.landing.before)[
+                    :, None
+                ]
             if block.velocity is not None:
                 velocities[:, :, k] = self.exact(block.velocity)[..., None, :]
         return velocities
 
     @property
     def reference_velocities(self) -> Any:
-        """Velocities (N, S, k, 3) before the impact of which the fastest normalises shock: contacts, or centre of mass [m/s]."""
+        """Velocities (N, S, k, 3) before the impact of which the fastest normalises shock:
+        contacts, or centre of mass [m/s].
+        """
         if self.landing.scene.v_in != "com":
             return self.approach
         bodies, masses, coms = self._moving
@@ -152,13 +198,17 @@ class Impact:
 
     @functools.cached_property
     def v_in(self) -> Any:
-        """Speed (N, S) by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
+        """Speed (N, S) by which shock is normalised, of the fastest contact or of the centre of
+        mass [m/s].
+        """
         speeds = norm(self.reference_velocities)
         return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
 
     @functools.cached_property
     def inertias(self) -> Inertias:
-        """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one for all."""
+        """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one
+        for all.
+        """
         return Inertias.of(self.landing.robot, self.landing.joint_model)
 
     @property
@@ -173,44 +223,63 @@ class Impact:
 
     @functools.cached_property
     def com(self) -> Any:
-        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]; a fixed base is left out."""
+        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]; a fixed
+        base is left out.
+        """
         bodies, masses, coms = self._moving
-        return np.sum(self.points(bodies, coms) * masses[..., None], axis=1) / np.sum(masses, axis=-1)[:, None]
+        return (
+            np.sum(self.points(bodies, coms) * masses[..., None], axis=1)
+            / np.sum(masses, axis=-1)[:, None]
+        )
 
     @property
     def _moving(self) -> tuple[range, Any, Any]:
         """The bodies that can move, their masses and centres of mass."""
         movable = self.landing.robot.movable(self.landing.base)
-        return range(len(self.landing.robot.bodies))[movable], self.masses[:, movable], self.coms[:, movable]
+        return (
+            range(len(self.landing.robot.bodies))[movable],
+            self.masses[:, movable],
+            self.coms[:, movable],
+        )
 
     @functools.cached_property
     def joint_origins(self) -> Any:
-        """Origins (N, n, 3) of the frames of the robot's `single_joints`, world axes, from the base [m]."""
+        """Origins (N, n, 3) of the frames of the robot's `single_joints`, world axes, from the base
+        [m].
+        """
         robot = self.landing.robot
         moved = [i for i, joint in enumerate(robot.joints) for _ in joint.parts or (joint,)]
         return self.points(moved, robot.joint_origins(self.state.Q))
 
     @property
     def spatial_inertias(self) -> Any:
-        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes, as `landing.dynamics.spatial_inertias`."""
+        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes, as
+        `landing.dynamics.spatial_inertias`.
+        """
         return spatial_inertias(self.landing.robot, self.state, self.inertias)
 
     @functools.cached_property
     def joint_loads(self) -> Any:
-        """Wrench (N, S, nb, 6) that every body receives through its joint, about the base and in world axes.
+        """Wrench (N, S, nb, 6) that every body receives through its joint, about the base and in
+        world axes.
 
-        Leaf to root F_i = I_i ΔV_i − f_i + Σ F_child. That of a free base is what is left over, and is zero.
+        Leaf to root F_i = I_i ΔV_i − f_i + Σ F_child. That of a free base is what is left over, and
+        is zero.
         """
         robot = self.landing.robot
         parents, R = robot.parents, self.state.rotation[:, None]
-        omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.strike_jumps, 2, axis=-1))
+        omega, v = (
+            (R @ part[..., None])[..., 0] for part in np.split(self.strike_jumps, 2, axis=-1)
+        )
         twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
         loads = (self.spatial_inertias[:, None] @ twists[..., None])[..., 0]
         if self.moments is not None:
             loads[..., :3] -= self.along(self.moments)
         impulse = self.along(self.impulse)
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
-            wrench = (impulse[..., None, rows] @ block_wrenches(self.state, block)[:, None])[..., 0, :]
+            wrench = (impulse[..., None, rows] @ block_wrenches(self.state, block)[:, None])[
+                ..., 0, :
+            ]
             for body, sign in ((block.body, 1), (block.other, -1)):
                 if body >= 0:
                     loads[:, :, body] -= sign * wrench
@@ -222,25 +291,39 @@ class Impact:
 
     @functools.cached_property
     def rotor_moments(self) -> Any:
-        """Moments c a (a·Δω) (N, S, nb, 3) that `spatial_inertias` has of each body for the coupling of its joint, world axes.
+        """Moments c a (a·Δω) (N, S, nb, 3) that `spatial_inertias` has of each body for the
+        coupling of its joint, world axes.
 
         They are of the rotor, which the body's parent carries, so they do not go through the joint.
         """
         moments = 0.0 * self.strike_jumps[..., :3]
         for v, body in geared_bodies(self.landing.robot, self.inertias.coupling):
-            omega = (self.state.rotation[:, None, body] @ self.strike_jumps[:, :, body, :3, None])[..., 0]
-            axis, coupling = self.state.J[:, None, :3, v], self.exact(self.inertias.coupling[:, None, v])
+            omega = (self.state.rotation[:, None, body] @ self.strike_jumps[:, :, body, :3, None])[
+                ..., 0
+            ]
+            axis, coupling = (
+                self.state.J[:, None, :3, v],
+                self.exact(self.inertias.coupling[:, None, v]),
+            )
             moments[:, :, body] = axis * (coupling * np.sum(axis * omega, axis=-1))[..., None]
         return moments
 
     def joint_power(self, joints: Sequence[tuple[int, int]]) -> Any:
-        """Power (N, S, n) of the wrenches through joints in unit rates. Args: joints, body and velocity of each."""
+        """Power (N, S, n) of the wrenches through joints in unit rates.
+
+        Args: joints, body and velocity of each.
+        """
         bodies, columns = ([joint[k] for joint in joints] for k in (0, 1))
-        return np.sum(np.swapaxes(self.state.J[:, :, columns], 1, 2)[:, None] * self.joint_loads[:, :, bodies], axis=-1)
+        return np.sum(
+            np.swapaxes(self.state.J[:, :, columns], 1, 2)[:, None]
+            * self.joint_loads[:, :, bodies],
+            axis=-1,
+        )
 
     @functools.cached_property
     def ground_impulse(self) -> tuple[Any, Any]:
-        """Impulse (N, S, 3) of the ground [N s], and its moment (N, S, 3) about the centre of mass [N m s], world axes.
+        """Impulse (N, S, 3) of the ground [N s], and its moment (N, S, 3) about the centre of mass
+        [N m s], world axes.
 
         All contacts and standing feet together, which is unique even where its parts are not.
         """
@@ -249,7 +332,10 @@ class Impact:
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
             if block.kind in ("closure", "stop"):
                 continue
-            parts, n = block_axes(self.state, block)[:, None] * impulse[..., rows, None], len(block.forces)
+            parts, n = (
+                block_axes(self.state, block)[:, None] * impulse[..., rows, None],
+                len(block.forces),
+            )
             pushed = parts[..., :n, :].sum(axis=-2)
             force, moment = force + pushed, moment + parts[..., n:, :].sum(axis=-2)
             moment = moment + cross((block_point(self.state, block) - self.com)[:, None], pushed)
@@ -257,14 +343,21 @@ class Impact:
 
     @functools.cached_property
     def kinetic_energy_before(self) -> Any:
-        """½ Σ Vᵀ I V + ½ q̇ᵀ diag(A − c) q̇ of the motion before the impact (N, S) [J], A armature and c coupling, which is in I."""
+        """½ Σ Vᵀ I V + ½ q̇ᵀ diag(A − c) q̇ of the motion before the impact (N, S) [J], A armature
+        and c coupling, which is in I.
+        """
         before, bodies = self.landing.before, range(len(self.landing.robot.bodies))
-        twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)[:, None] + np.zeros((1, 1, 1, 1))
+        twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)[
+            :, None
+        ] + np.zeros((1, 1, 1, 1))
         linear = twists[..., 3:] + self._strike_change[..., None, :]
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
         momenta = (self.spatial_inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
         own = self.exact(self.inertias.armature) - self.exact(self.inertias.coupling)
-        return (np.sum(momenta * twists, axis=(-1, -2)) + np.sum(own * self.exact(before.joint_rates) ** 2, axis=-1)[:, None]) / 2
+        return (
+            np.sum(momenta * twists, axis=(-1, -2))
+            + np.sum(own * self.exact(before.joint_rates) ** 2, axis=-1)[:, None]
+        ) / 2
 
 
 class DoubleImpact(Impact):
@@ -276,7 +369,8 @@ class DoubleImpact(Impact):
         solution: of that.
         jumps: (N, n, 6, k) of bodies, body coordinates.
         bodies: which these are; all by default.
-        strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's by default.
+        strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's
+            by default.
         inertias: the inertias in each posture; the landing's by default.
     """
 
@@ -292,8 +386,15 @@ class DoubleImpact(Impact):
     ) -> None:
         self.landing, self.equation, self.bodies, self.strikes = landing, equation, bodies, strikes
         self.state, self.blocks, self.speeds = equation.state, equation.blocks, equation.b
-        self.delta_qd, self.impulse, self.jumps = equation.full(solution.delta_qd), solution.impulse, jumps
-        self.unique, self.independent_impulse = np.ones(solution.impulse.shape[:2], dtype=bool), solution.independent_impulse
+        self.delta_qd, self.impulse, self.jumps = (
+            equation.full(solution.delta_qd),
+            solution.impulse,
+            jumps,
+        )
+        self.unique, self.independent_impulse = (
+            np.ones(solution.impulse.shape[:2], dtype=bool),
+            solution.independent_impulse,
+        )
         if bodies is not None:
             self._columns = {body: k for k, body in enumerate(bodies)}
         self.clear = np.ones(len(self.unique), dtype=bool)
@@ -304,7 +405,9 @@ class DoubleImpact(Impact):
             self.inertias = inertias
 
     def delassus(self, block: ConstraintBlock) -> Array:
-        """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ Jᵀ [1/kg]."""
+        """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ
+        Jᵀ [1/kg].
+        """
         J, G = row_jacobian(self.state, [block]), self.equation.G
         J = J if G is None else J @ G
         return np.asarray(J @ solve_inertia(self.equation.inertia, np.swapaxes(J, -1, -2)))
@@ -312,7 +415,10 @@ class DoubleImpact(Impact):
     def rigid_mobility(self, block: ConstraintBlock) -> Array:
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""
         wrenches = block_wrenches(self.state, block)
-        return np.asarray(wrenches @ np.linalg.solve(self.spatial_inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2)))
+        return np.asarray(
+            wrenches
+            @ np.linalg.solve(self.spatial_inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2))
+        )
 
 
 class ColumnImpact(DoubleImpact):
@@ -323,8 +429,19 @@ class ColumnImpact(DoubleImpact):
         return np.moveaxis(columns, -1, 1)
 
 
-def jumps_of(landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
-    """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the joint velocities."""
+def jumps_of(
+    landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None
+) -> Array:
+    """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the
+    joint velocities.
+    """
     robot, chosen = landing.robot, slice(None) if bodies is None else list(bodies)
-    jumps = body_jumps(state.J, [joint.v for joint in robot.joints], robot.parents, state.position, delta_qd, bodies)
+    jumps = body_jumps(
+        state.J,
+        [joint.v for joint in robot.joints],
+        robot.parents,
+        state.position,
+        delta_qd,
+        bodies,
+    )
     return in_body_axes(jumps, state.rotation[:, chosen])

@@ -1,11 +1,12 @@
-"""The constant forces of a landing: gravity, the torques of motors, and what springs of joints carry at touchdown.
+"""The constant forces of a landing: gravity, the torques of motors, and what springs of joints
+carry at touchdown.
 
-Before touchdown the robot falls freely. Motors then need no torque to hold a posture, but for what loaded springs press on them:
-these torques they keep by default. They do not carry the weight, so the robot begins to collapse, which has little effect in
-milliseconds.
+Before touchdown the robot falls freely. Motors then need no torque to hold a posture, but for what
+loaded springs press on them: these torques they keep by default. They do not carry the weight, so
+the robot begins to collapse, which has little effect in milliseconds.
 
-Links that bend are straight at touchdown and do not vibrate: their hinges carry from the start what they carry in a robot of
-rigid links that falls with the same forces.
+Links that bend are straight at touchdown and do not vibrate: their hinges carry from the start what
+they carry in a robot of rigid links that falls with the same forces.
 """
 
 from typing import NamedTuple
@@ -38,13 +39,15 @@ class ConstantForces(NamedTuple):
 def constant_forces(landing: PosedLanding, rows: ContactRows, free: Array) -> ConstantForces:
     """The constant forces of a landing. Args: as of `free_fall`.
 
-    With forces p on the coordinates, and motions N of the coordinates that leave hinges straight, a robot of rigid links
-    accelerates by a = N (Nᵀ M N)⁻¹ Nᵀ p. The loads f of the hinges are those with which the others do so too: Sᵀ f = M a − p, with
-    the rates S of the hinges.
+    With forces p on the coordinates, and motions N of the coordinates that leave hinges straight, a
+    robot of rigid links accelerates by a = N (Nᵀ M N)⁻¹ Nᵀ p. The loads f of the hinges are those
+    with which the others do so too: Sᵀ f = M a − p, with the rates S of the hinges.
     """
     gravity, load, hinges = free_fall(landing, rows, free), spring_loads(landing), landing.hinges
     if not len(hinges):
-        return ConstantForces(gravity, gravity, motor_torques(landing, rows.M, rows.J, free, gravity), load)
+        return ConstantForces(
+            gravity, gravity, motor_torques(landing, rows.M, rows.J, free, gravity), load
+        )
     S = free[hinges]
     _, sizes, motions = np.linalg.svd(S)
     N = motions[int(np.count_nonzero(sizes > 1e-9 * sizes[0])) :].T
@@ -58,9 +61,11 @@ def constant_forces(landing: PosedLanding, rows: ContactRows, free: Array) -> Co
 
 
 def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
-    """Accelerations (m,) of the coordinates under gravity only [rad/s², m/s²]; zero where the scene leaves gravity out.
+    """Accelerations (m,) of the coordinates under gravity only [rad/s², m/s²]; zero where the scene
+    leaves gravity out.
 
-    Every body of a robot whose base is free has that of gravity; no joint has any. A base that moves in a plane has the part in it.
+    Every body of a robot whose base is free has that of gravity; no joint has any. A base that
+    moves in a plane has the part in it.
 
     Args:
         landing: the landing.
@@ -71,15 +76,19 @@ def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
         return np.zeros(free.shape[1])
     state, falling = landing.state, np.zeros(len(free))
     if not landing.robot.free_base:
-        return np.asarray(np.linalg.solve(rows.M, free.T @ (-GRAVITY * mass_lifted(landing.robot, state))))
+        return np.asarray(
+            np.linalg.solve(rows.M, free.T @ (-GRAVITY * mass_lifted(landing.robot, state)))
+        )
     falling[:6] = np.linalg.solve(state.J[0, :, :6], [0.0, 0.0, 0.0, 0.0, 0.0, -GRAVITY])
     return np.asarray(np.linalg.solve(rows.M, free.T @ (state.H[0] @ falling)))
 
 
 def spring_loads(landing: PosedLanding) -> Array:
-    """Torques (nv,) that springs of joints give at touchdown, −k times their deflection from `springref` [N m, N].
+    """Torques (nv,) that springs of joints give at touchdown, −k times their deflection from
+    `springref` [N m, N].
 
-    Without gravity the springs are not loaded either: before touchdown its effects and theirs balance.
+    Without gravity the springs are not loaded either: before touchdown its effects and theirs
+    balance.
     """
     model = landing.joint_model
     if not landing.scene.gravity:
@@ -88,12 +97,14 @@ def spring_loads(landing: PosedLanding) -> Array:
 
 
 def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravity: Array) -> Array:
-    """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or those that hold what is loaded.
+    """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or
+    those that hold what is loaded.
 
-    In flight, the default, these are the smallest with which the loads of springs accelerate the robot as little as
-    possible, √(aᵀ M a). Standing torques hold the robot on the contacts that strike. Their forces are the smallest that hold it as
-    one rigid body, or, where they
-    cannot hold all of it, as one foot, that leave the smallest acceleration; with these forces the torques are found as before.
+    In flight, the default, these are the smallest with which the loads of springs accelerate the
+    robot as little as possible, √(aᵀ M a). Standing torques hold the robot on the contacts that
+    strike. Their forces are the smallest that hold it as one rigid body, or, where they cannot hold
+    all of it, as one foot, that leave the smallest acceleration; with these forces the torques are
+    found as before.
 
     Args:
         landing: the landing.
@@ -116,12 +127,16 @@ def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravit
             still = np.linalg.lstsq(free, np.eye(len(free))[:, :6], rcond=None)[0]
             rigid = np.linalg.qr(np.linalg.inv(inverse).T @ still)[0]
             force[:] = np.linalg.lstsq(rigid.T @ by_force, rigid.T @ missing, rcond=1e-9)[0]
-        torques[drives] = np.asarray(np.linalg.lstsq(by_torque, missing - by_force @ force, rcond=1e-9)[0])
+        torques[drives] = np.asarray(
+            np.linalg.lstsq(by_torque, missing - by_force @ force, rcond=1e-9)[0]
+        )
     return np.where(model.locked, 0.0, np.where(np.isnan(model.torque), torques, model.torque))
 
 
 def _motors(landing: PosedLanding) -> np.ndarray:
-    """The velocities of the joints that have a motor: those with a reflected inertia, or if none has one all without a spring."""
+    """The velocities of the joints that have a motor: those with a reflected inertia, or if none
+    has one all without a spring.
+    """
     model, robot = landing.joint_model, landing.robot
     possible = robot.actuated_dofs & ~model.locked & ~robot.velocities(robot.followers)
     driven = possible & (model.armature + model.rotor > 0.0)

@@ -1,4 +1,6 @@
-"""Step 1: in doubles for N postures; for one, choose the independent rows, enclose the impact, and refuse what no impact can do."""
+"""Step 1: in doubles for N postures; for one, choose the independent rows, enclose the impact, and
+refuse what no impact can do.
+"""
 
 import math
 from typing import NamedTuple
@@ -21,20 +23,34 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.arithmetic import SingularError
 from shockpc.impact.exact.proof import Proof
-from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
+from shockpc.landing.constraints import (
+    ConstraintBlock,
+    Equation,
+    block_axes,
+    row_jacobian,
+    row_terms,
+    row_tolerance,
+    slices_of,
+)
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few, listed
 
 UNPHYSICAL = 1e6
-"""Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
+"""Motion relative to the strike beyond which it is that of a singular posture, and not physically
+plausible [1].
+"""
 
 FAST = 100.0
-"""Motion relative to the strike above which rounding of the file may be all that keeps the posture from being singular."""
+"""Motion relative to the strike above which rounding of the file may be all that keeps the posture
+from being singular.
+"""
 
 NO_INERTIA = 1e-30
-"""Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
+"""Share of the largest diagonal entry of the inertia below which one is what rounding of the file
+made of a zero.
+"""
 
 CONTRADICTION = 1e-9
 """Share of the strike with which a dependent row may be left; more is a contradiction."""
@@ -42,7 +58,11 @@ CONTRADICTION = 1e-9
 
 def solve_in_doubles(landing: Landing, equation: Equation) -> Solution:
     """Solve Eq. 4 in N postures, in double precision; that of a landing in its posture once."""
-    if isinstance(landing, PosedLanding) and equation.state is landing.state and equation is landing.equation(landing.state):
+    if (
+        isinstance(landing, PosedLanding)
+        and equation.state is landing.state
+        and equation is landing.equation(landing.state)
+    ):
         return _solution(landing)
     return _solved(landing, equation)
 
@@ -54,27 +74,37 @@ def _solution(landing: PosedLanding) -> Solution:
 
 def _solved(landing: Landing, equation: Equation) -> Solution:
     most = landing.most_independent(equation.state, equation.blocks)
-    return solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+    return solve_impact(
+        equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most
+    )
 
 
 def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution) -> Proof:
     """Choose the independent rows, and enclose the impact.
 
     Raises:
-        SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding can change which rows are
-            independent, or the posture is so nearly singular that the result is not physically plausible.
+        SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding
+            can change which rows are independent, or the posture is so nearly singular that the
+            result is not physically plausible.
     """
     H, size = equation.H[0], np.abs(np.diagonal(equation.H[0]))
     if not np.isfinite(H).all():
         raise without_kinetic_energy(landing, equation.state.H)
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise without_inertia(landing, equation)
-    # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
-    for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
+    # Rows that look independent are taken as such, and looked at more closely if the proof finds
+    # that they are not.
+    for given in (
+        [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None)
+    ):
         choice = given or independent_rows(
-            equation.J_c[0], terms := equation.terms()[0], column_sizes(terms), solution.scale[0], equation.tolerance,
+            equation.J_c[0],
+            terms := equation.terms()[0],
+            column_sizes(terms),
+            solution.scale[0],
+            equation.tolerance,
             *landing.most_independent(landing.state, landing.blocks)(0),
-        )  # fmt: skip
+        )
         try:
             proof = Proof(landing, choice)
         except SingularError as singular:
@@ -87,9 +117,12 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
             proof.condition = float(solution.condition[0])
             return proof
     raise SolveError(
-        f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in landing.blocks)} depend on one another "
-        "so nearly that rounding can change how many of them are independent. Leave one out (a contact, a direction, the rotation "
-        "of a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture "
+        f"no verdict: in {_posture(landing)} the rows of "
+        f"{', '.join(block.name for block in landing.blocks)} depend on one another "
+        "so nearly that rounding can change how many of them are independent. Leave one out (a "
+        "contact, a direction, the rotation "
+        "of a flat one), put points that nearly meet exactly together or a billionth of the robot "
+        "apart, or set another posture "
         "with --set",
         blocks=[block.frame for block in landing.blocks],
     )
@@ -104,24 +137,33 @@ def without_kinetic_energy(landing: PosedLanding, H: Array) -> SolveError:
     """
     if not np.isfinite(H).all():
         return SolveError(
-            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and '
+            f"lengths are too large for double "
             "precision; give them in kg and m"
         )
     return SolveError(
-        f'in {_posture(landing)} the inertia matrix of robot "{landing.robot.name}" is not positive definite, so some motion '
+        f'in {_posture(landing)} the inertia matrix of robot "{landing.robot.name}" is not '
+        f"positive definite, so some motion "
         "would have no or a negative kinetic energy, because of the principal moments of "
         f"{few(landing.robot.negative_moments, 4)}; none can be negative: correct them in the file"
     )
 
 
 def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
-    """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the scene's strike, without what rounding of the file left."""
-    equation, (most, rounded) = landing.equation(landing.state), landing.most_independent(landing.state, landing.blocks)(0)
+    """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the scene's strike, without what
+    rounding of the file left.
+    """
+    equation, (most, rounded) = (
+        landing.equation(landing.state),
+        landing.most_independent(landing.state, landing.blocks)(0),
+    )
     J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms()[0]
     if most == len(J):
         return J, b
     size = column_sizes(terms)
-    others = independent_rows(J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded).infeasible
+    others = independent_rows(
+        J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded
+    ).infeasible
     term_size, scaled = in_terms(J, terms, size)
     left = (others.T @ (others @ part) for part in (scaled, b / term_size))
     return J - next(left) * term_size[:, None] * size, b - next(left) * term_size
@@ -132,11 +174,17 @@ def independent_rows_of(landing: PosedLanding, blocks: tuple[ConstraintBlock, ..
     if not blocks:
         return []
     state = landing.state
-    J, terms, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], landing.free_columns(state)
+    J, terms, G = (
+        row_jacobian(state, blocks)[0],
+        row_terms(state, blocks)[0],
+        landing.free_columns(state),
+    )
     if G is not None:
         J, terms = J @ G[0], terms @ np.abs(G[0])
     most = landing.most_independent(state, blocks)(0)
-    choice = independent_rows(J, terms, column_sizes(terms), np.ones(len(J)), row_tolerance(blocks), *most)
+    choice = independent_rows(
+        J, terms, column_sizes(terms), np.ones(len(J)), row_tolerance(blocks), *most
+    )
     return [int(row) for row in choice.rows]
 
 
@@ -145,10 +193,16 @@ def _posture(landing: PosedLanding) -> str:
 
 
 def without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
-    """The error for an inertia that cannot be inverted: the bodies whose joints carry none, and the joints to be locked."""
+    """The error for an inertia that cannot be inverted: the bodies whose joints carry none, and the
+    joints to be locked.
+    """
     robot = landing.robot
     columns = weakest_columns(equation.H[0])
-    velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
+    velocities = (
+        columns
+        if equation.G is None
+        else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
+    )
     names = [
         name.name
         for name, joint in zip(robot.bodies, robot.joints, strict=True)
@@ -159,25 +213,31 @@ def without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
         for joint in robot.single_joints
         if joint.kind != "free" and {*velocities} & {*range(joint.v.start, joint.v.stop)}
     }
-    for mimic in (*robot.mimics, *reversed(robot.mimics)):  # all that are geared to one another are locked together
+    # all that are geared to one another are locked together
+    for mimic in (*robot.mimics, *reversed(robot.mimics)):
         geared = {mimic.joint, *mimic.leaders}
         joints |= geared if joints & geared else set()
     lock = [name for name in robot.joint_names if name in joints]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
     bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
     return SolveError(
-        f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
-        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
-        f"does not resist turning about it){f', or lock {listed(lock, 12)} with --lock' if lock else ''}",
+        f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can '
+        f"move, but no mass or inertia "
+        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the "
+        f"file (mass on a joint's axis "
+        f"does not resist turning about "
+        f"it){f', or lock {listed(lock, 12)} with --lock' if lock else ''}",
         bodies=names,
         joints=lock,
     )
 
 
 class Residual(NamedTuple):
-    """What is left of the speeds that an impact undoes, along the dependent rows; the four columns are as of `Proof.jumps`.
+    """What is left of the speeds that an impact undoes, along the dependent rows; the four columns
+    are as of `Proof.jumps`.
 
-    A strike for which more is left than `CONTRADICTION` of its largest speed and rounding contradicts the rows: it has no verdict.
+    A strike for which more is left than `CONTRADICTION` of its largest speed and rounding
+    contradicts the rows: it has no verdict.
 
     Attributes:
         rows: (n,) numbers of the dependent rows.
@@ -195,8 +255,12 @@ class Residual(NamedTuple):
 
     @property
     def excess(self) -> Array:
-        """By how much (n,) more is left of the landing's strike; a contradiction if it is above zero."""
-        allowed = CONTRADICTION * np.abs(self.speeds[:, 3]).max() + self.rounding * np.linalg.norm(self.motion[:, 3])
+        """By how much (n,) more is left of the landing's strike; a contradiction if it is above
+        zero.
+        """
+        allowed = CONTRADICTION * np.abs(self.speeds[:, 3]).max() + self.rounding * np.linalg.norm(
+            self.motion[:, 3]
+        )
         return np.asarray(np.abs(self.left[:, 3]) - allowed)
 
 
@@ -207,9 +271,13 @@ def residual(proof: Proof) -> Residual:
     b = equation.b[0]
     rows = np.delete(np.arange(len(b)), proof.choice.rows)
     left = row_jacobian(state, blocks)[0] @ proof.delta_qd + b
-    # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
-    # precision here, and that with which they were found dependent. That of a file's digits counts only where rows differ by it.
-    tolerance = max(equation.tolerance if proof.choice.discarded else UNCERTAIN[1] * TOLERANCE, proof.choice.slack)
+    # The independent rows are met to the last digit of the proof. In the others a share of each
+    # term is rounding: that of double precision here, and that with which they were found
+    # dependent. That of a file's digits counts only where rows differ by it.
+    tolerance = max(
+        equation.tolerance if proof.choice.discarded else UNCERTAIN[1] * TOLERANCE,
+        proof.choice.slack,
+    )
     terms = row_terms(state, blocks)[0]
     size = column_sizes(terms)
     rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1)
@@ -217,7 +285,9 @@ def residual(proof: Proof) -> Residual:
 
 
 def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
-    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
+    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that
+    the mechanism does not have.
+    """
     residuals = residual(proof)
     if not residuals.excess.max(initial=0.0) > 0.0:
         return
@@ -227,14 +297,17 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     free = ""
     if not landing.robot.free_base:
         free = (
-            '; its file fixes the base: free it with base = "free" (--base free); where limbs hang on the world apart from one '
+            '; its file fixes the base: free it with base = "free" (--base free); where limbs hang '
+            "on the world apart from one "
             "another, put them into one body with a <freejoint/> first"
         )
     elif landing.base != "free" and landing.robot.bodies[0].mass:
         free = ", or free the base"
     raise SolveError(
-        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s are left along ({axis}), "
-        "because the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of "
+        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s "
+        f"are left along ({axis}), "
+        "because the mechanism cannot move that way here, or another contact asks for the "
+        "opposite; leave that direction out of "
         f"the contact or of the strike, take another contact point or posture{free}",
         blocks=[block.frame],
         rows=[worst],
@@ -244,11 +317,14 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
 def _direction(equation: Equation, row: int) -> tuple[ConstraintBlock, str]:
     ranges = zip(equation.blocks, slices_of(equation.blocks), strict=True)
     block, rows = next((block, rows) for block, rows in ranges if row < rows.stop)
-    return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - rows.start] + 0.0)
+    return block, " ".join(
+        f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - rows.start] + 0.0
+    )
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
-    """The largest motion of a body relative to the fastest contact's approach [1], and the body's index.
+    """The largest motion of a body relative to the fastest contact's approach [1], and the body's
+    index.
 
     Args:
         landing: the landing.
@@ -260,39 +336,59 @@ def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple
 
 
 def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
-    """Speed (nb,) of the centre of mass, or the rotation times a length (nb,) if that is more. Args: jumps (nb, 6)."""
+    """Speed (nb,) of the centre of mass, or the rotation times a length (nb,) if that is more.
+
+    Args: jumps (nb, 6).
+    """
     centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
     return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
 
 
 def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof, rank: int) -> None:
-    """Refuse a posture so nearly singular that the impact is not physically plausible, or is what rounding of the file leaves.
+    """Refuse a posture so nearly singular that the impact is not physically plausible, or is what
+    rounding of the file leaves.
 
     Args: rank, number of independent rows.
     """
     robot, length = landing.robot, landing.robot.gyration.copy()
     for place in landing.points:
         if place.body >= 0:
-            length[place.body] = max(length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body])))
+            length[place.body] = max(
+                length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body]))
+            )
     times, body = greatest_motion(landing, proof.jumps[..., 3], length)
-    turning = float(np.abs(proof.delta_qd[:, 3]).max() * robot.gyration.max()) / landing.fastest_approach
+    turning = (
+        float(np.abs(proof.delta_qd[:, 3]).max() * robot.gyration.max()) / landing.fastest_approach
+    )
     if max(times, turning) > FAST and not np.isfinite(definite(equation.H)).all():
         raise without_inertia(landing, equation)
-    rounded = FAST < times <= UNPHYSICAL and landing.mechanism.independent_here(landing.blocks, landing.state) < rank
+    rounded = (
+        FAST < times <= UNPHYSICAL
+        and landing.mechanism.independent_here(landing.blocks, landing.state) < rank
+    )
     if times <= UNPHYSICAL and not rounded:
         return
     rates = np.abs(proof.delta_qd[:, 3])
     moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
     fast = [joint for joint in moving if rates[joint.v] > 0.01 * rates.max()]
     values = [(joint, joint.value(landing.q)) for joint in fast]
-    at = [f'"{joint.name}" at ' + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg") for joint, x in values]
+    at = [
+        f'"{joint.name}" at '
+        + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg")
+        for joint, x in values
+    ]
     block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
     raise SolveError(
-        f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({block.name} has almost no motion "
-        f"along ({axis}) there{', up to rounding of the angles and lengths in the file' if rounded else ''}), or almost no inertia "
+        f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the '
+        f"strike, because "
+        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so "
+        f"({block.name} has almost no motion "
+        f"along ({axis}) "
+        f"there{', up to rounding of the angles and lengths in the file' if rounded else ''}), or "
+        f"almost no inertia "
         "resists that motion. Set another posture, such as with --set "
-        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
+        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of "
+        f"the strike, or lock joints "
         "without inertia with --lock",
         blocks=[block.frame],
         bodies=[robot.bodies[body].name],

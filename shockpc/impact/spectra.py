@@ -18,16 +18,23 @@ DAMPING = (0.0, 0.05)
 """Damping ratios of the same."""
 
 LONGEST_SPECTRUM = 2.0
-"""Duration of a contact, and of what a filter lags, up to which the spectrum is computed [s]: samples follow from frequencies."""
+"""Duration of a contact, and of what a filter lags, up to which the spectrum is computed [s]:
+samples follow from frequencies.
+"""
 
 
 def spectrum(
-    compliant: CompliantLanding, compute: Compute, places: Sequence[Place], damping: float, low_pass: LowPass | None = None
+    compliant: CompliantLanding,
+    compute: Compute,
+    places: Sequence[Place],
+    damping: float,
+    low_pass: LowPass | None = None,
 ) -> Array:
-    """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
+    """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the
+    axis in which it is largest.
 
-    The acceleration of the points is that until the end of the motion, less what gravity gives them, which an oscillator carries
-    before the impact.
+    The acceleration of the points is that until the end of the motion, less what gravity gives
+    them, which an oscillator carries before the impact.
 
     Args:
         compliant: the landing.
@@ -44,11 +51,18 @@ def spectrum(
     duration = compliant.filtered(low_pass).duration
     if duration > LONGEST_SPECTRUM:
         k = compliant.landing.scene.contact_stiffness
-        lasts = f"on {k:g} N/m the contact lasts {duration:.3g} s" + " with what the filter lags" * (low_pass is not None)
+        lasts = (
+            f"on {k:g} N/m the contact lasts {duration:.3g} s"
+            + " with what the filter lags" * (low_pass is not None)
+        )
         limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
         raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
     count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
     times = np.linspace(0.0, duration, count + 1)
-    history = compliant.history(compute, places, times, low_pass) - compliant.readout(compute, places)[1]
-    response = shock_response(history.reshape(count + 1, -1), float(times[1]), np.array(SPECTRUM), damping)
+    history = (
+        compliant.history(compute, places, times, low_pass) - compliant.readout(compute, places)[1]
+    )
+    response = shock_response(
+        history.reshape(count + 1, -1), float(times[1]), np.array(SPECTRUM), damping
+    )
     return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))

@@ -1,7 +1,9 @@
-"""From which time after the impact springs have an effect: those of joints, and those between joints and their rotors.
+"""From which time after the impact springs have an effect: those of joints, and those between
+joints and their rotors.
 
-In the instant of an impact a spring gives no impulse, because it has not moved. Afterwards the robot, with its contacts held,
-swings on its springs; the motion is that of the generalised eigenproblem K φ = ω² M φ in the geometry at the impact.
+In the instant of an impact a spring gives no impulse, because it has not moved. Afterwards the
+robot, with its contacts held, swings on its springs; the motion is that of the generalised
+eigenproblem K φ = ω² M φ in the geometry at the impact.
 """
 
 from collections.abc import Iterator
@@ -20,8 +22,11 @@ STIFF_CONTACT = 1e-3
 """Duration of a stiff contact [s], within which a spring acts as rigid where it counts."""
 
 
-def early_springs(landing: PosedLanding, time: float, duration: float | None) -> Iterator[Diagnostic]:
-    """A warning where springs count within the contact, while the impulse model, or also finite stiffness, leaves them out.
+def early_springs(
+    landing: PosedLanding, time: float, duration: float | None
+) -> Iterator[Diagnostic]:
+    """A warning where springs count within the contact, while the impulse model, or also finite
+    stiffness, leaves them out.
 
     Args:
         landing: gives the springs.
@@ -31,19 +36,32 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
     model, count = landing.joint_model, f"{1e3 * time:.2g} ms"
     joints = model.rotor_unknown
     if duration is not None and joints.any():
-        names = few([joint.name for joint in landing.robot.single_joints if joints[joint.v].any()], 2, what=" joints")
+        names = few(
+            [joint.name for joint in landing.robot.single_joints if joints[joint.v].any()],
+            2,
+            what=" joints",
+        )
         text = (
-            f"springs at {names} are left out on contacts of finite stiffness, because the inertia of the rotors behind them is "
-            f"unknown; from {count} on they would change forces and durations; give the rotors with --rotor"
+            f"springs at {names} are left out on contacts of finite stiffness, because the inertia "
+            f"of the rotors behind them is "
+            f"unknown; from {count} on they would change forces and durations; give the rotors "
+            f"with --rotor"
         )
         yield Diagnostic("contact", "springs", time, text)
     elif time < (STIFF_CONTACT if duration is None else duration):
         within = (
-            f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact" if duration is None else f"the {1e3 * duration:.3g} ms of contact"
+            f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact"
+            if duration is None
+            else f"the {1e3 * duration:.3g} ms of contact"
         )
-        remedy = "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, or give --contact-stiffness"
-        text = f"springs of joints have an effect after {count}, within {within}, but the impulse model leaves them free; " + (
-            remedy if duration is None else "see the jumps at the end of contact"
+        remedy = (
+            "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, "
+            "or give --contact-stiffness"
+        )
+        text = (
+            f"springs of joints have an effect after {count}, within {within}, but the impulse "
+            f"model leaves them free; "
+            + (remedy if duration is None else "see the jumps at the end of contact")
         )
         yield Diagnostic("contact", "springs", time, text)
 
@@ -51,9 +69,9 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
 def spring_times(landing: PosedLanding) -> Array:
     """The time (nv,) from which on the spring of each joint counts [s].
 
-    It is a quarter of the period of the slowest mode that the spring takes part in. A rotor of unknown inertia behind a spring
-    counts as held, which gives an earlier time. Infinite for joints without a spring, and where it cannot be deflected while the
-    contacts are held.
+    It is a quarter of the period of the slowest mode that the spring takes part in. A rotor of
+    unknown inertia behind a spring counts as held, which gives an earlier time. Infinite for joints
+    without a spring, and where it cannot be deflected while the contacts are held.
     """
     model, equation = landing.joint_model, landing.equation(landing.state)
     times = np.full(len(model.armature), np.inf)
@@ -73,9 +91,17 @@ def spring_times(landing: PosedLanding) -> Array:
     full = np.zeros((n + s, n + s))
     full[:n, :n], full[n:, n:] = M, np.diag(model.rotor[behind])
     B = np.zeros((len(loaded) + s, n + s))
-    B[: len(loaded), :n], B[len(loaded) :, :n], B[len(loaded) :, n:] = velocities[loaded], velocities[behind], -np.eye(s)
-    k = np.concatenate([model.stiffness[jointed], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]])
-    U, sigma, _ = np.linalg.svd(np.sqrt(k)[:, None] * np.linalg.solve(np.linalg.cholesky(full), B.T).T, full_matrices=False)
+    B[: len(loaded), :n], B[len(loaded) :, :n], B[len(loaded) :, n:] = (
+        velocities[loaded],
+        velocities[behind],
+        -np.eye(s),
+    )
+    k = np.concatenate(
+        [model.stiffness[jointed], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]]
+    )
+    U, sigma, _ = np.linalg.svd(
+        np.sqrt(k)[:, None] * np.linalg.solve(np.linalg.cholesky(full), B.T).T, full_matrices=False
+    )
     moving = sigma > 1e-9 * sigma.max(initial=0.0)
     for row, v in enumerate([*loaded, *behind]):
         slowest = sigma[moving & (U[row] ** 2 >= TAKES_PART)].min(initial=np.inf)

@@ -1,7 +1,8 @@
-"""What acts on a robot that lands on contacts of finite stiffness: its inertia, its elements, and its velocities before the impact.
+"""What acts on a robot that lands on contacts of finite stiffness: its inertia, its elements, and
+its velocities before the impact.
 
-The coordinates are the velocities with which loops stay closed, and behind them those of rotors on springs. Gravity, the torques of
-motors and the loads of springs are constant forces.
+The coordinates are the velocities with which loops stay closed, and behind them those of rotors on
+springs. Gravity, the torques of motors and the loads of springs are constant forces.
 """
 
 from dataclasses import dataclass, replace
@@ -21,19 +22,25 @@ from shockpc.landing.scene import Contact
 from shockpc.text.errors import SolveError
 
 LEAST_HELD = 1e-6
-"""Share of the velocities before the impact along contacts and springs from which what they lack of them is no rounding."""
+"""Share of the velocities before the impact along contacts and springs from which what they lack of
+them is no rounding.
+"""
 
 
 @dataclass(frozen=True)
 class ElementSystem:
-    """The elements of a landing in n coordinates: its contact rows, further stops, springs, springs to rotors, and motors.
+    """The elements of a landing in n coordinates: its contact rows, further stops, springs, springs
+    to rotors, and motors.
 
     Attributes:
-        rows: of the contacts; with further stops their equation has rows of these too, behind its own.
-        free: (nv, m) joint velocities for unit coordinates that are not rotors'; these are the first m.
+        rows: of the contacts; with further stops their equation has rows of these too, behind its
+            own.
+        free: (nv, m) joint velocities for unit coordinates that are not rotors'; these are the
+            first m.
         strikes: (c,) which of the contact rows are of end stops that strike.
         stops: further ones; their contacts are numbered behind those of the scene.
-        along: (k, ny) speeds of the springs, those to rotors, and motors for unit free velocities; zero of motors behind springs.
+        along: (k, ny) speeds of the springs, those to rotors, and motors for unit free velocities;
+            zero of motors behind springs.
         inertia: (n, n).
         elements: in this order.
         velocity: (n,) of the coordinates before the impact.
@@ -57,14 +64,17 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     """The elements of a landing on contacts of finite stiffness.
 
     Raises:
-        SolveError: a flat contact turns before the impact, or no motion of the robot has the velocities before it.
+        SolveError: a flat contact turns before the impact, or no motion of the robot has the
+            velocities before it.
     """
     rows, scene, model = contact_rows(landing, stands=True), landing.scene, landing.joint_model
     _refuse_turning(landing, rows)
     free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
     # Stops are contacts that are open at first, where their joint does not move towards them.
     stops, of_stops, stop_speeds = _further_stops(landing)
-    strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
+    strikes = np.isin(
+        rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
+    )
     springs = np.flatnonzero(model.stiffness > 0.0)
     geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
     constant = constant_forces(landing, rows, free)
@@ -78,14 +88,21 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     numbers = len(landing.contact_places) + np.arange(len(stops))
     held = Elements.joined(
         _of_contacts(landing, rows, free, strikes),
-        Elements.alike(of_stops @ free, _stop_stiffness(landing), scene.stop_restitution or 0.0, numbers, True),
         Elements.alike(
-            free[springs], model.stiffness[springs], load=constant.load[springs], straight=np.isin(springs, landing.hinges)
+            of_stops @ free, _stop_stiffness(landing), scene.stop_restitution or 0.0, numbers, True
+        ),
+        Elements.alike(
+            free[springs],
+            model.stiffness[springs],
+            load=constant.load[springs],
+            straight=np.isin(springs, landing.hinges),
         ),
     )
     speeds = np.concatenate([rows.speeds, stop_speeds, landing.before.joint_rates[springs]])
     velocity = _coordinates(landing, free, held.rows, speeds)
-    M, _, gears, velocity = attach_rotors(rows.M, held.rows, velocity, free[geared], model.rotor[geared])
+    M, _, gears, velocity = attach_rotors(
+        rows.M, held.rows, velocity, free[geared], model.rotor[geared]
+    )
     turned, width = np.zeros((len(motors), len(M))), free.shape[1]
     turned[~behind, :width] = free[motors[~behind]]
     turned[behind, width + np.searchsorted(geared, motors[behind])] = 1.0
@@ -108,30 +125,43 @@ def _stop_stiffness(landing: PosedLanding) -> float:
     return stiffness
 
 
-def _of_contacts(landing: PosedLanding, rows: ContactRows, free: Array, strikes: np.ndarray) -> Elements:
+def _of_contacts(
+    landing: PosedLanding, rows: ContactRows, free: Array, strikes: np.ndarray
+) -> Elements:
     """The elements along the rows of contacts; end stops that strike have no dampers."""
     scene = landing.scene
     assert scene.contact_stiffness is not None
-    of_ground = np.where(rows.normal, scene.contact_stiffness, scene.tangential_stiffness or scene.contact_stiffness)
+    of_ground = np.where(
+        rows.normal, scene.contact_stiffness, scene.tangential_stiffness or scene.contact_stiffness
+    )
     k = np.where(strikes, _stop_stiffness(landing), of_ground)
     damping = np.where(strikes, 0.0, scene.contact_damping or 0.0)
-    ratio = np.where(strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution))
+    ratio = np.where(
+        strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution)
+    )
     relaxation = 2.0 * ratio * rows.frequency(k, free[landing.hinges]) if ratio.any() else ratio
-    return Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation)
+    return Elements.alike(
+        rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation
+    )
 
 
 def _refuse_turning(landing: PosedLanding, rows: ContactRows) -> None:
     """Refuse flat contacts that turn before the impact."""
     before = landing.before
-    if np.abs(rows.stop).max() > LEAST_HELD * max(np.abs(before.omega).max(), np.abs(before.joint_rates).max()):
+    if np.abs(rows.stop).max() > LEAST_HELD * max(
+        np.abs(before.omega).max(), np.abs(before.joint_rates).max()
+    ):
         raise SolveError(
-            "a flat contact turns before the impact, and on contacts of finite stiffness it would have to stop turning at "
+            "a flat contact turns before the impact, and on contacts of finite stiffness it would "
+            "have to stop turning at "
             f"once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
         )
 
 
 def _further_stops(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
-    """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where the scene leaves them out."""
+    """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where
+    the scene leaves them out.
+    """
     if not landing.scene.stops:
         return (), np.zeros((0, landing.robot.model.nv)), np.zeros(0)
     stops, along, speeds = stop_rows(landing)
@@ -141,10 +171,12 @@ def _further_stops(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], 
 
 
 def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) -> Array:
-    """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
+    """Velocities of the coordinates before the impact, with which the rows B of the elements have
+    their speeds.
 
-    Where joints are locked at a rate, a contact has a velocity or the ground moves against a fixed base, they are
-    not those of the robot: a motion with constant velocity, in which all of it moves along, changes neither forces nor jumps.
+    Where joints are locked at a rate, a contact has a velocity or the ground moves against a fixed
+    base, they are not those of the robot: a motion with constant velocity, in which all of it moves
+    along, changes neither forces nor jumps.
 
     Args:
         landing: the landing.
@@ -155,7 +187,10 @@ def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) ->
     Raises:
         SolveError: no motion of the robot has these speeds.
     """
-    before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
+    before, moves = (
+        landing.before.joint_rates.copy(),
+        np.concatenate([landing.before.omega, landing.before.velocity]),
+    )
     if landing.robot.free_base:
         before[:6] = np.linalg.solve(landing.state.J[0, :, :6], moves)
     as_given = landing.robot.free_base or not moves.any()
@@ -165,5 +200,8 @@ def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) ->
     velocity = np.linalg.lstsq(free, before, rcond=None)[0]
     velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
     if np.linalg.norm(B @ velocity - speeds) > LEAST_HELD * np.linalg.norm(speeds):
-        raise SolveError("no motion of the robot has the velocities before the impact along all contacts and springs; give others")
+        raise SolveError(
+            "no motion of the robot has the velocities before the impact along all contacts and "
+            "springs; give others"
+        )
     return np.asarray(velocity)

@@ -1,10 +1,13 @@
-"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in double precision, not proven.
+"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in
+double precision, not proven.
 
-The motion, which `core.stiff_contacts` follows, is linear in the forces of its elements (`stiff_elements`) at each time: what is
-linear in the jumps and impulses of an impact (the velocity of a point, the wrench through a joint) is, of the accelerations for
-unit forces, the matrix that gives the same of the motion. Accelerations are those less gravity, as an accelerometer measures them.
-Without forces of the elements a free robot falls freely, with no such acceleration and no load of a joint. A fixed base or standing
-feet hold their robot against gravity, which adds constant accelerations and loads.
+The motion, which `core.stiff_contacts` follows, is linear in the forces of its elements
+(`stiff_elements`) at each time: what is linear in the jumps and impulses of an impact (the velocity
+of a point, the wrench through a joint) is, of the accelerations for unit forces, the matrix that
+gives the same of the motion. Accelerations are those less gravity, as an accelerometer measures
+them. Without forces of the elements a free robot falls freely, with no such acceleration and no
+load of a joint. A fixed base or standing feet hold their robot against gravity, which adds constant
+accelerations and loads.
 """
 
 import functools
@@ -41,10 +44,13 @@ MANY_EVENTS = 100
 """Number of times that contacts change their state, above which durations are not reliable."""
 
 IMPULSE_SHARE = 0.99
-"""Share of a contact's normal impulse that is given within its duration: what follows may be a tiny force that lasts long."""
+"""Share of a contact's normal impulse that is given within its duration: what follows may be a tiny
+force that lasts long.
+"""
 
 GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
-"""Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
+"""Share of the approach speed that gravity adds during the contact, and of the robot's size by
+which a contact is compressed, from
 which on the model without gravity, or with frozen geometry, is doubtful."""
 
 DAMPED_SHARE = 0.01
@@ -52,15 +58,18 @@ DAMPED_SHARE = 0.01
 
 
 class CompliantLanding:
-    """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
+    """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed
+    when it is read.
 
-    What acts is made first (`element_system`), then the motion. All else is read from these: a quantity at the end, its peak, its
-    history, and how the end differs from the impulse model, with warnings. Links that bend have hinges, which are springs like
-    those of joints, and move only here.
+    What acts is made first (`element_system`), then the motion. All else is read from these: a
+    quantity at the end, its peak, its history, and how the end differs from the impulse model, with
+    warnings. Links that bend have hinges, which are springs like those of joints, and move only
+    here.
 
     Args:
         landing: the landing.
-        until: time at which the motion ends [s]; by default, when all contacts are open and stay so.
+        until: time at which the motion ends [s]; by default, when all contacts are open and stay
+            so.
 
     Attributes:
         landing: the landing.
@@ -69,11 +78,15 @@ class CompliantLanding:
         number: (r,) contact of each element; −1 for a spring or a motor in a joint.
 
     Raises:
-        SolveError: the motion cannot be followed, or no motion of the robot has the velocities before the impact.
+        SolveError: the motion cannot be followed, or no motion of the robot has the velocities
+            before the impact.
     """
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
-        self.landing, self.moving = landing, flexible_landing(landing) if landing.scene.flex else landing
+        self.landing, self.moving = (
+            landing,
+            flexible_landing(landing) if landing.scene.flex else landing,
+        )
         self._system = system = element_system(self.moving)
         self._rows, self._free, self._stops = system.rows, system.free, system.stops
         self.number = system.elements.contact
@@ -88,15 +101,25 @@ class CompliantLanding:
         system = self._system
         try:
             with one_thread(2 * len(self.number)):
-                return simulate_landing(system.inertia, system.elements, system.velocity, gravity=system.gravity, until=until)
+                return simulate_landing(
+                    system.inertia,
+                    system.elements,
+                    system.velocity,
+                    gravity=system.gravity,
+                    until=until,
+                )
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
-            raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
+            raise SolveError(
+                f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: "
+                f"{refusal}"
+            ) from None
 
     def filtered(self, low_pass: LowPass | None) -> StiffMotion:
-        """The motion with its forces behind a filter, beyond its end as long as that lags; as it is without one.
+        """The motion with its forces behind a filter, beyond its end as long as that lags; as it is
+        without one.
 
-        Springs between bodies go on oscillating after the end. Where there are none, the forces end with the motion: the weight
-        that contacts may carry from then on is no part of the impact.
+        Springs between bodies go on oscillating after the end. Where there are none, the forces end
+        with the motion: the weight that contacts may carry from then on is no part of the impact.
 
         Raises:
             SolveError: what springs do after the end cannot be followed.
@@ -111,23 +134,29 @@ class CompliantLanding:
         return self._filtered[low_pass]
 
     def _impact(self, jumps: Array, impulse: Array | None = None) -> ColumnImpact:
-        """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all rows; of the others none."""
+        """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all
+        rows; of the others none.
+        """
         equation, rows = self._rows.equation, self._rows
         delta = (rows.basis @ jumps[: self._free.shape[1]])[None]
         impulses = np.full((1, equation.J_c.shape[1], jumps.shape[1]), np.nan)
         if impulse is not None:
             impulses[0, :, : impulse.shape[1]] = impulse
         # Of the solution of Eq. 4 only these are read.
-        solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
+        solution = Solution(
+            delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {}
+        )
         jumps = jumps_of(self.moving, equation.full(delta), self.moving.state)
         return ColumnImpact(replace(self.moving, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property
     def _linear(self) -> ColumnImpact:
-        """Of each element the accelerations for its unit force as jumps; those of gravity; then the jumps of `ends`.
+        """Of each element the accelerations for its unit force as jumps; those of gravity; then the
+        jumps of `ends`.
 
-        Those of gravity are, less gravity, those of a fall that a fixed base, standing feet and loops constrain; all come with what
-        holds these. All else is linear in the forces. The jumps of `ends` are those beyond the fall with straight links.
+        Those of gravity are, less gravity, those of a fall that a fixed base, standing feet and
+        loops constrain; all come with what holds these. All else is linear in the forces. The jumps
+        of `ends` are those beyond the fall with straight links.
         """
         rows, equation, response = self._rows, self._rows.equation, self.motion.response
         landing, free, unstopped_rows = self.moving, self._free.shape[1], len(rows.rigid)
@@ -139,56 +168,94 @@ class CompliantLanding:
         if rows.rigid.any():
             rigid = np.flatnonzero(rows.rigid)
             along = np.concatenate(
-                [rows.turn @ equation.J_c[0, :unstopped_rows], equation.J_c[0, unstopped_rows:], self._system.along]
+                [
+                    rows.turn @ equation.J_c[0, :unstopped_rows],
+                    equation.J_c[0, unstopped_rows:],
+                    self._system.along,
+                ]
             )
             along = np.vstack([along, weight if equation.G is None else weight @ equation.G[0]])
-            missing = equation.H[0] @ (rows.basis @ np.column_stack([response, falling])[:free]) - along.T
+            missing = (
+                equation.H[0] @ (rows.basis @ np.column_stack([response, falling])[:free]) - along.T
+            )
             impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
-        beyond = [turns.jump[k] - times[k] * self._system.fall for k in (times.index(self.compressed), -1)]
-        linear = self._impact(np.column_stack([response, falling, *beyond, self._impulsive]), impulse)
+        beyond = [
+            turns.jump[k] - times[k] * self._system.fall for k in (times.index(self.compressed), -1)
+        ]
+        linear = self._impact(
+            np.column_stack([response, falling, *beyond, self._impulsive]), impulse
+        )
         if landing.scene.gravity:
             linear.jumps[..., 3:, r] += GRAVITY * landing.state.rotation[:, :, 2]
         return linear
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
-        """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r), and a constant (n, k)."""
+        """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r),
+        and a constant (n, k).
+        """
         carried = tuple(map(self.moving.carried, places))
         values = np.asarray(compute(self._linear, carried), dtype=float)[0, : len(self.number) + 1]
         values = values.reshape(*values.shape[:2], -1).transpose(1, 2, 0)
         return np.ascontiguousarray(values[..., :-1]), values[..., -1]
 
     def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
-        """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
-        return np.asarray(compute(self._linear, tuple(map(self.moving.carried, places))))[:, len(self.number) + 1 :]
+        """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and
+        the end, and of the impulse.
+        """
+        return np.asarray(compute(self._linear, tuple(map(self.moving.carried, places))))[
+            :, len(self.number) + 1 :
+        ]
 
-    def peaks(self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None) -> tuple[Array, Array]:
-        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached.
+    def peaks(
+        self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None
+    ) -> tuple[Array, Array]:
+        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when
+        (n,) each is reached.
 
         Args:
             compute: of the quantity.
             places: where.
             low_pass: a filter that the quantity goes through.
         """
-        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places), low_pass
+        key = (
+            compute,
+            tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places),
+            low_pass,
+        )
         if key not in self._peaks:
             motion = self.filtered(low_pass)
             try:
                 with one_thread(len(self.number)):
                     self._peaks[key] = motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
-                raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
+                raise SolveError(
+                    f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: "
+                    f"{refusal}"
+                ) from None
             freeze(self._peaks[key])
         return self._peaks[key]
 
-    def history(self, compute: Compute, places: Sequence[Place], times: Array, low_pass: LowPass | None = None) -> Array:
+    def history(
+        self,
+        compute: Compute,
+        places: Sequence[Place],
+        times: Array,
+        low_pass: LowPass | None = None,
+    ) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
-        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant)
+        return np.asarray(
+            np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant
+        )
 
     def displacements(self, times: Array) -> Array:
-        """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times (T,) [rad, m]."""
-        return np.asarray(self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T)
+        """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times
+        (T,) [rad, m].
+        """
+        return np.asarray(
+            self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T
+        )
 
     @functools.cached_property
     def duration(self) -> Array:
@@ -203,7 +270,9 @@ class CompliantLanding:
         names = [joints[contacts[self.number[row]].body].name for row in rows.tolist()]
         names += [stop.frame for stop in self._stops]
         rows = np.append(rows, np.arange(n, n + len(self._stops)))
-        peaks = self.motion.peak(np.eye(len(self.number))[rows, None])[0] if len(rows) else np.zeros(0)
+        peaks = (
+            self.motion.peak(np.eye(len(self.number))[rows, None])[0] if len(rows) else np.zeros(0)
+        )
         by_name: dict[str, float] = {}
         for name, peak in zip(names, peaks.tolist(), strict=True):
             by_name[name] = max(peak, by_name.get(name, 0.0))
@@ -211,15 +280,23 @@ class CompliantLanding:
 
     @property
     def restitution(self) -> Array:
-        """Restitution (c,) of each contact along its normal [1]: with a damping, of the mode with its largest force only."""
+        """Restitution (c,) of each contact along its normal [1]: with a damping, of the mode with
+        its largest force only.
+        """
         elements, modes = self.motion.elements, self.motion.modes
         frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
         c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
-        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), self._rows.restitution[self._rows.normal])
+        return np.where(
+            c > 0.0,
+            damper_restitution(c * frequency / (2.0 * k)),
+            self._rows.restitution[self._rows.normal],
+        )
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
-        """The times [s] at which something changes, as where a normal is unloaded, and the end; and the motion then."""
+        """The times [s] at which something changes, as where a normal is unloaded, and the end; and
+        the motion then.
+        """
         times = [segment.start + segment.length for segment in self.motion.segments]
         return times, self.motion.at(np.array(times))
 
@@ -230,62 +307,95 @@ class CompliantLanding:
         return float(first[np.isfinite(first)].max(initial=0.0)) or self.motion.duration
 
     def impact_at(self, time: float) -> DoubleImpact:
-        """The changes of velocity from the impact until a time [s], with free fall, of the scene's strike; no impulses."""
+        """The changes of velocity from the impact until a time [s], with free fall, of the scene's
+        strike; no impulses.
+        """
         if time not in self._impacts:
             self._impacts[time] = self._impact(self.motion.at(np.array([time])).jump.T)
         return self._impacts[time]
 
     @functools.cached_property
     def _impulsive(self) -> Array:
-        """Jumps (n,) of the coordinates in the impulse model, which reverses at once the speeds of the rows that act in it.
+        """Jumps (n,) of the coordinates in the impulse model, which reverses at once the speeds of
+        the rows that act in it.
 
-        These are the rows of contacts, those of stops that act at once, and hinges, which are locked there.
+        These are the rows of contacts, those of stops that act at once, and hinges, which are
+        locked there.
         """
         elements, to_velocity = self.motion.elements, self.motion.to_velocity
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
-        acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
+        acts = [
+            (stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named
+            for stop in self._stops
+        ]
         hinges = self.moving.hinges  # which are locked
         straight = np.isin(np.flatnonzero(self.moving.joint_model.stiffness > 0.0), hinges)
         others = np.zeros(len(self._system.along) - len(straight))
-        acting_rows = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)]
-        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))])
+        acting_rows = elements.rows[
+            np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)
+        ]
+        e = np.concatenate(
+            [self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))]
+        )
         speeds = (1.0 + e) * (acting_rows @ self._system.velocity)
-        return np.asarray(to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0])
+        return np.asarray(
+            to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0]
+        )
 
     @functools.cached_property
     def difference(self) -> float:
-        """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
+        """Largest difference between the jumps of a body at the end and in the impulse model,
+        relative to its largest jump [1].
+        """
         bodies = [self.moving.carried(place).body for place in self.landing.places("body")]
         final, impulsive = np.moveaxis(self._linear.jumps[0, bodies, ..., -2:], -1, 0)
-        difference, size = size_of(np.stack([final - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
+        difference, size = size_of(
+            np.stack([final - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths
+        ).T
         return float(difference.max() / size.max())
 
     @property
     def agrees_by_construction(self) -> bool:
-        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a contact slips or is pressed."""
+        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a
+        contact slips or is pressed.
+        """
         elements = self.motion.elements
         return bool(np.all(elements.restitution == 0.0) and np.ptp(elements.stiffness) == 0.0)
 
     @functools.cached_property
     def _compression(self) -> Array:
-        """Largest compression (c,) of each contact along its normal, with what dampers in series give way [m]."""
+        """Largest compression (c,) of each contact along its normal, with what dampers in series
+        give way [m].
+        """
         # It is largest where the normal is unloaded, or at the end.
         elements, turns, normal = self.motion.elements, self._turns[1], self._normal
-        damper = np.asarray(elements.damping) * ((self._system.velocity + turns.jump) @ elements.rows.T)
-        pressed = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal] / elements.stiffness[normal]
+        damper = np.asarray(elements.damping) * (
+            (self._system.velocity + turns.jump) @ elements.rows.T
+        )
+        pressed = (
+            np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal]
+            / elements.stiffness[normal]
+        )
         way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
         return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
 
     def warnings(self) -> Iterator[Diagnostic]:
-        """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
+        """Warnings where what the model leaves out counts: gravity, the change of geometry, and
+        contacts that open often.
+        """
         rows = self.motion.elements.rows[self._normal]
         duration = float(self.duration.max())
         approach = float(-(rows @ self._system.velocity).min())
-        if not self.landing.scene.gravity and (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
+        if (
+            not self.landing.scene.gravity
+            and (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach
+        ):
             text = (
-                f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds {gravity:.3g} m/s to an "
-                f"approach of {approach:.3g} m/s ({100.0 * gravity / approach:.2g} %): real peak forces are larger; "
+                f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds "
+                f"{gravity:.3g} m/s to an "
+                f"approach of {approach:.3g} m/s ({100.0 * gravity / approach:.2g} %): real peak "
+                f"forces are larger; "
                 "leave out --no-gravity"
             )
             yield Diagnostic("contact", "", gravity / approach, text)
@@ -300,57 +410,83 @@ class CompliantLanding:
             reach = np.linalg.norm(coms - block_point(state, contact)[0], axis=1) + robot.gyration
             if compression > DEEPEST_SHARE * (size := float(reach.max())):
                 text = (
-                    f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches {size:.3g} m from there: the "
-                    "geometry does not stay as at impact, which this model assumes; take a stiffer contact or a lower speed"
+                    f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches "
+                    f"{size:.3g} m from there: the "
+                    "geometry does not stay as at impact, which this model assumes; take a stiffer "
+                    "contact or a lower speed"
                 )
                 yield Diagnostic("contact", contact.name, compression, text)
         if (events := len(self.motion.events)) > MANY_EVENTS:
             text = (
-                f"contacts change {events} times between loading, unloading, slipping and open: tiny changes of the landing change "
-                "their order, so durations are not reliable; take restitution above 0, or fewer contacts"
+                f"contacts change {events} times between loading, unloading, slipping and open: "
+                f"tiny changes of the landing change "
+                "their order, so durations are not reliable; take restitution above 0, or fewer "
+                "contacts"
             )
             yield Diagnostic("contact", "", float(events), text)
 
     def _sinks(self) -> Iterator[Diagnostic]:
-        """A warning where dampers in series give way faster under constant forces than a contact strikes."""
+        """A warning where dampers in series give way faster under constant forces than a contact
+        strikes.
+        """
         motion, normal = self.motion, self._normal
         rows = motion.elements.rows[normal]
         strikes = -rows @ self._system.velocity
         # Of the motion along springs only that of dampers in series does not oscillate.
         sinks = -rows @ (motion.to_velocity @ motion.segments[0].drift)
-        pressed = (np.asarray(motion.elements.relaxation)[normal] > 0.0) & (strikes > 0.0) & (strikes < sinks)
+        pressed = (
+            (np.asarray(motion.elements.relaxation)[normal] > 0.0)
+            & (strikes > 0.0)
+            & (strikes < sinks)
+        )
         for k in np.flatnonzero(pressed).tolist():
             name = self.landing.contacts[k].name
             text = (
-                f"{name} strikes at {strikes[k]:.3g} m/s, and the weight presses the damper of its contact down at "
-                f"{sinks[k]:.3g} m/s: the force rises to the weight, and the impact has little effect; take a stiffer contact"
+                f"{name} strikes at {strikes[k]:.3g} m/s, and the weight presses the damper of its "
+                f"contact down at "
+                f"{sinks[k]:.3g} m/s: the force rises to the weight, and the impact has little "
+                f"effect; take a stiffer contact"
             )
             yield Diagnostic("contact", name, float(sinks[k] / strikes[k]), text)
 
     def _damped(self) -> Iterator[Diagnostic]:
         """A warning where the damping of joints, which is left out, counts.
 
-        Its impulses p = −d Δq, of the deflections Δq until the end, change velocities v by M⁻¹ p, or less where contacts hold the
-        robot. Compared are the lengths √(vᵀ M v) of this change and of that by the impact.
+        Its impulses p = −d Δq, of the deflections Δq until the end, change velocities v by M⁻¹ p,
+        or less where contacts hold the robot. Compared are the lengths √(vᵀ M v) of this change and
+        of that by the impact.
         """
-        M, robot, duration, end = self._rows.M, self.moving.robot, self.motion.duration, self._turns[1]
+        M, robot, duration, end = (
+            self._rows.M,
+            self.moving.robot,
+            self.motion.duration,
+            self._turns[1],
+        )
         jump = (end.jump[-1] - duration * self._system.fall)[: len(M)]
         moved = self.displacements(np.array([self.motion.duration]))[0]
         impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse
         share = float(np.sqrt(along @ np.linalg.solve(M, along) / (jump @ M @ jump)))
         if share > DAMPED_SHARE:
-            names = few([joint.name for joint in robot.single_joints if impulse[joint.v].any()], 2, what=" joints")
+            names = few(
+                [joint.name for joint in robot.single_joints if impulse[joint.v].any()],
+                2,
+                what=" joints",
+            )
             text = (
-                f"the damping of {names} in the robot's file is left out; in the {1e3 * duration:.3g} ms of the motion it may "
-                f"change velocities by up to {100.0 * share:.2g} % of what the impact changes, and late forces by about as much; "
+                f"the damping of {names} in the robot's file is left out; in the "
+                f"{1e3 * duration:.3g} ms of the motion it may "
+                f"change velocities by up to {100.0 * share:.2g} % of what the impact changes, and "
+                f"late forces by about as much; "
                 "set it to zero in the file if it is there for simulation only"
             )
             yield Diagnostic("contact", "damping", share, text)
 
     @functools.cached_property
     def force_shares(self) -> Array:
-        """Share (c, m) of each mode in the normal force of each contact: its amplitude, of the sum of all [1]."""
+        """Share (c, m) of each mode in the normal force of each contact: its amplitude, of the sum
+        of all [1].
+        """
         amplitude = self.motion.modes.force[self._normal]
         total = amplitude.sum(axis=1, keepdims=True)
         return np.asarray(amplitude / np.where(total > 0.0, total, 1.0))

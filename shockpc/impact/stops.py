@@ -1,12 +1,13 @@
-"""End stops in an impact: which of those that joints are at act, because without them a joint would move beyond its limit.
+"""End stops in an impact: which of those that joints are at act, because without them a joint would
+move beyond its limit.
 
-The rows of contacts, standing feet and loops hold as in Eq. 4; a stop can only push. With w = v⁺ + e v⁻ (e = 0 where the joint did
-not move towards the stop) along the stops,
+The rows of contacts, standing feet and loops hold as in Eq. 4; a stop can only push. With w = v⁺ +
+e v⁻ (e = 0 where the joint did not move towards the stop) along the stops,
 
     w ≥ 0,    p ≥ 0,    pᵀ w = 0,
 
-for e = 0 the jump of minimum kinetic energy that obeys them. Stops that act are further rows of Eq. 4, which is then solved,
-and proven, as it is without them.
+for e = 0 the jump of minimum kinetic energy that obeys them. Stops that act are further rows of Eq.
+4, which is then solved, and proven, as it is without them.
 """
 
 from dataclasses import replace
@@ -23,16 +24,22 @@ from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
 
 TAKES = 1e-12
-"""Share of the largest impulse of a stop, by the speed that it gives, below which a stop takes none."""
+"""Share of the largest impulse of a stop, by the speed that it gives, below which a stop takes
+none.
+"""
 
 DEPENDS = 1e-8
 """Share of a row, or of the largest speed, below which what others leave of it is rounding."""
 
 LEFT = 1e-6
-"""Share of the largest speed up to which one along a stop whose joint the contacts hold is rounding of double precision."""
+"""Share of the largest speed up to which one along a stop whose joint the contacts hold is rounding
+of double precision.
+"""
 
 RELAXED = 1e-9
-"""Share of the largest speed by which inequalities may be missed, so that some motion meets those that leave only one."""
+"""Share of the largest speed by which inequalities may be missed, so that some motion meets those
+that leave only one.
+"""
 
 MOST_ROUNDS = 20
 """Times that the stops that act and what of the soles carries are sought one after the other."""
@@ -42,7 +49,9 @@ CONTRADICTS = 1e-10
 
 
 def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
-    """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these before the impact (k,)."""
+    """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these
+    before the impact (k,).
+    """
     robot, rates = landing.robot, landing.before.joint_rates
     sides = stops_at(robot, landing.q, landing.joint_model)
     rows = np.zeros((len(sides), robot.model.nv))
@@ -56,11 +65,12 @@ def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array
 def with_stops(landing: PosedLanding) -> PosedLanding:
     """A landing with the rows of the stops that act, and with what of its soles carries then.
 
-    Stops and corners of soles push only, in one convex problem. Stops follow from the faces of the soles, and
-    these from the stops that act: where both stay, they are its solution.
+    Stops and corners of soles push only, in one convex problem. Stops follow from the faces of the
+    soles, and these from the stops that act: where both stay, they are its solution.
 
     Raises:
-        SolveError: no impulses of stops keep all joints from moving beyond them, or stops and soles are not found.
+        SolveError: no impulses of stops keep all joints from moving beyond them, or stops and soles
+            are not found.
     """
     for _ in range(MOST_ROUNDS):
         stopped = _with_stops(landing)
@@ -68,13 +78,16 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
         if landing.scene.contact == stopped.scene.contact:
             return stopped
     raise SolveError(
-        "no verdict: which end stops act, and what of the soles carries, is not found together; say what of the soles carries, by "
+        "no verdict: which end stops act, and what of the soles carries, is not found together; "
+        "say what of the soles carries, by "
         "the kind of the contacts (--contact-kind)"
     )
 
 
 def _with_stops(landing: PosedLanding) -> PosedLanding:
-    """A landing with the rows of the stops that act on its contacts as they are; the same where none does."""
+    """A landing with the rows of the stops that act on its contacts as they are; the same where
+    none does.
+    """
     bare = landing.without_stops
     blocks, rows, before = stop_rows(bare)
     if not blocks:
@@ -82,7 +95,10 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     equation = bare.equation(bare.state)
     solution = solve_in_doubles(bare, equation)
     after = bare.before.joint_rates + equation.full(solution.delta_qd)[0, :, 3]
-    if not np.isfinite(after).all() or not driven_beyond(at_stops(bare.robot, bare.q[None], bare.joint_model)[0], after).any():
+    if (
+        not np.isfinite(after).all()
+        or not driven_beyond(at_stops(bare.robot, bare.q[None], bare.joint_model)[0], after).any()
+    ):
         return bare
     G = np.eye(rows.shape[1]) if equation.G is None else equation.G[0]
     reduced = rows @ G
@@ -107,7 +123,8 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     except ArithmeticError:
         raise SolveError(
             "no verdict: the contacts drive joints beyond their stops, whatever these do "
-            f"({listed((block.frame for block in blocks), 4)}): the mechanism cannot move as they ask; leave a direction or "
+            f"({listed((block.frame for block in blocks), 4)}): the mechanism cannot move as they "
+            f"ask; leave a direction or "
             "a contact out, or the stops"
         ) from None
     pushes = impulse * length > TAKES * (impulse * length).max()
@@ -123,7 +140,8 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
 
 
 def refuse_missed(landing: PosedLanding) -> None:
-    """Refuse end stops that are to strike while their joint is not there, or does not move towards them.
+    """Refuse end stops that are to strike while their joint is not there, or does not move towards
+    them.
 
     Raises:
         SceneError: the text names them.
@@ -131,14 +149,18 @@ def refuse_missed(landing: PosedLanding) -> None:
     striking = [block for block in landing.contacts if block.kind == "stop"]
     if missed_stops(landing.robot, striking, landing.q[None], landing.before.joint_rates)[0]:
         names = listed((block.frame for block in striking), 4)
-        raise SceneError(f"{names}: a joint is not at the end stop that it is to strike, or does not move towards it")
+        raise SceneError(
+            f"{names}: a joint is not at the end stop that it is to strike, or does not move "
+            f"towards it"
+        )
 
 
 def least_push(rows: Array, missing: Array) -> Array:
-    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0: those of the x = Gᵀ p of minimum length that meets G x ≥ h.
+    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0: those of the x = Gᵀ p of minimum length
+    that meets G x ≥ h.
 
-    By the least-squares problem with non-negative unknowns to which Lawson and Hanson reduce it ("Solving Least Squares Problems",
-    1974, Section 23.4, LDP).
+    By the least-squares problem with non-negative unknowns to which Lawson and Hanson reduce it
+    ("Solving Least Squares Problems", 1974, Section 23.4, LDP).
 
     Args:
         rows: (k, n) G, in units of the mass metric.

@@ -77,9 +77,9 @@ class Range(NamedTuple):
     Attributes:
         smallest: in the unit of the number.
         largest: likewise.
-        kind: "corners": the largest is at a corner of the intervals, as far as a climb found it, and
-            the smallest is sought; of a component, both are at corners. "exact": both are those of
-            the smallest and of the largest inertias. "samples": those of some corners.
+        kind: "corners": the largest is at a corner of the intervals, as far as a climb found it,
+            and the smallest is sought; of a component, both are at corners. "exact": both are those
+            of the smallest and of the largest inertias. "samples": those of some corners.
     """
 
     smallest: float
@@ -102,8 +102,10 @@ class Range(NamedTuple):
 def drives_advice(joints: Sequence[str]) -> str:
     """What to give where the drives of some joints, as `deciding_joints` has them, decide."""
     return (
-        f"the drives of {few([printable(name) for name in joints], 4)} decide: give them more closely with --drives, --rotor or "
-        "--armature (in files joints.drives, joints.rotor and joints.armature), or state that there are none: "
+        f"the drives of {few([printable(name) for name in joints], 4)} decide: give them more "
+        f"closely with --drives, --rotor or "
+        "--armature (in files joints.drives, joints.rotor and joints.armature), or state that "
+        "there are none: "
         'joints.model = "free" (--joints free)'
     )
 
@@ -129,14 +131,20 @@ def range_of(profile: ShockProfile, selection: Selection, place: Place) -> Range
     return ranges_of(profile, selection, [place])[0]
 
 
-def ranges_of(profile: ShockProfile, selection: Selection, places: Sequence[Place]) -> list[Range | None]:
+def ranges_of(
+    profile: ShockProfile, selection: Selection, places: Sequence[Place]
+) -> list[Range | None]:
     """The ranges of a number of a profile at several places over the drives, each as `range_of`."""
     landing, wanted = profile.landing, selection.quantity
     found: list[Range | None] = [None] * len(places)
     if wanted.on != "scene" or not has_range(landing):
         return found
     values = profile.numbers(selection, places)
-    reached = [k for k, place in enumerate(places) if not (wanted.of == "point" and place.body < 0) and not np.isnan(values[k])]
+    reached = [
+        k
+        for k, place in enumerate(places)
+        if not (wanted.of == "point" and place.body < 0) and not np.isnan(values[k])
+    ]
     searched = _searched(landing, selection, [places[k] for k in reached])
     for k, (kind, ends) in zip(reached, searched, strict=True):
         every = [float(values[k]), *(value for _, value in ends)]
@@ -165,10 +173,10 @@ def effective_mass_range(profile: ShockProfile) -> Range | None:
 def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -> tuple[str, ...]:
     """Names of the joints whose drives account for nearly all of the range of a number.
 
-    Those with the largest effect come first. At each end of the range the joints are ordered by what
-    the number loses when one of them is as modelled again. Those decide with which, one after the
-    other, the number comes within `NEARLY` of the way to the end. Where the number does not follow
-    from the response of the landing, they are those of an impulse or a jump at its place.
+    Those with the largest effect come first. At each end of the range the joints are ordered by
+    what the number loses when one of them is as modelled again. Those decide with which, one after
+    the other, the number comes within `NEARLY` of the way to the end. Where the number does not
+    follow from the response of the landing, they are those of an impulse or a jump at its place.
     """
     landing = profile.landing
     if not has_range(landing):
@@ -191,7 +199,9 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
     return tuple(dict.fromkeys(names[int(response.columns[i])] for i in decide))
 
 
-def _jump_beside(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Selection, Place]:
+def _jump_beside(
+    landing: PosedLanding, selection: Selection, place: Place
+) -> tuple[Selection, Place]:
     """What is linear in the drives at the place of a number: an impulse of the ground, or a jump.
 
     That of a place without a body is the jump of the heaviest one.
@@ -306,7 +316,9 @@ def _follows(landing: PosedLanding, selection: Selection) -> bool:
     return bonded and (wanted.of, wanted.key) in OF_JUMPS
 
 
-def _followed(landing: PosedLanding, selection: Selection, places: Sequence[Place], changes: list[Array]) -> list[Array]:
+def _followed(
+    landing: PosedLanding, selection: Selection, places: Sequence[Place], changes: list[Array]
+) -> list[Array]:
     """A number at places (n,), for each change (nv,), from the response of the landing."""
     if not changes:
         return []
@@ -401,7 +413,9 @@ def _faces(landing: PosedLanding) -> tuple[object, ...]:
     return *landing.scene.contact, *landing.lifted
 
 
-def _values_of(landing: PosedLanding | None, selection: Selection, places: Sequence[Place]) -> Array:
+def _values_of(
+    landing: PosedLanding | None, selection: Selection, places: Sequence[Place]
+) -> Array:
     """A number at places (n,), in doubles, or with a proof where doubles do not have it; or NaN."""
     values, wanted = np.full(len(places), np.nan), selection.quantity
     if landing is None:

@@ -1,13 +1,16 @@
-"""The first bending mode of the links between a contact and the base: what it would be with links of a bending stiffness.
+"""The first bending mode of the links between a contact and the base: what it would be with links
+of a bending stiffness.
 
-Frequencies are those of the free robot, its joints as in the impact: a rotor behind a gear ties links together, so that a leg with
-drives swings far slower than one without. They follow from masses and geometry alone, f = α √EI for links of one EI.
+Frequencies are those of the free robot, its joints as in the impact: a rotor behind a gear ties
+links together, so that a leg with drives swings far slower than one without. They follow from
+masses and geometry alone, f = α √EI for links of one EI.
 
-Of a straight bar of one metal the moment of inertia about its axis and its bending stiffness both come from the second moments of
-its section: J = ρ (I₁ + I₂) L and, of the mean of both planes, EI = (E/ρ) J / 2L, whatever the section is, solid or a tube. E/ρ is
-26e6 m²/s² of steel, aluminium, titanium and magnesium alike. A link of which all is such a bar, with no motor, bearing or cover in
-its inertia, is as stiff as its inertia lets metal be. Frequencies grow with √(E/ρ): a tube of carbon fibre has 31e6 m²/s² with
-fibres in all directions, and up to 75e6 with fibres along it.
+Of a straight bar of one metal the moment of inertia about its axis and its bending stiffness both
+come from the second moments of its section: J = ρ (I₁ + I₂) L and, of the mean of both planes, EI =
+(E/ρ) J / 2L, whatever the section is, solid or a tube. E/ρ is 26e6 m²/s² of steel, aluminium,
+titanium and magnesium alike. A link of which all is such a bar, with no motor, bearing or cover in
+its inertia, is as stiff as its inertia lets metal be. Frequencies grow with √(E/ρ): a tube of
+carbon fibre has 31e6 m²/s² with fibres in all directions, and up to 75e6 with fibres along it.
 """
 
 import math
@@ -23,7 +26,9 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.robot.tolerances import inertia_fault
 
 THIN, UNKNOWN = 1e-9, 1e9
-"""Share of the moments of inertia below which that about the axis says nothing of the section; the EI that then counts [N m²]."""
+"""Share of the moments of inertia below which that about the axis says nothing of the section; the
+EI that then counts [N m²].
+"""
 
 HELD = 1e-6
 """Share of the highest frequency below which one is rounding."""
@@ -60,7 +65,8 @@ class LegModes(NamedTuple):
 
 @memoized()
 def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
-    """The first bending mode of the links between a contact and the base; None where none of them has an inertia.
+    """The first bending mode of the links between a contact and the base; None where none of them
+    has an inertia.
 
     A contact on the base bends that; an end stop bends nothing.
 
@@ -69,11 +75,16 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     """
     robot, block, links = landing.robot, landing.contacts[contact], list[int]()
     body = -1 if block.kind == "stop" else block.body
-    # Body 0 of a free robot is its base, which bends only where the contact is on it; of a fixed one it is the first link.
+    # Body 0 of a free robot is its base, which bends only where the contact is on it; of a fixed
+    # one it is the first link.
     while body > 0 or (body == 0 and not (links and robot.free_base)):
         links.append(body)
         body = robot.parents[body]
-    slender = [k for k in links if (one := robot.bodies[k]).mass > 0.0 and inertia_fault(one.mass, one.inertia) is None]
+    slender = [
+        k
+        for k in links
+        if (one := robot.bodies[k]).mass > 0.0 and inertia_fault(one.mass, one.inertia) is None
+    ]
     if not slender:
         return None
     names = tuple(robot.bodies[k].name for k in slender)
@@ -86,7 +97,11 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
         length = division.spacing * len(division.along)
         inertia = robot.bodies[body].inertia
         about_axis = float(division.axis @ inertia @ division.axis)
-        metal = SPECIFIC_STIFFNESS * about_axis / (2.0 * length) if about_axis > THIN * np.trace(inertia) else UNKNOWN
+        metal = (
+            SPECIFIC_STIFFNESS * about_axis / (2.0 * length)
+            if about_axis > THIN * np.trace(inertia)
+            else UNKNOWN
+        )
         for segment in flexible.segments[body][1:]:
             stiffness[flexible.robot.joints[segment].v] *= metal
     of_metal = replace(bending, flexible=replace(flexible, stiffness=stiffness))

@@ -1,7 +1,9 @@
-"""Loops: two bodies held together at a point or a frame, as rows, and the posture in which they meet.
+"""Loops: two bodies held together at a point or a frame, as rows, and the posture in which they
+meet.
 
-The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1); restitution never applies to them. Redundant rows,
-such as a planar loop closed by a point in space, are normal: the solver counts the rank.
+The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1); restitution never
+applies to them. Redundant rows, such as a planar loop closed by a point in space, are normal: the
+solver counts the rank.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,8 +25,10 @@ from shockpc.text.errors import SceneError
 from shockpc.text.printed import few, listed
 
 CLOSED, SEEN, DIGITS = 1e-12, 1e-9, 1e-4
-"""A loop is closed when its gap is below the first share of the robot's size: what rounding leaves. A gap above the second is
-reported. Up to the third one may be left by lengths with six digits, of which differences decide."""
+"""A loop is closed when its gap is below the first share of the robot's size: what rounding leaves.
+A gap above the second is
+reported. Up to the third one may be left by lengths with six digits, of which differences
+decide."""
 
 EXACT = 1e-10
 """Share of the largest singular value of K G below which one is rounding."""
@@ -33,10 +37,14 @@ NEARBY = 1e-2
 """How far joints may move to close exactly what is closed to the digits of a file [rad, m]."""
 
 STEPS, NEAR_STEPS, RETRIES, SPREAD = 50, 12, 8, 0.25
-"""Steps of Gauss–Newton, from anywhere and from nearby; other starts, and how much farther away each is than the last [rad, m]."""
+"""Steps of Gauss–Newton, from anywhere and from nearby; other starts, and how much farther away
+each is than the last [rad, m].
+"""
 
 STRIDE, LEAP, SHORTEST = 0.2, 0.5, 1e-3
-"""Following loops: first stride of the held joints, how far the others may move in one stride, and shortest stride [rad, m]."""
+"""Following loops: first stride of the held joints, how far the others may move in one stride, and
+shortest stride [rad, m].
+"""
 
 
 def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
@@ -44,16 +52,19 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
 
     Raises:
         UnknownName: the robot has no such frame.
-        SceneError: one makes no sense, or two tie the same points: where those are only almost the same, rounding would determine
-            what they hold.
+        SceneError: one makes no sense, or two tie the same points: where those are only almost the
+            same, rounding would determine what they hold.
     """
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in closures))
     for k, loop in enumerate(loops):
         for other in loops[:k]:
             ends = [dict(zip(one.bodies, one.points, strict=True)) for one in (loop, other)]
-            if ends[0].keys() == ends[1].keys() and all(np.linalg.norm(p - ends[1][body]) <= 1e-9 for body, p in ends[0].items()):
+            if ends[0].keys() == ends[1].keys() and all(
+                np.linalg.norm(p - ends[1][body]) <= 1e-9 for body, p in ends[0].items()
+            ):
                 raise SceneError(
-                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same bodies, so they are one closure; '
+                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same '
+                    f"bodies, so they are one closure; "
                     "leave one of them out, and let the other hold all that both should",
                     blocks=[other.name, loop.name],
                 )
@@ -72,12 +83,17 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
     if a.body == b.body:
         shared = f'body "{robot.bodies[a.body].name}"' if a.body >= 0 else "the world"
         raise SceneError(
-            f'closure "{name}" holds {shared} to itself, which closes no loop; name frames on two bodies', blocks=[name]
+            f'closure "{name}" holds {shared} to itself, which closes no loop; name frames on two '
+            f"bodies",
+            blocks=[name],
         )
     return Loop(
         name=name,
         bodies=(a.body, b.body),
-        points=(a.offset + a.rotation @ np.asarray(closure.a.offset), b.offset + b.rotation @ np.asarray(closure.b.offset)),
+        points=(
+            a.offset + a.rotation @ np.asarray(closure.a.offset),
+            b.offset + b.rotation @ np.asarray(closure.b.offset),
+        ),
         rotations=(a.rotation, b.rotation),
         axes=unit_directions(f'closure "{name}"', closure.directions),
         holds_orientation=closure.kind == "frame",
@@ -85,10 +101,12 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
 
 
 def closure_block(loop: Loop) -> ConstraintBlock:
-    """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its first body.
+    """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its
+    first body.
 
-    Both impulses act at the second end: along an axis that is left free the first end may be elsewhere, and opposite impulses at
-    two places would turn the robot. It is also what makes the rows the derivative of `closure_gap`.
+    Both impulses act at the second end: along an axis that is left free the first end may be
+    elsewhere, and opposite impulses at two places would turn the robot. It is also what makes the
+    rows the derivative of `closure_gap`.
     """
     (a, b), frame = loop.bodies, loop.rotations[0]
     return ConstraintBlock(
@@ -104,7 +122,9 @@ def closure_block(loop: Loop) -> ConstraintBlock:
 
 
 def closure_gap(state: Dynamics, loop: Loop) -> Array:
-    """How far the second end of a loop is from the first (N, n): along its axes [m], then about them [rad] if it holds these."""
+    """How far the second end of a loop is from the first (N, n): along its axes [m], then about
+    them [rad] if it holds these.
+    """
     (a, b), (p_a, p_b) = loop.bodies, loop.points
     frame = _orientation(state, a, loop.rotations[0])
     apart = world_point(state, b, p_b) - world_point(state, a, p_a)
@@ -130,7 +150,8 @@ class Assembly(NamedTuple):
         gap: largest distance between two ends before [m].
         turn: largest angle between two ends before, of closures that hold orientations [rad].
         moved: (joint, by how much, unit) of each joint that had to move; a ball joint by its angle.
-        left: largest distance that is left between two ends of loops that contradict one another in the last digits of a file [m].
+        left: largest distance that is left between two ends of loops that contradict one another in
+            the last digits of a file [m].
         retried: whether they close only from another start, so perhaps assembled in another way.
     """
 
@@ -144,19 +165,33 @@ class Assembly(NamedTuple):
     def warnings(self, robot: str) -> Iterator[Diagnostic]:
         """Warnings of loops that are not closed as the scene says. Args: robot: its name."""
         if self.left:
-            text = f"the loops contradict one another in the last digits of the file: ends stay {1e3 * self.left:.2g} mm apart"
+            text = (
+                f"the loops contradict one another in the last digits of the file: ends stay "
+                f"{1e3 * self.left:.2g} mm apart"
+            )
             yield Diagnostic("posture", robot, self.left, f"{text}, closed by least squares")
         if self.retried:
             moved = few([f'"{name}" by {by:.3g} {unit}' for name, by, unit in self.moved], 4)
-            text = f"the loops close only far from the joint values given, perhaps assembled in another way: {moved}"
-            yield Diagnostic("posture", robot, None, f"{text}; if another way is meant, set these joints nearer to it")
+            text = (
+                f"the loops close only far from the joint values given, perhaps assembled in "
+                f"another way: {moved}"
+            )
+            yield Diagnostic(
+                "posture",
+                robot,
+                None,
+                f"{text}; if another way is meant, set these joints nearer to it",
+            )
 
 
-def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Assembly:
+def assemble(
+    robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray
+) -> Assembly:
     """Close every loop by Gauss–Newton with steps of minimum norm, K G Δy = −gap.
 
-    Loops that contradict one another by no more than the digits of a file are closed by least squares. Where neither is possible,
-    other starts are tried, and the closed posture nearest to q is taken.
+    Loops that contradict one another by no more than the digits of a file are closed by least
+    squares. Where neither is possible, other starts are tried, and the closed posture nearest to q
+    is taken.
 
     Args:
         robot: its base stays where it is; joints that follow others keep following.
@@ -173,17 +208,35 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixe
     closed = linkage.closed(q, DIGITS)
     retried = closed is None
     if retried:
-        others = [other for start in linkage.starts(q, RETRIES) if (other := linkage.closed(start, DIGITS)) is not None]
-        closed = min(others, key=lambda other: float(np.linalg.norm(pin.difference(robot.model, q, other))), default=None)
+        others = [
+            other
+            for start in linkage.starts(q, RETRIES)
+            if (other := linkage.closed(start, DIGITS)) is not None
+        ]
+        closed = min(
+            others,
+            key=lambda other: float(np.linalg.norm(pin.difference(robot.model, q, other))),
+            default=None,
+        )
     if closed is not None:
         state = dynamics(robot, closed[None])
         left = max(_apart(state, loop)[0] for loop in loops)
-        return Assembly(closed, first, turn, moved_joints(robot, q, closed), left if left > SEEN * _size(state) else 0.0, retried)
+        return Assembly(
+            closed,
+            first,
+            turn,
+            moved_joints(robot, q, closed),
+            left if left > SEEN * _size(state) else 0.0,
+            retried,
+        )
     raise linkage.refusal(q)
 
 
-def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Array:
-    """Follow closed loops while the held joints move from one posture to another, so that they stay assembled in the same way.
+def follow(
+    robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray
+) -> Array:
+    """Follow closed loops while the held joints move from one posture to another, so that they stay
+    assembled in the same way.
 
     Args:
         robot: as in `assemble`.
@@ -211,7 +264,8 @@ def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: 
             there = pin.integrate(model, q, np.where(fixed, 0.0, pin.difference(model, q, here)))
         robot.set_followers(there)
         closed = linkage.closed(there, allowed, NEAR_STEPS)
-        # The loops move far only where they are nearly singular, and there another posture is near in which they are closed.
+        # The loops move far only where they are nearly singular, and there another posture is near
+        # in which they are closed.
         if closed is None or np.abs(pin.difference(model, there, closed)).max() > LEAP:
             step /= 2.0
             if step * length < SHORTEST:
@@ -221,8 +275,12 @@ def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: 
     return here
 
 
-def closed_nearby(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Array | None:
-    """The closed configuration (nq,) nearby, or None where the loops do not close from there; arguments as of `assemble`."""
+def closed_nearby(
+    robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray
+) -> Array | None:
+    """The closed configuration (nq,) nearby, or None where the loops do not close from there;
+    arguments as of `assemble`.
+    """
     return _Linkage(robot, loops, plane, fixed).closed(q, DIGITS)
 
 
@@ -239,12 +297,16 @@ class _Linkage(NamedTuple):
         return np.concatenate([closure_gap(state, loop)[0] for loop in self.loops])
 
     def columns(self, state: Dynamics) -> tuple[Array, Array]:
-        """The directions G (nv, ny) in which joints may move, and how these move the gaps, K G (n, ny)."""
+        """The directions G (nv, ny) in which joints may move, and how these move the gaps, K G (n,
+        ny).
+        """
         if not _movable(self.robot, self.fixed):
             return np.zeros((len(self.fixed), 0)), np.zeros((len(self.gap(state)), 0))
         G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.fixed)
         columns = np.eye(self.robot.model.nv) if G is None else G[0]
-        return columns, row_jacobian(state, [closure_block(loop) for loop in self.loops])[0] @ columns
+        return columns, row_jacobian(state, [closure_block(loop) for loop in self.loops])[
+            0
+        ] @ columns
 
     def refusal(self, q: Array) -> SceneError:
         """The error for loops that cannot be closed from q."""
@@ -254,8 +316,10 @@ class _Linkage(NamedTuple):
         angle = f" and {np.degrees(turned):.3g} deg turned" if worst.holds_orientation else ""
         movable = _movable(self.robot, self.fixed)
         return SceneError(
-            f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm apart{angle}; '
-            f"joints that may move: {listed(movable) or 'none'}; let others move with --assemble, or start from joint values "
+            f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm '
+            f"apart{angle}; "
+            f"joints that may move: {listed(movable) or 'none'}; let others move with --assemble, "
+            f"or start from joint values "
             "nearer to the closed loop",
             blocks=[worst.name],
             joints=movable,
@@ -283,24 +347,30 @@ class _Linkage(NamedTuple):
     def closed(self, q: Array, allowed: float, most: int = STEPS) -> Array | None:
         """The closed configuration (nq,) that is reached from q; None if there is none.
 
-        Directions in which the loops resist by no more than the digits of a file are left alone at first: bars that are parallel to
-        these digits would move far to make up for what is missing in their lengths.
+        Directions in which the loops resist by no more than the digits of a file are left alone at
+        first: bars that are parallel to these digits would move far to make up for what is missing
+        in their lengths.
 
         Args:
             q: (nq,) configuration to start from.
-            allowed: share of the robot's size that may be left as a gap where it cannot be closed nearby.
+            allowed: share of the robot's size that may be left as a gap where it cannot be closed
+                nearby.
             most: how many steps.
         """
         coarse, left = self.reached(q, DIGITS, most)
         if left <= CLOSED:
             return coarse
         exact, rest = self.reached(coarse if left <= DIGITS else q, EXACT, most)
-        if rest <= CLOSED and (left > DIGITS or np.abs(pin.difference(self.robot.model, coarse, exact)).max() <= NEARBY):
+        if rest <= CLOSED and (
+            left > DIGITS or np.abs(pin.difference(self.robot.model, coarse, exact)).max() <= NEARBY
+        ):
             return exact
         return coarse if left <= allowed else None
 
     def reached(self, q: Array, cut: float, most: int) -> tuple[Array, float]:
-        """The configuration with the smallest gap on the way from q, and that gap as a share of the robot's size; as in `steps`."""
+        """The configuration with the smallest gap on the way from q, and that gap as a share of the
+        robot's size; as in `steps`.
+        """
         best, least, last = q, np.inf, False
         for state, passed, step in self.steps(q, cut, most):
             gap = float(np.abs(self.gap(state)).max()) / _size(state)
@@ -316,7 +386,9 @@ class _Linkage(NamedTuple):
         G, _ = self.columns(dynamics(self.robot, q[None]))
         rng = np.random.default_rng(0)
         for k in range(count):
-            yield pin.integrate(self.robot.model, q, G @ rng.uniform(-1.0, 1.0, G.shape[1]) * (k + 1) * SPREAD)
+            yield pin.integrate(
+                self.robot.model, q, G @ rng.uniform(-1.0, 1.0, G.shape[1]) * (k + 1) * SPREAD
+            )
 
 
 def _size(state: Dynamics) -> float:
@@ -331,12 +403,21 @@ def _apart(state: Dynamics, loop: Loop) -> tuple[float, float]:
 
 def _movable(robot: Robot, fixed: np.ndarray) -> list[str]:
     """The joints that may move by themselves: neither held nor following another."""
-    return [n for n in robot.joint_names if n not in robot.followers and not fixed[robot.joint(n).v].any()]
+    return [
+        n
+        for n in robot.joint_names
+        if n not in robot.followers and not fixed[robot.joint(n).v].any()
+    ]
 
 
 def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
-    """The joints that moved by more than rounding: name, by how much, a ball joint by its angle, and unit."""
+    """The joints that moved by more than rounding: name, by how much, a ball joint by its angle,
+    and unit.
+    """
     step = pin.difference(robot.model, before, after)
     parts = ((joint, step[joint.v]) for joint in map(robot.joint, robot.joint_names))
-    moved = [(joint, float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))) for joint, part in parts]
+    moved = [
+        (joint, float(part[0]) if len(part) == 1 else float(np.linalg.norm(part)))
+        for joint, part in parts
+    ]
     return tuple((joint.name, by, joint.unit) for joint, by in moved if abs(by) > 1e-9)

@@ -1,7 +1,9 @@
-"""What is held during an impact, described once: contacts, standing feet and loops as rows; and Eq. 4 with them.
+"""What is held during an impact, described once: contacts, standing feet and loops as rows; and Eq.
+4 with them.
 
-A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a body, along an axis fixed in the
-world or in a body. The description does not know the posture. It is evaluated for N postures, in doubles or, for a proof, in balls.
+A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a
+body, along an axis fixed in the world or in a body. The description does not know the posture. It
+is evaluated for N postures, in doubles or, for a proof, in balls.
 """
 
 import itertools
@@ -27,18 +29,22 @@ class ConstraintBlock(NamedTuple):
         kind: only the rows of a contact and of a stop have a speed to undo.
         frame: name of what is held.
         body: index of the body on which the unit impulses act; −1 for the world.
-        point: (3,), or (N, 3) where it differs between postures, at which they act, in the body's frame [m].
+        point: (3,), or (N, 3) where it differs between postures, at which they act, in the body's
+            frame [m].
         forces: (n, 3) axes of the unit forces.
         moments: (m, 3) axes of the unit moments.
         other: index of the body on which the opposite impulses act; −1 for the ground or the world.
         axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
         restitution: e, by which the impact reverses the speed [1].
-        rebound: (3,) unit direction along which it does so, at each point of a flat contact; None where along each row (Eq. 4).
+        rebound: (3,) unit direction along which it does so, at each point of a flat contact; None
+            where along each row (Eq. 4).
         normal: (3,) unit normal of the ground at a contact or standing foot, world axes.
-        velocity: (3,), or (N, 3) where it differs between postures, of the point before the impact, world axes, where it is not
-            that of the robot's motion [m/s].
-        sole: (n, 3) corners of the sole of which what carries is held, in the body's frame [m]; none of a point.
-        lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
+        velocity: (3,), or (N, 3) where it differs between postures, of the point before the impact,
+            world axes, where it is not that of the robot's motion [m/s].
+        sole: (n, 3) corners of the sole of which what carries is held, in the body's frame [m];
+            none of a point.
+        lowest: shapes on which the lowest point is sought in each posture, and what is given as the
+            point added to that.
     """
 
     kind: Literal["contact", "stance", "closure", "stop"]
@@ -79,28 +85,37 @@ def block_point(state: Dynamics, block: ConstraintBlock) -> Array:
 
 
 def world_point(state: Dynamics, body: int, point: Array) -> Array:
-    """Position (N, 3) of a point of a body or of the world, world axes, from the base [m]. Args: point (3,) or (N, 3)."""
+    """Position (N, 3) of a point of a body or of the world, world axes, from the base [m].
+
+    Args: point (3,) or (N, 3).
+    """
     if body < 0:
         return np.asarray(point - state.origin)
-    return np.asarray(state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0])
+    return np.asarray(
+        state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0]
+    )
 
 
 def block_axes(state: Dynamics, block: ConstraintBlock) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
     axes = np.concatenate([block.forces, block.moments])
     if block.axes_body < 0:
-        # Adding zeros makes balls of them where the posture is in balls, before doubles are multiplied with doubles and rounded.
+        # Adding zeros makes balls of them where the posture is in balls, before doubles are
+        # multiplied with doubles and rounded.
         return np.asarray(axes + 0.0 * state.origin[:, None])
     return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 
 def block_wrenches(state: Dynamics, block: ConstraintBlock) -> Array:
-    """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
+    """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin
+    [m], and force; world axes.
+    """
     return wrenches(block_point(state, block), block_axes(state, block), len(block.forces))
 
 
 def wrenches(point: Array, axes: Array, n: int) -> Array:
-    """Wrenches (..., n + m, 6) of n unit forces at a point (..., 3), then m unit moments, as `block_wrenches`.
+    """Wrenches (..., n + m, 6) of n unit forces at a point (..., 3), then m unit moments, as
+    `block_wrenches`.
 
     Args: axes (..., n + m, 3) of the forces, then of the moments.
     """
@@ -111,18 +126,26 @@ def wrenches(point: Array, axes: Array, n: int) -> Array:
 
 
 def row_jacobian(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
-    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the power of its wrench."""
-    return np.concatenate([block_wrenches(state, block) @ state.J * row_signs(state, block) for block in blocks], axis=1)
+    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the
+    power of its wrench.
+    """
+    return np.concatenate(
+        [block_wrenches(state, block) @ state.J * row_signs(state, block) for block in blocks],
+        axis=1,
+    )
 
 
 def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
-    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a share of its terms.
+    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a
+    share of its terms.
 
-    They are lengths of vectors, not of their components: a rotation spreads the rounding of a vector over all its components, so
-    the speed of a planar robot across its plane is a rounding error of the speed in it.
+    They are lengths of vectors, not of their components: a rotation spreads the rounding of a
+    vector over all its components, so the speed of a planar robot across its plane is a rounding
+    error of the speed in it.
     """
     angular, linear = (norm(np.swapaxes(part, 1, 2)) for part in (state.J[:, :3], state.J[:, 3:]))
-    # The linear part of a rotating joint is a product of its axis and its place, which may be parallel.
+    # The linear part of a rotating joint is a product of its axis and its place, which may be
+    # parallel.
     place = norm(state.position)[:, np.argmax(state.ancestors, axis=0)]
     linear = larger(linear, angular * place)
     terms = []
@@ -134,12 +157,16 @@ def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
 
 
 def row_tolerance(blocks: Sequence[ConstraintBlock]) -> float:
-    """Relative error of the terms of some rows: rounding, or that of the data where a loop is closed."""
+    """Relative error of the terms of some rows: rounding, or that of the data where a loop is
+    closed.
+    """
     return DATA_TOLERANCE if any(block.kind == "closure" for block in blocks) else TOLERANCE
 
 
 def row_signs(state: Dynamics, block: ConstraintBlock) -> Array:
-    """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
+    """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where
+    it moves neither or both.
+    """
     return moved_by(state, block.body) - moved_by(state, block.other)
 
 
@@ -183,14 +210,20 @@ class Equation(NamedTuple):
         return terms if self.G is None else np.asarray(terms @ np.abs(self.G))
 
     def cancellation(self) -> Array:
-        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
+        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most
+        [1].
 
-        Rows along which nothing can move do not count. On a free base the rows of contacts hold its velocity: little cancels.
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its
+        velocity: little cancels.
         """
         weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
-        length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms()))
+        length, whole = (
+            np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms())
+        )
         moves = length > TOLERANCE * whole
-        return np.asarray(np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0))
+        return np.asarray(
+            np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0)
+        )
 
     def full(self, delta: Array) -> Array:
         """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""

@@ -21,7 +21,8 @@ from shockpc.text.printed import listed
 
 
 def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
-    """The frames that a name or a glob means, as in `Robot.match_frames`; after "stop:", the end stops of joints.
+    """The frames that a name or a glob means, as in `Robot.match_frames`; after "stop:", the end
+    stops of joints.
 
     Raises:
         UnknownName: nothing fits; the text names the robot's feet.
@@ -32,7 +33,8 @@ def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
 
 
 def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
-    """The landings that a text means: one for each frame that a name or glob matches, or for A+B one on all of both.
+    """The landings that a text means: one for each frame that a name or glob matches, or for A+B
+    one on all of both.
 
     Raises:
         UnknownName: nothing fits a name.
@@ -40,13 +42,20 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
     """
     names = [text] if text in robot.frames else [part.strip() for part in text.split("+")]
     if not all(names):
-        raise SceneError(f'contact "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
+        raise SceneError(
+            f'contact "{text}" holds an empty name; valid are a name, A+B, or a glob such as '
+            f'"*_foot"'
+        )
     twice = [name for k, name in enumerate(names) if name in names[:k]]
     if twice:
-        raise SceneError(f'contact "{text}" names "{twice[0]}" twice; remove one of them', blocks=twice[:1])
+        raise SceneError(
+            f'contact "{text}" names "{twice[0]}" twice; remove one of them', blocks=twice[:1]
+        )
     parts = [match_contacts(robot, name) for name in names]
     return (
-        [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
+        [(frame,) for frame in parts[0]]
+        if len(parts) == 1
+        else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
     )
 
 
@@ -56,35 +65,46 @@ def contact_name(scene: Scene) -> str:
 
 
 def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Contact, ...]:
-    """Contacts at some frames: each as the contact there, or else with all that the first contact is given but its velocity."""
+    """Contacts at some frames: each as the contact there, or else with all that the first contact
+    is given but its velocity.
+    """
     alike = {contact.frame: contact for contact in reversed(contacts)}
     first = replace(contacts[0], velocity=None) if contacts else Contact(frame="")
     return tuple(alike.get(name, replace(first, frame=name)) for name in names)
 
 
-def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> ConstraintBlock:
-    """The rows of a contact, or of a foot that is down already and stays where it is, whatever strikes elsewhere.
+def contact_block(
+    robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact"
+) -> ConstraintBlock:
+    """The rows of a contact, or of a foot that is down already and stays where it is, whatever
+    strikes elsewhere.
 
     Args:
         robot: the robot.
-        contact: as the scene states it; one whose point and kind are not resolved yet is a point at the frame.
+        contact: as the scene states it; one whose point and kind are not resolved yet is a point at
+            the frame.
         up: (3,) unit normal of the ground, world axes.
         kind: what it is.
 
     Raises:
         UnknownName: the robot has no such frame.
-        SceneError: the frame does not move, the link has no collision geometry to find a lowest point on, or a direction has no
-            length.
+        SceneError: the frame does not move, the link has no collision geometry to find a lowest
+            point on, or a direction has no length.
     """
     if contact.frame not in robot.frames:
         raise robot.unknown("contact", contact.frame, robot.frames, _feet(robot))
     frame, name = robot.frames[contact.frame], f'{kind} "{contact.frame}"'
     refused = partial(SceneError, blocks=[contact.frame])
     if frame.body < 0:
-        raise refused(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
+        raise refused(
+            f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link"
+        )
     if contact.normal is not None:
         if not any(contact.normal):
-            raise refused(f"the normal of {name} has no length; give the direction away from the ground, such as 0,0,1")
+            raise refused(
+                f"the normal of {name} has no length; give the direction away from the ground, "
+                f"such as 0,0,1"
+            )
         up = unit_directions(f"the normal of {name}", (contact.normal,))[0]
     vectors = unit_directions(name, contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):
@@ -101,16 +121,28 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
     if contact.restitution_along == "normal":
         _, s, basis = np.linalg.svd(vectors, full_matrices=False)
         basis = basis[: int(np.sum(s > s[0] * max(vectors.shape) * np.finfo(float).eps))]
-        rebound = up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
+        rebound = (
+            up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
+        )
     velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
     return ConstraintBlock(
-        kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, rebound=rebound, normal=up,
-        velocity=velocity, lowest=lowest,
-    )  # fmt: skip
+        kind,
+        contact.frame,
+        frame.body,
+        point,
+        vectors,
+        moments,
+        restitution=contact.restitution,
+        rebound=rebound,
+        normal=up,
+        velocity=velocity,
+        lowest=lowest,
+    )
 
 
 def _moments(contact: Contact, up: Array, name: str) -> Array:
-    """The axes (m, 3) about which a contact is held: a flat one tilts about none, an edge about its own.
+    """The axes (m, 3) about which a contact is held: a flat one tilts about none, an edge about its
+    own.
 
     What sticks does not twist about the normal, but for a point, which is free to turn.
 
@@ -124,7 +156,8 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
     """
     if contact.edge is not None and contact.kind != "edge":
         raise SceneError(
-            f'{name} is given the direction of an edge, which a contact of kind "{contact.kind}" has not; leave it out, or give '
+            f'{name} is given the direction of an edge, which a contact of kind "{contact.kind}" '
+            f"has not; leave it out, or give "
             'kind = "edge"',
             blocks=[contact.frame],
         )
@@ -134,12 +167,14 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
     if contact.kind == "flat":
         return np.concatenate([np.array(across(up)), twist])
     if contact.kind == "edge":
-        # The moment about the edge is free. That about the axis across it, which would lift one end, is held.
+        # The moment about the edge is free. That about the axis across it, which would lift one
+        # end, is held.
         across_edge = cross(up, np.asarray(contact.edge or (0.0, 0.0, 0.0), dtype=float))
         length = float(np.linalg.norm(across_edge))
         if not length > 0.0:
             raise SceneError(
-                f"{name} is an edge without a direction along the ground; give that in a scene file (edge = [x, y, z]), or another "
+                f"{name} is an edge without a direction along the ground; give that in a scene "
+                f"file (edge = [x, y, z]), or another "
                 "kind of contact",
                 blocks=[contact.frame],
             )
@@ -156,7 +191,10 @@ def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> Constraint
     """
     if not contact.lowest:
         return contact
-    return contact._replace(point=contact.point + np.stack([_lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation]))
+    return contact._replace(
+        point=contact.point
+        + np.stack([_lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation])
+    )
 
 
 def _feet(robot: Robot) -> str:
@@ -175,7 +213,8 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
         remedy = f"; of its body, {listed(others, 4)} has some" if others else ""
         raise SceneError(
-            f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point{remedy}; '
+            f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no '
+            f"lowest point{remedy}; "
             "give the contact point by its offset, or name a link that has collision geometry",
             blocks=[name],
         )
@@ -183,7 +222,8 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
 
 
 def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
-    """The lowest point (3,) of some shapes in the body's frame [m]; the mean of the lowest ones where several are equally low.
+    """The lowest point (3,) of some shapes in the body's frame [m]; the mean of the lowest ones
+    where several are equally low.
 
     Args: up (3,), axes of the body.
     """
@@ -201,10 +241,11 @@ def _level(points: list[Array], up: Array) -> list[np.ndarray]:
 
 
 def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
-    """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world x, y and z: it rolls [m].
+    """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world
+    x, y and z: it rolls [m].
 
-    It stays at a corner; over a rounding E, an ellipsoid with the semi-axes in its columns, it is E Eᵀ u / |Eᵀ u| along u, down.
-    Where several points are equally low it jumps: NaN.
+    It stays at a corner; over a rounding E, an ellipsoid with the semi-axes in its columns, it is E
+    Eᵀ u / |Eᵀ u| along u, down. Where several points are equally low it jumps: NaN.
 
     Args:
         contact: at the lowest point.
@@ -217,11 +258,20 @@ def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
         if sum(int(is_lowest.sum()) for is_lowest in lowest) > 1:
             out[k] = np.nan
             continue
-        shape = next(shape for shape, is_lowest in zip(contact.lowest, lowest, strict=True) if is_lowest.any())
+        shape = next(
+            shape
+            for shape, is_lowest in zip(contact.lowest, lowest, strict=True)
+            if is_lowest.any()
+        )
         along = down @ shape.rounding
         length = float(np.linalg.norm(along))
         if length > 1e-6 * float(np.abs(shape.rounding).max()):
-            hessian = shape.rounding @ (np.eye(3) - np.outer(along, along) / length**2) @ shape.rounding.T / length
+            hessian = (
+                shape.rounding
+                @ (np.eye(3) - np.outer(along, along) / length**2)
+                @ shape.rounding.T
+                / length
+            )
             # As the body turns by ω, the direction in its axes turns by −ω.
             out[k] = R @ hessian @ cross_matrix(down) @ R.T
         elif shape.rounding.any():

@@ -20,11 +20,17 @@ def unit_directions(owner: str, directions: tuple[str | tuple[float, float, floa
         SceneError: there is none, or one has no length.
     """
     if not directions:
-        raise SceneError(f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
-    vectors = np.array([UNIT_VECTORS[d] if isinstance(d, str) else d for d in directions], dtype=float)
+        raise SceneError(
+            f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors'
+        )
+    vectors = np.array(
+        [UNIT_VECTORS[d] if isinstance(d, str) else d for d in directions], dtype=float
+    )
     lengths = np.linalg.norm(vectors, axis=1)
     if not (np.all(np.isfinite(vectors)) and np.all(lengths > 0.0)):
-        raise SceneError(f'{owner} has a direction without a length; valid are "x", "y", "z" and vectors')
+        raise SceneError(
+            f'{owner} has a direction without a length; valid are "x", "y", "z" and vectors'
+        )
     return np.asarray(vectors / lengths[:, None])
 
 

@@ -27,30 +27,39 @@ def is_stop(robot: Robot, frame: str) -> bool:
 
 
 def has_stops(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint can have stops: it has one coordinate, and no other joint in its body but those that carry it."""
+    """Whether a joint can have stops: it has one coordinate, and no other joint in its body but
+    those that carry it.
+    """
     return joint.kind in ("revolute", "prismatic") and any(joint is one for one in robot.joints)
 
 
-def stop_block(robot: Robot, joint: Joint, side: float, restitution: float = 0.0) -> ConstraintBlock:
-    """The row of a stop: a unit moment, or force, on the joint's body away from the stop, and its opposite on the body before it.
+def stop_block(
+    robot: Robot, joint: Joint, side: float, restitution: float = 0.0
+) -> ConstraintBlock:
+    """The row of a stop: a unit moment, or force, on the joint's body away from the stop, and its
+    opposite on the body before it.
 
     Args:
         robot: the robot.
         joint: that has stops.
-        side: 1 for the stop at the smallest value, which pushes the coordinate up; −1 for that at the largest.
+        side: 1 for the stop at the smallest value, which pushes the coordinate up; −1 for that at
+            the largest.
         restitution: of the stop [1].
     """
     assert joint.axis is not None
     body = next(i for i, one in enumerate(robot.joints) if one is joint)
     axis = side * (robot.bodies[body].rotation.T @ joint.axis)[None]
     forces, moments = (axis, NO_AXES) if joint.kind == "prismatic" else (NO_AXES, axis)
-    return ConstraintBlock("stop", joint.name, body, np.zeros(3), forces, moments, joint.parent, body, restitution)
+    return ConstraintBlock(
+        "stop", joint.name, body, np.zeros(3), forces, moments, joint.parent, body, restitution
+    )
 
 
 def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> ConstraintBlock:
     """The row of an end stop that strikes: a joint runs into the stop towards which it moves.
 
-    Its contact point is the centre of mass of the joint's body, whose velocity is that relative to the body before it.
+    Its contact point is the centre of mass of the joint's body, whose velocity is that relative to
+    the body before it.
 
     Args:
         robot: the robot.
@@ -60,31 +69,45 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
 
     Raises:
         UnknownName: the robot has no such joint.
-        SceneError: the joint has no stops, does not move, or is not at the stop towards which it moves; or the contact has what a
-            stop does not.
+        SceneError: the joint has no stops, does not move, or is not at the stop towards which it
+            moves; or the contact has what a stop does not.
     """
     frame, name = contact.frame, contact.frame.removeprefix(STOP)
-    joint = robot.joint(name) if name in robot.joint_names else robot.joint(robot.match_joints(name)[0])
+    joint = (
+        robot.joint(name) if name in robot.joint_names else robot.joint(robot.match_joints(name)[0])
+    )
     refused = partial(SceneError, blocks=[frame], joints=[name])
     if replace(contact, restitution=0.0, restitution_along="normal") not in (
         Contact(frame=frame),
         Contact(frame=frame, at="frame", kind="point"),
     ):
         raise refused(
-            f'contact "{frame}" is an end stop, which has a restitution and nothing else; leave out what else it is given'
+            f'contact "{frame}" is an end stop, which has a restitution and nothing else; leave '
+            f"out what else it is given"
         )
     if not has_stops(robot, joint):
-        raise refused(f'joint "{name}" has no end stop: it is continuous, or one of several joints of its body')
+        raise refused(
+            f'joint "{name}" has no end stop: it is continuous, or one of several joints of its '
+            f"body"
+        )
     rate = float(rates[joint.v.start])
     if rate == 0.0:
-        raise refused(f'joint "{name}" does not move, so its end stop is not struck; give its rate, as --joint-velocity {name}=-2')
+        raise refused(
+            f'joint "{name}" does not move, so its end stop is not struck; give its rate, as '
+            f"--joint-velocity {name}=-2"
+        )
     side, value = (-1.0 if rate > 0.0 else 1.0), joint.value(q)
     limit = joint.limits[rate > 0.0]
     if side not in sides_of(joint, value):
         size, unit = (1.0, "m") if joint.kind == "prismatic" else (math.degrees(1.0), "deg")
-        where = f"its stop is at {size * limit:.6g} {unit}" if math.isfinite(limit) else "no limit is read there from its file"
+        where = (
+            f"its stop is at {size * limit:.6g} {unit}"
+            if math.isfinite(limit)
+            else "no limit is read there from its file"
+        )
         raise refused(
-            f'joint "{name}" is at {size * value:.6g} {unit} and moves {"up" if rate > 0.0 else "down"}, but {where}; set it there '
+            f'joint "{name}" is at {size * value:.6g} {unit} and moves '
+            f"{'up' if rate > 0.0 else 'down'}, but {where}; set it there "
             "with --set, or let it move the other way"
         )
     stop = stop_block(robot, joint, side, contact.restitution)
@@ -110,8 +133,13 @@ def missed_stops(robot: Robot, stops: list[ConstraintBlock], Q: Array, rates: Ar
 
 
 def velocity_at_stop(state: Dynamics, stop: ConstraintBlock, before: Motion) -> Array:
-    """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint, world axes [m/s]."""
-    point, turning = block_point(state, stop), before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
+    """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint,
+    world axes [m/s].
+    """
+    point, turning = (
+        block_point(state, stop),
+        before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega),
+    )
     ends = [twist_before(state, turning, end) for end in (stop.body, stop.other) if end >= 0]
     relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
     return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], point))
@@ -121,23 +149,39 @@ def side_of(robot: Robot, stop: ConstraintBlock) -> float:
     """The side of the row of a stop, as of `stop_block`."""
     axis = robot.joints[stop.body].axis
     assert axis is not None
-    return float(np.sign(np.concatenate([stop.forces, stop.moments])[0] @ robot.bodies[stop.body].rotation.T @ axis))
+    return float(
+        np.sign(
+            np.concatenate([stop.forces, stop.moments])[0]
+            @ robot.bodies[stop.body].rotation.T
+            @ axis
+        )
+    )
 
 
 def sides_of(joint: Joint, value: float) -> tuple[float, ...]:
-    """At which of its stops a joint is, or beyond it, as the side of `stop_block`. Args: value of its coordinate [rad, m]."""
+    """At which of its stops a joint is, or beyond it, as the side of `stop_block`.
+
+    Args: value of its coordinate [rad, m].
+    """
     low, high = joint.limits
     return (1.0,) * (value <= low + LIMIT_SLACK) + (-1.0,) * (value >= high - LIMIT_SLACK)
 
 
 def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, float]]:
-    """The joints that are at a stop in a configuration (nq,) and not locked, with the side of it as that of `stop_block`."""
-    free = [joint for joint in robot.single_joints if has_stops(robot, joint) and not model.locked[joint.v].any()]
+    """The joints that are at a stop in a configuration (nq,) and not locked, with the side of it as
+    that of `stop_block`.
+    """
+    free = [
+        joint
+        for joint in robot.single_joints
+        if has_stops(robot, joint) and not model.locked[joint.v].any()
+    ]
     return [(joint, side) for joint in free for side in sides_of(joint, joint.value(q))]
 
 
 def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) -> Array:
-    """Whether a joint is at a stop in N postures: (N, nv) 1 at the smallest value, −1 at the largest, NaN at both, else 0.
+    """Whether a joint is at a stop in N postures: (N, nv) 1 at the smallest value, −1 at the
+    largest, NaN at both, else 0.
 
     Args:
         robot: the robot.
@@ -161,7 +205,8 @@ def driven_beyond(sides: Array, rates: Array, rounding: float = ROUNDING) -> np.
 
     Args:
         sides: (..., nv) as of `at_stops`.
-        rates: (..., nv) of the joints after the impact, and the jumps of those of the base [rad/s, m/s].
+        rates: (..., nv) of the joints after the impact, and the jumps of those of the base [rad/s,
+            m/s].
         rounding: share of the largest of these below which one is rounding.
     """
     beyond = np.where(np.isnan(sides), -np.abs(rates), np.nan_to_num(sides) * rates)

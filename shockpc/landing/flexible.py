@@ -1,6 +1,8 @@
-"""A landing whose links bend: the same scene on a robot with a body for each segment of a link, of which hinges swing on springs.
+"""A landing whose links bend: the same scene on a robot with a body for each segment of a link, of
+which hinges swing on springs.
 
-Joint model, posture and motion are those of the rigid robot, so that nothing that the scene says of joints reaches a hinge.
+Joint model, posture and motion are those of the rigid robot, so that nothing that the scene says of
+joints reaches a hinge.
 """
 
 import functools
@@ -40,7 +42,9 @@ class FlexibleLanding(PosedLanding):
         return self.flexible.hinges
 
     def carried(self, place: Place) -> Place:
-        """A place of the rigid landing: a point on the segment that it moves with, a joint with its velocities here."""
+        """A place of the rigid landing: a point on the segment that it moves with, a joint with its
+        velocities here.
+        """
         if joint := self._joints.get((place.name, place.body, place.number)):
             return joint
         return place._replace(body=self.flexible.body_at(place.body, place.r), centre=False)
@@ -53,20 +57,28 @@ class FlexibleLanding(PosedLanding):
     @functools.cached_property
     def parts(self) -> tuple[Place, ...]:
         """As of the rigid landing."""
-        return tuple(place if place.joint >= 0 else self.carried(place) for place in self.rigid.parts)
+        return tuple(
+            place if place.joint >= 0 else self.carried(place) for place in self.rigid.parts
+        )
 
     @functools.cached_property
     def _joints(self) -> dict[tuple[str, int, int], Place]:
         """The joints of the rigid landing, by name, body and velocity."""
         velocities, segments = self.flexible.v.tolist(), self.flexible.segments
         return {
-            (place.name, place.body, place.number): place._replace(body=segments[place.body][0], number=velocities[place.number])
+            (place.name, place.body, place.number): place._replace(
+                body=segments[place.body][0], number=velocities[place.number]
+            )
             for place in self.rigid.places("joint")
         }
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """As of the rigid landing: hinges are no joints, and segments no bodies."""
-        return tuple(map(self.carried, self.rigid.places(kind))) if kind in ("body", "joint") else super().places(kind)
+        return (
+            tuple(map(self.carried, self.rigid.places(kind)))
+            if kind in ("body", "joint")
+            else super().places(kind)
+        )
 
     def elastic_frequencies(self, held: bool = False) -> Array:
         """Frequencies of the robot on the springs of its hinges, from the lowest [Hz].
@@ -77,11 +89,19 @@ class FlexibleLanding(PosedLanding):
             held: whether contacts and standing feet hold it; else it is free, but for its loops.
         """
         equation, hinges = self.equation(self.state), self.hinges
-        kept = np.concatenate([np.full(block.size, held or block.kind == "closure") for block in self.blocks])
-        rows = np.eye(len(self.flexible.stiffness))[hinges] if equation.G is None else equation.G[0, hinges]
+        kept = np.concatenate(
+            [np.full(block.size, held or block.kind == "closure") for block in self.blocks]
+        )
+        rows = (
+            np.eye(len(self.flexible.stiffness))[hinges]
+            if equation.G is None
+            else equation.G[0, hinges]
+        )
         _, size, V = np.linalg.svd(equation.J_c[0, kept])
         basis = V[int(np.count_nonzero(size > 1e-9 * size.max(initial=0.0))) :].T
-        return elastic_frequencies(basis.T @ equation.H[0] @ basis, rows @ basis, self.flexible.stiffness[hinges])
+        return elastic_frequencies(
+            basis.T @ equation.H[0] @ basis, rows @ basis, self.flexible.stiffness[hinges]
+        )
 
 
 def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
@@ -99,7 +119,9 @@ def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
     return tuple(flexes)
 
 
-def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...] | None = None) -> FlexibleLanding:
+def flexible_landing(
+    landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...] | None = None
+) -> FlexibleLanding:
     """The landing with links that bend.
 
     Args:
@@ -107,26 +129,45 @@ def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...]
         flexes: how links bend, each with its name or a glob; as the scene says by default.
 
     Raises:
-        SceneError: the scene says nothing of how a link bends, or the base is fixed to the world and bends.
+        SceneError: the scene says nothing of how a link bends, or the base is fixed to the world
+            and bends.
         UnknownName: a pattern fits no link.
         RobotError: a link cannot bend.
     """
     robot = landing.robot
-    struck = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance) if block.kind != "stop"]
+    struck = [
+        robot.frame(block.frame)
+        for block in (*landing.contacts, *landing.stance)
+        if block.kind != "stop"
+    ]
     ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
     joints = landing.joint_model
-    rotors = tuple((body, float(joints.coupling[v] * joints.per_turn[v])) for v, body in geared_bodies(robot, joints.coupling))
-    flexible = flexible_robot(robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends, rotors)
+    rotors = tuple(
+        (body, float(joints.coupling[v] * joints.per_turn[v]))
+        for v, body in geared_bodies(robot, joints.coupling)
+    )
+    flexible = flexible_robot(
+        robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends, rotors
+    )
     if landing.base == "fixed" and robot.free_base and 0 in flexible.divisions:
         name = robot.bodies[0].name
-        raise SceneError(f'link "{name}" cannot bend, because it is fixed to the world; {LEAVE_OUT}', bodies=[name])
-    return _bent(with_faces_of(landing, lambda flat: _with_springs_as_inertia(_bent(flat, flexible))), flexible)
+        raise SceneError(
+            f'link "{name}" cannot bend, because it is fixed to the world; {LEAVE_OUT}',
+            bodies=[name],
+        )
+    return _bent(
+        with_faces_of(landing, lambda flat: _with_springs_as_inertia(_bent(flat, flexible))),
+        flexible,
+    )
 
 
 def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
     """A landing on the robot whose links bend. Args: landing, with rigid links."""
     contacts, joints = len(landing.contacts), landing.joint_model
-    blocks = [_on_segments(flexible, block) for block in landing.without_stops.blocks[: contacts + len(landing.stance)]]
+    blocks = [
+        _on_segments(flexible, block)
+        for block in landing.without_stops.blocks[: contacts + len(landing.stance)]
+    ]
     q, zero = flexible.configuration(landing.q), np.zeros(landing.robot.model.nv)
     whole = flexible.velocities
     model = joints._replace(
@@ -157,11 +198,12 @@ def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
 
 
 def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
-    """The landing with the inertia k / ω² that a hinge of stiffness k has in a contact of frequency ω.
+    """The landing with the inertia k / ω² that a hinge of stiffness k has in a contact of frequency
+    ω.
 
-    What of a sole carries follows from it: links that are stiff against the contact are rigid then, and
-    the hinges of soft ones are free. Of the energy that the rigid robot would lose, ω² = K Σ v² / (b · f),
-    with the stiffness K of the contacts, their speeds v, all speeds b and impulses f.
+    What of a sole carries follows from it: links that are stiff against the contact are rigid then,
+    and the hinges of soft ones are free. Of the energy that the rigid robot would lose, ω² = K Σ v²
+    / (b · f), with the stiffness K of the contacts, their speeds v, all speeds b and impulses f.
     """
     stiffness = landing.scene.contact_stiffness
     if stiffness is None:
@@ -169,17 +211,24 @@ def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
     equation = landing.rigid.equation(landing.rigid.state)
     J, b = equation.J_c[0], equation.b[0, :, 3]
     impulse = np.linalg.lstsq(J @ np.linalg.solve(equation.H[0], J.T), b, rcond=1e-10)[0]
-    speeds = [b[rows][: len(block.forces)] for rows, block in zip(slices_of(equation.blocks), landing.contacts, strict=False)]
+    speeds = [
+        b[rows][: len(block.forces)]
+        for rows, block in zip(slices_of(equation.blocks), landing.contacts, strict=False)
+    ]
     squared_frequency = stiffness * float(np.sum(np.concatenate(speeds) ** 2)) / float(b @ impulse)
     model, hinges = landing.joint_model, landing.hinges
     armature = model.armature.copy()
     armature[hinges] += landing.flexible.stiffness[hinges] / squared_frequency
     model = model._replace(armature=armature)
-    return replace(landing, joint_model=model, state=dynamics(landing.robot, landing.q[None], model))
+    return replace(
+        landing, joint_model=model, state=dynamics(landing.robot, landing.q[None], model)
+    )
 
 
 def _on_segments(flexible: FlexibleRobot, block: ConstraintBlock) -> ConstraintBlock:
-    """The rows of a contact or of an end stop on the segments that they act on; each contact is where it is in this posture."""
+    """The rows of a contact or of an end stop on the segments that they act on; each contact is
+    where it is in this posture.
+    """
     if block.kind == "stop":
         body = flexible.segments[block.body][0]
         return block._replace(body=body, other=flexible.robot.parents[body], axes_body=body)
@@ -188,5 +237,7 @@ def _on_segments(flexible: FlexibleRobot, block: ConstraintBlock) -> ConstraintB
 
 def _loop_on_segments(flexible: FlexibleRobot, loop: Loop) -> Loop:
     """A loop whose ends are on the segments that they are on."""
-    first, second = (flexible.body_at(body, point) for body, point in zip(loop.bodies, loop.points, strict=True))
+    first, second = (
+        flexible.body_at(body, point) for body, point in zip(loop.bodies, loop.points, strict=True)
+    )
     return loop._replace(bodies=(first, second))

@@ -1,11 +1,12 @@
-"""What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock paper, Section 3.1.2).
+"""What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock
+paper, Section 3.1.2).
 
 free: no rotor, or one behind a spring (series elasticity), which yields. geared: the reflected
 inertia n² I_rotor adds to H's diagonal, and beside it, where the gear is known, ±n I_rotor couples
 the joint to the link that carries the rotor. locked: the gearbox's friction or the motor holds the
 joint at the rate that it has, two bodies are one, and the joint's column is left out. A spring, of
-the joint itself or behind the rotor, gives no impulse in an instant. No choice moves the answer more
-than this one.
+the joint itself or behind the rotor, gives no impulse in an instant. No choice moves the answer
+more than this one.
 """
 
 import functools
@@ -28,14 +29,23 @@ from shockpc.text.errors import SceneError
 from shockpc.text.paths import inputs, is_path
 from shockpc.text.printed import listed
 
-Status = Literal["given", "file", "published", "derived", "identified", "simulation model", "unknown"]
-"""How well the drive of a joint is known: as its source says, or given by the scene, or a number of the robot's file."""
+Status = Literal[
+    "given", "file", "published", "derived", "identified", "simulation model", "unknown"
+]
+"""How well the drive of a joint is known: as its source says, or given by the scene, or a number of
+the robot's file.
+"""
 
 NOTHING = "nothing is known"
-"""What is said of a joint with a motor of which neither file, drives nor scene give a drive, a spring or a lock."""
+"""What is said of a joint with a motor of which neither file, drives nor scene give a drive, a
+spring or a lock.
+"""
 
 
-SETTING = "the robot's file, one number for joints of different or unknown effort: a setting of a simulator"
+SETTING = (
+    "the robot's file, one number for joints of different or unknown effort: a setting of a "
+    "simulator"
+)
 """What is said of joints as in `simulator_settings`."""
 
 
@@ -61,21 +71,29 @@ class JointModel(NamedTuple):
     behind springs, which are free for an instant.
 
     Attributes:
-        armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base and behind springs.
+        armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base
+            and behind springs.
         locked: (nv,) which joint velocities stay as they are.
         name: "free", "geared", "locked", or "mixed".
         stiffness: (nv,) of the spring of the joint itself [N m/rad, N/m]; zero without a spring.
-        drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m]; infinite where they are rigidly joined.
-        rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or it is not known.
-        drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has them.
-        unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a drive, a spring or a lock.
-        torque: (nv,) of the motors on contacts of finite stiffness [N m, N]; NaN where the scene gives none.
-        low: (nv,) smallest reflected inertia that what is known allows [kg m², kg]; at most `armature`.
-        high: (nv,) largest one, at least `armature`; infinite, which is a joint that is held, where nothing is known. Both are
-            `armature` where `locked` is.
-        sources: how well the drives of all joints with a motor are known that are neither locked nor free by the scene.
-        per_turn: (nv,) turns of each joint for one of its rotor, below zero where it turns against it [1];
-            zero where no body of the robot carries the rotor, or the sense is not known.
+        drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m];
+            infinite where they are rigidly joined.
+        rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or
+            it is not known.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has
+            them.
+        unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a
+            drive, a spring or a lock.
+        torque: (nv,) of the motors on contacts of finite stiffness [N m, N]; NaN where the scene
+            gives none.
+        low: (nv,) smallest reflected inertia that what is known allows [kg m², kg]; at most
+            `armature`.
+        high: (nv,) largest one, at least `armature`; infinite, which is a joint that is held, where
+            nothing is known. Both are `armature` where `locked` is.
+        sources: how well the drives of all joints with a motor are known that are neither locked
+            nor free by the scene.
+        per_turn: (nv,) turns of each joint for one of its rotor, below zero where it turns against
+            it [1]; zero where no body of the robot carries the rotor, or the sense is not known.
     """
 
     armature: Array
@@ -96,9 +114,10 @@ class JointModel(NamedTuple):
     def coupling(self) -> Array:
         """Coupling c (nv,) of each joint to the link that carries its rotor, ±n I_rotor [kg m²].
 
-        Where ω is the angular velocity of that link, a rotor turns with ±n q̇ + a·ω about its axis a,
-        which is the joint's. Its kinetic energy, ½ I_rotor (±n q̇ + a·ω)², has the term c q̇ (a·ω) beside
-        ½ n² I_rotor q̇², the reflected inertia, and ½ I_rotor (a·ω)², which the link's inertia contains.
+        Where ω is the angular velocity of that link, a rotor turns with ±n q̇ + a·ω about its axis
+        a, which is the joint's. Its kinetic energy, ½ I_rotor (±n q̇ + a·ω)², has the term c q̇
+        (a·ω) beside ½ n² I_rotor q̇², the reflected inertia, and ½ I_rotor (a·ω)², which the link's
+        inertia contains.
         """
         return self.armature * self.per_turn
 
@@ -120,22 +139,27 @@ class JointModel(NamedTuple):
         return ": ".join(filter(None, (self.name, self.drives)))
 
     def deflection(self, robot: Robot, q: Array) -> Array:
-        """By how much (nv,) springs of joints are deflected in a configuration (nq,), as far as the robot's file says [rad, m]."""
+        """By how much (nv,) springs of joints are deflected in a configuration (nq,), as far as the
+        robot's file says [rad, m].
+        """
         return np.where(self.stiffness > 0.0, robot.deflection(q), 0.0)
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:
-    """What every joint does, as the scene asks: what its drives say goes over the robot's file, and what the scene gives over both.
+    """What every joint does, as the scene asks: what its drives say goes over the robot's file, and
+    what the scene gives over both.
 
     Raises:
         UnknownName: a pattern fits no joint.
-        SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio, a drive on a floating joint,
-            "geared" without any reflected inertia, "free" with one, or a joint locked apart from the one that it follows.
+        SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio,
+            a drive on a floating joint, "geared" without any reflected inertia, "free" with one, or
+            a joint locked apart from the one that it follows.
     """
     free, driven = joints.model == "free", robot.actuated_dofs
     if free and (inertias := [*joints.armature, *joints.rotor]):
         raise SceneError(
-            f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is given; "
+            f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is "
+            f"given; "
             'leave out model = "free" (--joints free), or the armature and rotor',
             joints=inertias,
         )
@@ -152,12 +176,19 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     torque = np.full(robot.model.nv, np.nan)
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    model = found.model(_locked(robot, joints, [pattern for pattern, _ in given]), torque, joints.model == "rigid")
+    model = found.model(
+        _locked(robot, joints, [pattern for pattern, _ in given]), torque, joints.model == "rigid"
+    )
     _refuse_split_followers(robot, model.locked)
-    if joints.model == "geared" and not (model.armature + model.rotor)[driven & ~model.locked].any():
+    if (
+        joints.model == "geared"
+        and not (model.armature + model.rotor)[driven & ~model.locked].any()
+    ):
         raise SceneError(
-            "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
-            "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
+            "the joints are to be geared, but neither the file nor the scene gives any reflected "
+            "inertia; "
+            "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have "
+            "a gearbox"
         )
     of_drives = robot.velocities(drives.by_joint)
     for name, _ in given:
@@ -169,10 +200,12 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
 
 
 class _Found:
-    """What is found of the joints while their sources are read; what is read later goes over what was read before.
+    """What is found of the joints while their sources are read; what is read later goes over what
+    was read before.
 
     Attributes:
-        inertia: (nv,) reflected inertia, behind a spring or not [kg m², kg]; zero where it is not known.
+        inertia: (nv,) reflected inertia, behind a spring or not [kg m², kg]; zero where it is not
+            known.
         low, high: (nv,) its ends [kg m², kg].
         stiffness, drive_stiffness: (nv,) as in `JointModel`.
         per_turn: (nv,) turns of the joint for one of its rotor, as of `Drive`.
@@ -181,11 +214,17 @@ class _Found:
     """
 
     def __init__(self, robot: Robot, free: bool, alone: bool) -> None:
-        """What the robot's file gives. Args: free: whether no joint has a drive; alone: whether there are none but the file's."""
+        """What the robot's file gives.
+
+        Args: free: whether no joint has a drive; alone: whether there are none but the file's.
+        """
         self.robot = robot
         self.inertia = np.where(robot.actuated_dofs & (not free), robot.model.armature, 0.0)
         self.low, self.high = np.array(self.inertia), np.array(self.inertia)
-        self.stiffness, self.drive_stiffness = np.zeros(robot.model.nv), np.full(robot.model.nv, np.inf)
+        self.stiffness, self.drive_stiffness = (
+            np.zeros(robot.model.nv),
+            np.full(robot.model.nv, np.inf),
+        )
         self.per_turn, self.carried = np.zeros(robot.model.nv), np.zeros(robot.model.nv)
         self.origin: dict[str, tuple[Status, str]] = {}
         inertia, motor = self.inertia.tolist(), (robot.actuated_dofs & ~passive(robot)).tolist()
@@ -213,11 +252,12 @@ class _Found:
             self.origin[name] = (status, text)
 
     def carry_rotors(self) -> None:
-        """Let rotors turn with the bodies that carry them; the world, which carries some, does not turn.
+        """Let rotors turn with the bodies that carry them; the world, which carries some, does not
+        turn.
 
         Raises:
-            SceneError: a joint with a gear slides, or is one of several that move its body, so that it is
-                not known about which axis of which body the rotor turns.
+            SceneError: a joint with a gear slides, or is one of several that move its body, so that
+                it is not known about which axis of which body the rotor turns.
         """
         for joint in self.robot.joints:
             if not self.per_turn[joint.v].any():
@@ -232,7 +272,10 @@ class _Found:
                 self.carried[joint.v] = self.per_turn[joint.v]
 
     def spring(self, pattern: str, k: float) -> None:
-        """Take a spring of some joints. A joint of which nothing else is known has its spring in the place of a motor."""
+        """Take a spring of some joints.
+
+        A joint of which nothing else is known has its spring in the place of a motor.
+        """
         self.stiffness[_velocities(self.robot, pattern)] = k
         for name in _driven(self.robot, pattern):
             if self.origin.get(name) == ("unknown", NOTHING):
@@ -240,24 +283,35 @@ class _Found:
                 del self.origin[name]
 
     def model(self, locked: np.ndarray, torque: Array, rigid: bool) -> JointModel:
-        """The joint model without its name. Args: locked (nv,), torque (nv,), and whether springs do not yield.
+        """The joint model without its name.
+
+        Args: locked (nv,), torque (nv,), and whether springs do not yield.
 
         Raises:
             SceneError: springs are rigid, and the rotor behind one is not known.
         """
-        sprung, behind = (self.stiffness > 0.0) & ~locked, np.isfinite(self.drive_stiffness) & ~locked
+        sprung, behind = (
+            (self.stiffness > 0.0) & ~locked,
+            np.isfinite(self.drive_stiffness) & ~locked,
+        )
         if rigid and (lacking := behind & ~sprung & (self.inertia == 0.0)).any():
-            names = listed(joint.name for joint in self.robot.single_joints if lacking[joint.v].any())
+            names = listed(
+                joint.name for joint in self.robot.single_joints if lacking[joint.v].any()
+            )
             raise SceneError(
-                f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor (--rotor)"
+                f"the springs are to be rigid, but the rotors behind those of {names} are not "
+                f"known; give them as rotor (--rotor)"
             )
         if rigid:
             locked, behind = locked | sprung, np.zeros_like(behind)
         armature = np.where(behind, 0.0, self.inertia)
-        # A rotor of known inertia gives no impulse through its spring; of one that is not known, its source has the interval.
+        # A rotor of known inertia gives no impulse through its spring; of one that is not known,
+        # its source has the interval.
         exact = locked | (behind & (self.inertia > 0.0))
         sources = self._sources(locked)
-        unknown = [name for source in sources if source.status == "unknown" for name in source.joints]
+        unknown = [
+            name for source in sources if source.status == "unknown" for name in source.joints
+        ]
         return JointModel(
             armature=armature,
             locked=locked,
@@ -275,7 +329,10 @@ class _Found:
         )
 
     def _sources(self, locked: np.ndarray) -> tuple[DriveSource, ...]:
-        """One record for all joints that have their drives from the same. Args: locked (nv,), of which none is told."""
+        """One record for all joints that have their drives from the same.
+
+        Args: locked (nv,), of which none is told.
+        """
         names_by_origin: dict[tuple[Status, str], list[str]] = {}
         held = locked.tolist()
         for joint in self.robot.single_joints:
@@ -283,51 +340,78 @@ class _Found:
                 names_by_origin.setdefault(self.origin[joint.name], []).append(joint.name)
         sources = []
         for (status, text), names in names_by_origin.items():
-            suggested = effort_hint(self.robot, names) if status in ("unknown", "simulation model") else ""
-            sources.append(DriveSource(tuple(names), status, "; ".join(filter(None, (text, suggested)))))
+            suggested = (
+                effort_hint(self.robot, names) if status in ("unknown", "simulation model") else ""
+            )
+            sources.append(
+                DriveSource(tuple(names), status, "; ".join(filter(None, (text, suggested))))
+            )
         return tuple(sources)
 
 
 def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
-    """The drives of a scene's armatures and rotors, with the joints that they are of as a name or a glob.
+    """The drives of a scene's armatures and rotors, with the joints that they are of as a name or a
+    glob.
 
     Raises:
         UnknownName: a pattern fits no joint.
         SceneError: as for `joint_model`.
     """
-    given = [(pattern, Drive(joint=(pattern,), armature=inertia)) for pattern, inertia in joints.armature.items()]
+    given = [
+        (pattern, Drive(joint=(pattern,), armature=inertia))
+        for pattern, inertia in joints.armature.items()
+    ]
     with_armature = [set(_driven(robot, pattern)) for pattern in joints.armature]
     for pattern, motor in joints.rotor.items():
         names = set(_driven(robot, pattern))
-        # A rotor of one joint is an exception to an armature of several; else it is not clear which is meant.
-        if unclear := next((both for others in with_armature if (both := names & others) and not names < others), None):
+        # A rotor of one joint is an exception to an armature of several; else it is not clear which
+        # is meant.
+        if unclear := next(
+            (both for others in with_armature if (both := names & others) and not names < others),
+            None,
+        ):
             name = next(name for name in robot.joint_names if name in unclear)
             raise SceneError(
-                f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of them', joints=[name]
+                f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of '
+                f"them",
+                joints=[name],
             )
-        k = None if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
+        k = (
+            None
+            if motor.stiffness is None
+            else _positive("the stiffness of the drive", pattern, motor.stiffness)
+        )
         for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
             ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
             if ratio is None:
                 inertial = robot.model.armature[robot.joint(name).v].any()
                 read = "a reflected inertia and not its ratio" if inertial else "none"
                 message = (
-                    f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint from the file; '
+                    f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint '
+                    f"from the file; "
                     f"add it: --rotor {name}=INERTIA:RATIO"
                 )
                 raise SceneError(message, joints=[name])
-            drive = Drive(joint=(name,), rotor_inertia=motor.inertia, gear_ratio=ratio, drive_stiffness=k)
+            drive = Drive(
+                joint=(name,), rotor_inertia=motor.inertia, gear_ratio=ratio, drive_stiffness=k
+            )
             given.append((name, replace(drive, gear=motor.gear)))
     for pattern, drive in given:
-        numbers = {"armature": drive.armature, "rotor inertia": drive.rotor_inertia, "gear ratio": drive.gear_ratio}
+        numbers = {
+            "armature": drive.armature,
+            "rotor inertia": drive.rotor_inertia,
+            "gear ratio": drive.gear_ratio,
+        }
         for what, number in numbers.items():
             if number is not None and (fault := interval_fault(number)):
                 raise SceneError(f'the {what} of "{pattern}" {fault}', joints=[pattern])
         inertia = drive.reflected or 0.0
         if not (inertia > 0.0 and 0.0 <= drive.interval[0] <= drive.interval[1] <= LARGEST_NUMBER):
             raise SceneError(
-                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST_NUMBER:g}; '
-                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
+                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and '
+                f"at most {LARGEST_NUMBER:g}; "
+                'for none use model = "free" (--joints free), and for a joint that holds model = '
+                '"locked"',
                 joints=[pattern],
             )
     return given
@@ -337,7 +421,19 @@ def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointMode
     """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
     zero = np.zeros(len(armature))
     return JointModel(
-        armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0, zero + np.nan, armature, armature, (), zero
+        armature,
+        locked,
+        name,
+        zero,
+        zero + np.inf,
+        zero,
+        "",
+        zero > 0.0,
+        zero + np.nan,
+        armature,
+        armature,
+        (),
+        zero,
     )
 
 
@@ -360,7 +456,10 @@ def _drives(robot: Robot, joints: Joints) -> Drives:
 
 @functools.lru_cache(maxsize=4)
 def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
-    """The drives of a file, read again when it changes. Args: path of the file; stamp: when it was last changed."""
+    """The drives of a file, read again when it changes.
+
+    Args: path of the file; stamp: when it was last changed.
+    """
     del stamp
     return read_drives(path)
 
@@ -368,7 +467,9 @@ def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
 def _positive(what: str, pattern: str, value: float) -> float:
     if not 0.0 < value <= LARGEST_NUMBER:
         raise SceneError(
-            f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST_NUMBER:g}', joints=[pattern]
+            f'{what} "{pattern}" is {value:g}; it has to be above zero and at most '
+            f"{LARGEST_NUMBER:g}",
+            joints=[pattern],
         )
     return value
 
@@ -384,20 +485,26 @@ def _driven(robot: Robot, pattern: str) -> list[str]:
     driven = [name for name in names if robot.joint(name).kind != "free"]
     if not driven:
         raise SceneError(
-            f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one', joints=[pattern]
+            f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint '
+            f"that has one",
+            joints=[pattern],
         )
     return driven
 
 
 def _locked(robot: Robot, joints: Joints, patterns: Sequence[str]) -> np.ndarray:
-    """Which joint velocities (nv,) the scene locks. Args: patterns of the joints with a reflected inertia from the scene."""
+    """Which joint velocities (nv,) the scene locks.
+
+    Args: patterns of the joints with a reflected inertia from the scene.
+    """
     locked = robot.actuated_dofs & (joints.model == "locked")
     for pattern in joints.locked:
         locked |= _velocities(robot, pattern)
     for pattern in (*patterns, *joints.stiffness):
         if locked[_velocities(robot, pattern)].all():
             raise SceneError(
-                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
+                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; '
+                f"leave out the lock, or the "
                 "armature, rotor or stiffness",
                 joints=[pattern],
             )
@@ -416,7 +523,8 @@ def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
             others += free[:1] if follower else [mimic.joint]
     if coupled:
         raise SceneError(
-            f"joint {listed(coupled[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none",
+            f"joint {listed(coupled[:1])} is locked, but geared by a mimic to "
+            f"{listed(dict.fromkeys(others))}; lock all or none",
             joints=[coupled[0], *dict.fromkeys(others)],
         )
 

@@ -1,4 +1,6 @@
-"""What a scene states of the joints: a model of all, and inertias, springs, torques and locks of some."""
+"""What a scene states of the joints: a model of all, and inertias, springs, torques and locks of
+some.
+"""
 
 from collections.abc import Mapping
 from dataclasses import field, replace
@@ -19,9 +21,12 @@ class Rotor(Record):
 
     Attributes:
         inertia: of the rotor about its axis, or [low, high] [kg m²].
-        gear_ratio: turns of the rotor for one of the joint, or [low, high] [1]; by default that of the robot's file.
-        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
-        gear: its kind, from which the sense in which the rotor turns follows; by default its coupling to the link is left out.
+        gear_ratio: turns of the rotor for one of the joint, or [low, high] [1]; by default that of
+            the robot's file.
+        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by
+            default.
+        gear: its kind, from which the sense in which the rotor turns follows; by default its
+            coupling to the link is left out.
     """
 
     inertia: Interval
@@ -33,32 +38,40 @@ class Rotor(Record):
 @documented
 @frozen(kw_only=True)
 class Joints(Record):
-    """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
+    """The drives as a scene states them; patterns are joint names or globs, of which later ones go
+    over earlier ones.
 
-    An interval [low, high] says that the number is between the two; its arithmetic middle is computed with.
+    An interval [low, high] says that the number is between the two; its arithmetic middle is
+    computed with.
 
     Attributes:
         armature: reflected inertia by pattern, or [low, high] [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
-        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
-        torque: constant torque of motors on contacts of finite stiffness, by pattern; it goes over `motors` [N m, N].
-        locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
-            velocities.
+        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N
+            m/rad, N/m].
+        torque: constant torque of motors on contacts of finite stiffness, by pattern; it goes over
+            `motors` [N m, N].
+        locked: patterns of joints that hold the rate that they have before the impact: none, or
+            that of the strike's joint velocities.
     """
 
     model: JointModelName | None = option(
         None,
         "Free, geared (reflected inertia), rigid (stiff springs) or locked. free: no joint has a "
-        "reflected inertia, whatever the robot's file, --drives or the catalogue give; geared: springs "
-        "yield; rigid: springs do not yield (a joint with a spring is locked, a rotor behind a spring is "
-        "joined to its joint); locked: no joint moves. By default each joint is as its drive makes it.",
+        "reflected inertia, whatever the robot's file, --drives or the catalogue give; geared: "
+        "springs "
+        "yield; rigid: springs do not yield (a joint with a spring is locked, a rotor behind a "
+        "spring is "
+        "joined to its joint); locked: no joint moves. By default each joint is as its drive makes "
+        "it.",
         JOINT_MODEL,
         name="joints",
     )
     drives: str | None = option(
         None,
         "A file or robot that has the drives, or none. Joints of the same names have the drives "
-        "of that robot. By default a robot of the catalogue has those known of it, which go over what its file gives; none leaves "
+        "of that robot. By default a robot of the catalogue has those known of it, which go over "
+        "what its file gives; none leaves "
         "the file's. "
         "The form of a file is that of robots/drives.toml.",
         JOINT_MODEL,
@@ -66,14 +79,16 @@ class Joints(Record):
     )
     motors: Literal["none", "flight", "standing"] | None = option(
         None,
-        "Constant torques of the motors on contacts of finite stiffness: those that hold the load of springs before touchdown "
+        "Constant torques of the motors on contacts of finite stiffness: those that hold the load "
+        "of springs before touchdown "
         "(flight), those that also hold the robot's weight on its contacts (standing), or none.",
         JOINT_MODEL,
         default="flight",
     )
     carried: bool = option(
         True,
-        "Leave out the coupling of rotors to the links that carry them (joints.carried = false in a scene). Its "
+        "Leave out the coupling of rotors to the links that carry them (joints.carried = false in "
+        "a scene). Its "
         "sign follows from the gears of the drives.",
         JOINT_MODEL,
         name="no-carried",
@@ -86,7 +101,9 @@ class Joints(Record):
 
 
 def with_model(joints: Joints, model: JointModelName | None) -> Joints:
-    """The joints with another model, without what has no effect on it: drives of free joints, springs too of locked ones."""
+    """The joints with another model, without what has no effect on it: drives of free joints,
+    springs too of locked ones.
+    """
     if model == "free":
         joints = replace(joints, armature={}, rotor={}, drives=None)
     if model == "locked":

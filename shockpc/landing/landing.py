@@ -18,7 +18,14 @@ from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
-from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, part_places, point_places
+from shockpc.landing.places import (
+    Place,
+    PlaceKind,
+    body_places,
+    joint_places,
+    part_places,
+    point_places,
+)
 from shockpc.landing.rank import Mechanism
 from shockpc.landing.scene import Base, Contact, Scene
 from shockpc.landing.selection_matrix import free_columns
@@ -28,18 +35,22 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.trace import Trace
 
 LIFTED = 0.1
-"""Share of the largest speed of a centre of mass, per joint rate, from which on a body counts as lifted [1]."""
+"""Share of the largest speed of a centre of mass, per joint rate, from which on a body counts as
+lifted [1].
+"""
 
 
 @frozen()
 class Landing:
-    """A scene resolved on a robot, in whatever posture: its methods take the robot's state in N postures.
+    """A scene resolved on a robot, in whatever posture: its methods take the robot's state in N
+    postures.
 
     Attributes:
         scene: complete, with every default filled in.
         robot: the robot.
         plane: of the study.
-        up: (3,) unit normal of the ground, world axes: of all contacts, or vertical where they differ.
+        up: (3,) unit normal of the ground, world axes: of all contacts, or vertical where they
+            differ.
         contacts: rows of what strikes; those at a lowest point are placed in each posture.
         lifted: bodies of the feet that the impact on the others lifts, which have no rows.
         stance: rows of the feet that stand already.
@@ -71,14 +82,20 @@ class Landing:
 
     @property
     def translates(self) -> bool:
-        """Whether the robot moves without rotation before the impact, as a whole: the jumps are then linear in its velocity."""
+        """Whether the robot moves without rotation before the impact, as a whole: the jumps are
+        then linear in its velocity.
+        """
         moves = self.before.omega.any() or self.before.joint_rates.any()
         return not moves and all(contact.velocity is None for contact in self.contacts)
 
     @property
     def floating(self) -> bool:
         """Whether the base moves freely, no foot stands and no loop ties the robot to the world."""
-        return self.base == "free" and not self.stance and not any(-1 in loop.bodies for loop in self.loops)
+        return (
+            self.base == "free"
+            and not self.stance
+            and not any(-1 in loop.bodies for loop in self.loops)
+        )
 
     @property
     def strike_angle(self) -> float:
@@ -91,25 +108,37 @@ class Landing:
         """The robot and what of it is free."""
         return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
 
-    def most_independent(self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]) -> Callable[[int], tuple[int, float]]:
-        """How many of some rows can be independent in any posture, and the effect of rounding on the others, as `Mechanism`'s."""
+    def most_independent(
+        self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]
+    ) -> Callable[[int], tuple[int, float]]:
+        """How many of some rows can be independent in any posture, and the effect of rounding on
+        the others, as `Mechanism`'s.
+        """
         return self.mechanism.most_independent(blocks, state)
 
     def rows(self, state: Dynamics) -> tuple[ConstraintBlock, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
-        contacts = (locate_lowest_point(contact, state.rotation[:, contact.body]) for contact in self.contacts)
+        contacts = (
+            locate_lowest_point(contact, state.rotation[:, contact.body])
+            for contact in self.contacts
+        )
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
-        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq. 7).
+        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq.
+        7).
 
         Args:
             state: the robot in N postures, with the armature of its joints.
-            with_strike: whether b has a column for the scene's strike, besides those of the unit strikes.
+            with_strike: whether b has a column for the scene's strike, besides those of the unit
+                strikes.
         """
         blocks = self.rows(state)
         G = self.free_columns(state)
-        J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if with_strike else None)
+        J_c, b = (
+            row_jacobian(state, blocks),
+            approach_speeds(state, blocks, self.before if with_strike else None),
+        )
         inertia = state.inertia if G is None else np.swapaxes(G, -1, -2) @ state.H @ G
         if self.robot.negative_moments:
             inertia = definite(inertia)  # NaN, which the proof refuses by name
@@ -117,34 +146,50 @@ class Landing:
 
     def free_columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
-        return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
+        return free_columns(
+            self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked
+        )
 
     def at(self, q: Array) -> "PosedLanding":
         """This landing in one posture. Args: q (nq,) configuration in which every loop is closed."""
         values = {part.name: getattr(self, part.name) for part in fields(Landing)}
-        return PosedLanding(**values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model))
+        return PosedLanding(
+            **values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model)
+        )
 
     def moving(self, before: Motion, velocities: Array) -> Self:
         """This landing with another motion before the impact, or with one for each of N postures.
 
         Args:
             before: the motions.
-            velocities: ([N,] c, 3) of the contacts, world axes; those count that have a velocity [m/s].
+            velocities: ([N,] c, 3) of the contacts, world axes; those count that have a velocity
+                [m/s].
         """
         contacts = tuple(
-            contact if contact.velocity is None else contact._replace(velocity=velocities[..., k, :])
+            contact
+            if contact.velocity is None
+            else contact._replace(velocity=velocities[..., k, :])
             for k, contact in enumerate(self.contacts)
         )
         return replace(self, before=before, contacts=contacts)
 
     def motions(self, rows: slice) -> Self:
         """This landing, which has a motion for each of N postures, with those of some of them."""
-        contacts = (contact if (v := contact.velocity) is None else contact._replace(velocity=v[rows]) for contact in self.contacts)
-        return replace(self, before=Motion(*(part[rows] for part in self.before)), contacts=tuple(contacts))
+        contacts = (
+            contact if (v := contact.velocity) is None else contact._replace(velocity=v[rows])
+            for contact in self.contacts
+        )
+        return replace(
+            self, before=Motion(*(part[rows] for part in self.before)), contacts=tuple(contacts)
+        )
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
-        free = not self.robot.mimics and not self.joint_model.locked.any() and (self.base == "free" or not self.robot.free_base)
+        free = (
+            not self.robot.mimics
+            and not self.joint_model.locked.any()
+            and (self.base == "free" or not self.robot.free_base)
+        )
         for needless, what, why in (
             (not self.loops, "closure rows and assembly", "nothing closes a loop"),
             (free, "reduction to free velocities (Eq. 7)", "every joint velocity is free"),
@@ -152,7 +197,11 @@ class Landing:
             (not self.stance, "stance rows", "no foot stands already"),
             (self.scene.pulse is None, "peak accelerations", "no pulse is given"),
             (self.scene.friction is None, "contacts that slide", "no friction is given"),
-            (self.scene.contact_stiffness is None, "forces and their times", "no contact stiffness is given"),
+            (
+                self.scene.contact_stiffness is None,
+                "forces and their times",
+                "no contact stiffness is given",
+            ),
         ):
             if needless:
                 trace.skip(what, why)
@@ -168,10 +217,11 @@ class PosedLanding(Landing):
         assembly: what closing the loops changed; None without loops.
         warnings: joints outside their limits, and parts of the scene that have no effect.
         acting: rows of the end stops that act, where they are known.
-        asked: the contacts as they were asked for; those of the scene say at which point they strike and of which kind they are.
+        asked: the contacts as they were asked for; those of the scene say at which point they
+            strike and of which kind they are.
         asked_rows: their rows, as points at their frames where the scene leaves that open.
-        chosen: what the scene as it was asked for leaves open, and its default fills in: "posture", and "base" where that
-            depends on the limbs.
+        chosen: what the scene as it was asked for leaves open, and its default fills in: "posture",
+            and "base" where that depends on the limbs.
     """
 
     q: Array
@@ -189,10 +239,12 @@ class PosedLanding(Landing):
 
     @functools.cached_property
     def trunk(self) -> int:
-        """The index of the body that an answer is about if there is no sensor: the base, or with a fixed base another.
+        """The index of the body that an answer is about if there is no sensor: the base, or with a
+        fixed base another.
 
-        It is the heaviest body of those that carry what strikes and that the joints can lift along the ground's normal: their
-        centre of mass moves by at least a tenth of what that of any of them does. If there is none, it is what strikes.
+        It is the heaviest body of those that carry what strikes and that the joints can lift along
+        the ground's normal: their centre of mass moves by at least a tenth of what that of any of
+        them does. If there is none, it is what strikes.
         """
         robot, state = self.robot, self.state
         if self.base != "fixed":
@@ -205,7 +257,9 @@ class PosedLanding(Landing):
         speeds = np.max(lifts * moves, axis=1, initial=0.0)
 
         carries = np.any(state.ancestors[struck], axis=0).tolist()
-        carriers = [i for i, joint in enumerate(robot.joints) if any(carries[joint.v]) and i not in struck]
+        carriers = [
+            i for i, joint in enumerate(robot.joints) if any(carries[joint.v]) and i not in struck
+        ]
         most = max((speeds[i] for i in carriers), default=0.0)
         lifted = [i for i in carriers if most > 0.0 and speeds[i] >= LIFTED * most]
         return max(lifted or struck, key=lambda i: robot.masses[i])
@@ -219,13 +273,19 @@ class PosedLanding(Landing):
         """As for any landing, then the stops that act."""
         return (*super().rows(state), *self.acting)
 
-    def most_independent(self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]) -> Callable[[int], tuple[int, float]]:
+    def most_independent(
+        self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]
+    ) -> Callable[[int], tuple[int, float]]:
         """As for any landing; other postures have the number of the landing's posture."""
         return self.mechanism.most_independent(blocks, state, self.state.Q[0])
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
         """As for any landing; that of the landing's posture is computed once."""
-        return self._equation if with_strike and state is self.state else super().equation(state, with_strike)
+        return (
+            self._equation
+            if with_strike and state is self.state
+            else super().equation(state, with_strike)
+        )
 
     @functools.cached_property
     def _equation(self) -> Equation:
@@ -236,7 +296,9 @@ class PosedLanding(Landing):
     @functools.cached_property
     def blocks(self) -> tuple[ConstraintBlock, ...]:
         """What is held in this posture, as `rows`, each with one point (3,)."""
-        blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
+        blocks = tuple(
+            block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state)
+        )
         freeze(blocks)
         return blocks
 
@@ -260,11 +322,15 @@ class PosedLanding(Landing):
         """The contacts, then the standing feet; a frame with several has numbers after its name."""
         frames = [block.frame for block in (*self.contacts, *self.stance)]
         times = [frames[: k + 1].count(frame) for k, frame in enumerate(frames)]
-        names = [frame if n == 1 else f"{frame} ({n})" for frame, n in zip(frames, times, strict=True)]
+        names = [
+            frame if n == 1 else f"{frame} ({n})" for frame, n in zip(frames, times, strict=True)
+        ]
         return tuple(Place(name, number=k) for k, name in enumerate(names))
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
-        """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the contacts and standing feet."""
+        """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the
+        contacts and standing feet.
+        """
         match kind:
             case "robot":
                 return (Place(self.robot.name),)
@@ -291,7 +357,9 @@ class PosedLanding(Landing):
     @functools.cached_property
     def fastest_approach(self) -> float:
         """Speed of the fastest contact before the impact [m/s]."""
-        velocities = (contact_velocity(self, self.state, block) for block in self.blocks[: len(self.contacts)])
+        velocities = (
+            contact_velocity(self, self.state, block) for block in self.blocks[: len(self.contacts)]
+        )
         return max(float(np.linalg.norm(velocity)) for velocity in velocities)
 
     @functools.cached_property

@@ -1,8 +1,10 @@
-"""Which feet land together: those whose lowest points are level, and the landings of a robot without contacts that follow.
+"""Which feet land together: those whose lowest points are level, and the landings of a robot
+without contacts that follow.
 
-Feet that touch one after another and stay where they are end with the same jump in any order. A robot that stands level therefore
-lands on all level feet; tilted a little, on those of an edge of their support polygon, or on a single foot. The worst of these
-landings is the worst of all subsets of the feet, or nearly so.
+Feet that touch one after another and stay where they are end with the same jump in any order. A
+robot that stands level therefore lands on all level feet; tilted a little, on those of an edge of
+their support polygon, or on a single foot. The worst of these landings is the worst of all subsets
+of the feet, or nearly so.
 """
 
 import itertools
@@ -27,7 +29,9 @@ from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
 
 STRAIGHT = 0.01
-"""Distance from an edge of the support polygon up to which a foot lies on it, as a share of the largest distance of two feet."""
+"""Distance from an edge of the support polygon up to which a foot lies on it, as a share of the
+largest distance of two feet.
+"""
 
 LIKE = ("directions", "restitution", "restitution_along", "normal")
 """What the feet that land together have in common with the one that is given."""
@@ -39,7 +43,8 @@ class FootPoints(NamedTuple):
     Attributes:
         names: of the n feet.
         bodies: (n,) which they belong to.
-        points: (N, n, 3) their lowest points, or the origins of their frames where a foot has no geometry, from the base [m].
+        points: (N, n, 3) their lowest points, or the origins of their frames where a foot has no
+            geometry, from the base [m].
     """
 
     names: tuple[str, ...]
@@ -57,17 +62,25 @@ def foot_points(robot: Robot, rotation: Array, position: Array, up: Array) -> Fo
         up: (3,) unit normal of the ground, world axes.
     """
     feet = each_foot(robot)
-    frames, shapes = [robot.frame(name) for name in feet], [_struck_shapes(robot, name) for name in feet]
+    frames, shapes = (
+        [robot.frame(name) for name in feet],
+        [_struck_shapes(robot, name) for name in feet],
+    )
     points = np.empty((len(rotation), len(feet), 3))
     for k, frame in enumerate(frames):
         R = rotation[:, frame.body]
-        low = np.broadcast_to(frame.offset, (len(R), 3)) if not all(shapes) else _lowest(shapes[k], -up @ R)
+        low = (
+            np.broadcast_to(frame.offset, (len(R), 3))
+            if not all(shapes)
+            else _lowest(shapes[k], -up @ R)
+        )
         points[:, k] = position[:, frame.body] + (R @ low[..., None])[..., 0]
     return FootPoints(feet, np.array([frame.body for frame in frames], dtype=int), points)
 
 
 def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarray:
-    """Which feet (N, n) do not strike in N postures, and are as low as the contacts; none of tips that are not recognised as feet.
+    """Which feet (N, n) do not strike in N postures, and are as low as the contacts; none of tips
+    that are not recognised as feet.
 
     Args:
         landing: names the contacts.
@@ -77,18 +90,27 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
     robot, up = landing.robot, landing.up
     if not recognised(robot):
         return np.zeros((len(rotation), len(each_foot(robot))), dtype=bool)
-    feet, tolerance = foot_points(robot, rotation, position, up), landing.scene.ground_tolerance + LEVEL
+    feet, tolerance = (
+        foot_points(robot, rotation, position, up),
+        landing.scene.ground_tolerance + LEVEL,
+    )
     height = feet.points @ up
     lowest = np.full(len(rotation), np.inf)
     for contact in landing.contacts:
         shapes = _struck_shapes(robot, contact.frame) if contact.kind == "contact" else ()
         R = rotation[:, contact.body]
-        low, inside = (_lowest(shapes, -up @ R), 0.0) if shapes else (robot.frame(contact.frame).offset, most_inside(robot))
+        low, inside = (
+            (_lowest(shapes, -up @ R), 0.0)
+            if shapes
+            else (robot.frame(contact.frame).offset, most_inside(robot))
+        )
         reached = (position[:, contact.body] + (R @ low[..., None])[..., 0]) @ up
         # A contact stands for the foot of its body, unless it is on a part of the leg above that.
         foot = height[:, feet.bodies == contact.body].min(axis=1, initial=np.inf)
         lowest = np.minimum(lowest, np.where(reached <= foot + inside + tolerance, foot, reached))
-    struck = np.isin(feet.bodies, [*(contact.body for contact in landing.contacts), *landing.lifted])
+    struck = np.isin(
+        feet.bodies, [*(contact.body for contact in landing.contacts), *landing.lifted]
+    )
     return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= tolerance))
 
 
@@ -129,24 +151,35 @@ def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
 
 
 def together(landing: PosedLanding) -> Scene | None:
-    """The landing on all level feet, where one of some of them is given: its scene with a contact more for each other foot.
+    """The landing on all level feet, where one of some of them is given: its scene with a contact
+    more for each other foot.
 
-    These are as its first contact, at their own points. None where no other foot is level, or the landing is no drop on all feet.
+    These are as its first contact, at their own points. None where no other foot is level, or the
+    landing is no drop on all feet.
     """
     scene = whole_feet(landing) or replace(landing.scene, contact=landing.asked)
     if landing.base == "fixed" or landing.stance or not landing.translates:
         return None
     beside = feet_beside(landing, landing.state.rotation, landing.state.position)[0]
-    others = [foot for foot, level in zip(each_foot(landing.robot), beside.tolist(), strict=True) if level]
+    others = [
+        foot for foot, level in zip(each_foot(landing.robot), beside.tolist(), strict=True) if level
+    ]
     like = Contact(**{name: getattr(scene.contact[0], name) for name in LIKE}, frame="")
-    return replace(scene, contact=(*scene.contact, *(replace(like, frame=name) for name in others))) if others else None
+    return (
+        replace(scene, contact=(*scene.contact, *(replace(like, frame=name) for name in others)))
+        if others
+        else None
+    )
 
 
-def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None = None) -> list[tuple[Contact, ...]]:
+def default_landings(
+    robot: Robot, scene: Scene, normal: tuple[float, float, float] | None = None
+) -> list[tuple[Contact, ...]]:
     """The contacts of each landing of a robot whose scene names none.
 
-    In this order: all level feet together; those of each edge of their support polygon; each foot alone. With a fixed base or
-    standing feet, and for tips of limbs that are not recognised as feet, each one alone, without what stands.
+    In this order: all level feet together; those of each edge of their support polygon; each foot
+    alone. With a fixed base or standing feet, and for tips of limbs that are not recognised as
+    feet, each one alone, without what stands.
 
     Args:
         robot: the robot.
@@ -163,14 +196,22 @@ def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, flo
         left = " besides those that stand" if standing else ""
         example = f', such as "{robot.links[-1]}"' if not standing else ""
         raise SceneError(
-            f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one with --contact{example}'
+            f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one '
+            f"with --contact{example}"
         )
     landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
-    if len(feet) > 1 and not standing and (scene.base or usual_base(robot).base) != "fixed" and recognised(robot):
+    if (
+        len(feet) > 1
+        and not standing
+        and (scene.base or usual_base(robot).base) != "fixed"
+        and recognised(robot)
+    ):
         landings = [*_together(robot, scene, normal), *landings]
     if any(_carriers_of_foot(robot, foot) for foot in feet):
         state, up = _posed(robot, scene, normal)
-        parts = {foot: _level_parts(robot, foot, state, up, scene.ground_tolerance) for foot in feet}
+        parts = {
+            foot: _level_parts(robot, foot, state, up, scene.ground_tolerance) for foot in feet
+        }
         landings = [tuple(part for foot in landing for part in parts[foot]) for landing in landings]
     return [tuple(Contact(frame=name) for name in landing) for landing in landings]
 
@@ -181,7 +222,11 @@ def with_contacts(scene: Scene, robot: Robot) -> list[Scene]:
     Raises:
         ShockError: as for `default_landings`.
     """
-    return [scene] if scene.contact else [replace(scene, contact=contacts) for contacts in default_landings(robot, scene)]
+    return (
+        [scene]
+        if scene.contact
+        else [replace(scene, contact=contacts) for contacts in default_landings(robot, scene)]
+    )
 
 
 def _carriers_of_foot(robot: Robot, foot: str) -> tuple[str, ...]:
@@ -193,7 +238,9 @@ def _carriers_of_foot(robot: Robot, foot: str) -> tuple[str, ...]:
     return tuple(carriers)
 
 
-def _level_parts(robot: Robot, foot: str, state: Dynamics, up: Array, tolerance: float) -> tuple[str, ...]:
+def _level_parts(
+    robot: Robot, foot: str, state: Dynamics, up: Array, tolerance: float
+) -> tuple[str, ...]:
     """A foot, and those of its carriers that are as low: flat ground meets all of them."""
     lowest = dict[str, float]()
     for name in (foot, *_carriers_of_foot(robot, foot)):
@@ -205,7 +252,9 @@ def _level_parts(robot: Robot, foot: str, state: Dynamics, up: Array, tolerance:
     return (foot, *(name for name, height in lowest.items() if name != foot and height <= limit))
 
 
-def _posed(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None) -> tuple[Dynamics, Array]:
+def _posed(
+    robot: Robot, scene: Scene, normal: tuple[float, float, float] | None
+) -> tuple[Dynamics, Array]:
     """A robot in the posture of a scene, and the normal of the ground."""
     plane, q = plane_of(scene), configuration(robot, scene.posture)
     if loops := all_loops(robot, scene.closure):
@@ -218,8 +267,12 @@ def _posed(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None
     return dynamics(robot, q[None]), up
 
 
-def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None) -> list[tuple[str, ...]]:
-    """All level feet, and those of each edge of their support polygon; nothing if a single foot is the lowest."""
+def _together(
+    robot: Robot, scene: Scene, normal: tuple[float, float, float] | None
+) -> list[tuple[str, ...]]:
+    """All level feet, and those of each edge of their support polygon; nothing if a single foot is
+    the lowest.
+    """
     state, up = _posed(robot, scene, normal)
     feet = foot_points(robot, state.rotation, state.position, up)
     height = feet.points[0] @ up
@@ -231,7 +284,9 @@ def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | N
 
 
 def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
-    """The points on each edge of the polygon around some points (n, 3) over the ground; none where all lie on one line."""
+    """The points on each edge of the polygon around some points (n, 3) over the ground; none where
+    all lie on one line.
+    """
     flat = points - np.outer(points @ up, up)
     size = float(np.linalg.norm(flat[:, None] - flat, axis=2).max())
     edges = []
@@ -245,7 +300,9 @@ def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
         if (aside.min() >= -STRAIGHT or aside.max() <= STRAIGHT) and len(on) < len(flat):
             edges.append(on)
     # Of three feet on one edge each pair finds it, and perhaps without the third.
-    return list(dict.fromkeys(edge for edge in edges if not any(set(edge) < set(other) for other in edges)))
+    return list(
+        dict.fromkeys(edge for edge in edges if not any(set(edge) < set(other) for other in edges))
+    )
 
 
 def _struck_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
@@ -255,7 +312,10 @@ def _struck_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
 
 
 def _lowest(shapes: tuple[Shape, ...], down: Array) -> Array:
-    """The lowest points (N, 3) of some shapes in the body's frame [m]. Args: down, (N, 3) unit vectors in its axes."""
+    """The lowest points (N, 3) of some shapes in the body's frame [m].
+
+    Args: down, (N, 3) unit vectors in its axes.
+    """
     found = []
     for shape in shapes:
         along = down @ shape.rounding
@@ -263,4 +323,8 @@ def _lowest(shapes: tuple[Shape, ...], down: Array) -> Array:
         corners = shape.points[(down @ shape.points.T).argmax(axis=1)]
         found.append(corners + along / np.where(length > 0.0, length, 1.0) @ shape.rounding.T)
     every = np.stack(found, axis=1)
-    return np.asarray(np.take_along_axis(every, np.einsum("nki,ni->nk", every, down).argmax(axis=1)[:, None, None], axis=1)[:, 0])
+    return np.asarray(
+        np.take_along_axis(
+            every, np.einsum("nki,ni->nk", every, down).argmax(axis=1)[:, None, None], axis=1
+        )[:, 0]
+    )

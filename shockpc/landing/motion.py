@@ -1,4 +1,6 @@
-"""How a robot moves before it strikes: the velocity and rotation of its base, and the rates of its joints."""
+"""How a robot moves before it strikes: the velocity and rotation of its base, and the rates of its
+joints.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,7 +9,14 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane, velocity_at
 from shockpc.landing.closure import closure_block
-from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_axes, block_wrenches, row_jacobian, slices_of
+from shockpc.landing.constraints import (
+    NO_AXES,
+    ConstraintBlock,
+    block_axes,
+    block_wrenches,
+    row_jacobian,
+    slices_of,
+)
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.posture import settable_joints
@@ -35,7 +44,9 @@ class Motion(NamedTuple):
 
 
 def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
-    """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world axes [rad/s, m/s]."""
+    """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world
+    axes [rad/s, m/s].
+    """
     whole = np.concatenate([before.omega, before.velocity], axis=-1)
     if not before.joint_rates.any():
         return np.broadcast_to(whole, (len(state.J), 6))
@@ -43,12 +54,17 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     return np.asarray(whole + (state.J @ rates[..., None])[..., 0])
 
 
-def approach_speeds(state: Dynamics, blocks: Sequence[ConstraintBlock], before: Motion | None) -> Array:
-    """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+def approach_speeds(
+    state: Dynamics, blocks: Sequence[ConstraintBlock], before: Motion | None
+) -> Array:
+    """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s,
+    rad/s].
 
-    The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a motion, if one is given. Rows of
-    standing feet and of loops have none. Restitution in the direction n adds e (a·n) times the speed along n to that along a row's
-    axis a; to the rate about an axis, at each point of a flat contact, e times that across n. Of a stop it is the joint's rate.
+    The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a
+    motion, if one is given. Rows of standing feet and of loops have none. Restitution in the
+    direction n adds e (a·n) times the speed along n to that along a row's axis a; to the rate about
+    an axis, at each point of a flat contact, e times that across n. Of a stop it is the joint's
+    rate.
     """
     b = []
     for block in blocks:
@@ -65,7 +81,9 @@ def approach_speeds(state: Dynamics, blocks: Sequence[ConstraintBlock], before: 
         elif block.kind == "stop" and before is not None:
             # The bodies on both sides turn alike, so only their joint's rate is included.
             turning = before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
-            ends = [twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0]
+            ends = [
+                twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0
+            ]
             relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
             speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ relative[..., None])
         b.append(speeds)
@@ -73,7 +91,9 @@ def approach_speeds(state: Dynamics, blocks: Sequence[ConstraintBlock], before: 
 
 
 def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array) -> Array:
-    """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities (N, nv) before it."""
+    """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities
+    (N, nv) before it.
+    """
     b = []
     for block in blocks:
         wrenches = block_wrenches(state, block)
@@ -83,7 +103,9 @@ def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array)
 
 
 def _undone(state: Dynamics, block: ConstraintBlock, wrenches: Array) -> Array:
-    """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a contact."""
+    """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a
+    contact.
+    """
     e, n = block.restitution, block.rebound
     if not e:
         return wrenches
@@ -92,7 +114,9 @@ def _undone(state: Dynamics, block: ConstraintBlock, wrenches: Array) -> Array:
     m, share = len(block.forces), (block_axes(state, block) @ n)[..., None]
     normal = block_wrenches(state, block._replace(forces=n[None], moments=NO_AXES))
     turning = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
-    rebound = np.concatenate([share[:, :m] * normal, wrenches[:, m:] - share[:, m:] * turning], axis=1)
+    rebound = np.concatenate(
+        [share[:, :m] * normal, wrenches[:, m:] - share[:, m:] * turning], axis=1
+    )
     return np.asarray(wrenches + e * rebound)
 
 
@@ -113,16 +137,26 @@ def motion_of(
     rates, given = rates_of(robot, scene, joints)
     velocity, rail = scene.strike.vector(plane), _rail(robot, scene, contacts, state)
     if rail is not None:
-        velocity, rates[rail], given[rail] = np.zeros(3), _fall_along(robot, scene, rail, state), True
+        velocity, rates[rail], given[rail] = (
+            np.zeros(3),
+            _fall_along(robot, scene, rail, state),
+            True,
+        )
     if loops and rates.any():
-        rates = with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
+        rates = with_loops(
+            robot, state, [closure_block(loop) for loop in loops], rates, given, plane
+        )
     return Motion(velocity, _rotation(scene, plane), rates)
 
 
 def _rotation(scene: Scene, plane: Plane) -> Array:
-    """Angular velocity (3,) before the impact; a velocity may be the ground's, but a rotation has to be possible for the base."""
+    """Angular velocity (3,) before the impact; a velocity may be the ground's, but a rotation has
+    to be possible for the base.
+    """
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
-    turns = {"fixed": 0.0 * omega, "planar": plane.normal * (plane.normal @ omega)}.get(scene.base or "free", omega)
+    turns = {"fixed": 0.0 * omega, "planar": plane.normal * (plane.normal @ omega)}.get(
+        scene.base or "free", omega
+    )
     across = float(np.linalg.norm(omega - turns))
     if across > 1e-9 * float(np.linalg.norm(omega)):
         normal = ", ".join(f"{x:g}" for x in plane.normal + 0.0)
@@ -134,17 +168,31 @@ def _rotation(scene: Scene, plane: Plane) -> Array:
     return omega
 
 
-def _rail(robot: Robot, scene: Scene, contacts: Sequence[ConstraintBlock], state: Dynamics) -> int | None:
-    """The joint velocity along which a robot that its file ties to the world falls; None where it is not dropped on a rail.
+def _rail(
+    robot: Robot, scene: Scene, contacts: Sequence[ConstraintBlock], state: Dynamics
+) -> int | None:
+    """The joint velocity along which a robot that its file ties to the world falls; None where it
+    is not dropped on a rail.
 
     The rail is the first joint towards a contact that lifts what it carries, if it slides.
     """
-    if scene.strike.drop_height is None or scene.base != "fixed" or usual_base(robot).base != "fixed":
+    if (
+        scene.strike.drop_height is None
+        or scene.base != "fixed"
+        or usual_base(robot).base != "fixed"
+    ):
         return None
     lifts = mass_lifted(robot, state)
-    carrying = np.flatnonzero(state.ancestors[contacts[0].body] & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300)))
+    carrying = np.flatnonzero(
+        state.ancestors[contacts[0].body]
+        & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300))
+    )
     carrying = carrying[carrying >= 6 * robot.free_base]
-    if not len(carrying) or next(joint for joint in robot.single_joints if joint.v.start == carrying[0]).kind != "prismatic":
+    if (
+        not len(carrying)
+        or next(joint for joint in robot.single_joints if joint.v.start == carrying[0]).kind
+        != "prismatic"
+    ):
         return None
     return int(carrying[0])
 
@@ -157,25 +205,43 @@ def mass_lifted(robot: Robot, state: Dynamics) -> Array:
 
 
 def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float:
-    """The rate [m/s] of a rail after a fall from the scene's drop height, of all that it carries: ½ H v² = m g h.
+    """The rate [m/s] of a rail after a fall from the scene's drop height, of all that it carries: ½
+    H v² = m g h.
 
     Raises:
         SceneError: its rate, or a motion across the rail, is given too.
     """
-    strike, lift, height = scene.strike, mass_lifted(robot, state)[rail], scene.strike.drop_height or 0.0
+    strike, lift, height = (
+        scene.strike,
+        mass_lifted(robot, state)[rail],
+        scene.strike.drop_height or 0.0,
+    )
     name = next(joint.name for joint in robot.single_joints if joint.v.start == rail)
-    given = [joint.name for pattern in strike.joint_velocities for joint in settable_joints(robot, pattern)]
+    given = [
+        joint.name
+        for pattern in strike.joint_velocities
+        for joint in settable_joints(robot, pattern)
+    ]
     if name in given or strike.strike_angle_deg or strike.forward_speed:
         raise SceneError(
-            f'the robot falls along its rail "{name}", whose rate follows from the drop height; leave out '
-            + ("that rate, or the drop height" if name in given else "the strike angle and the forward speed")
+            f'the robot falls along its rail "{name}", whose rate follows from the drop height; '
+            f"leave out "
+            + (
+                "that rate, or the drop height"
+                if name in given
+                else "the strike angle and the forward speed"
+            )
         )
     carried = float(robot.masses @ state.ancestors[: len(robot.bodies), rail])
-    return float(-np.sign(lift) * np.sqrt(2.0 * GRAVITY * height * carried / state.H[0, rail, rail]))
+    return float(
+        -np.sign(lift) * np.sqrt(2.0 * GRAVITY * height * carried / state.H[0, rail, rail])
+    )
 
 
 def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.ndarray]:
-    """Joint velocities (nv,) before the impact, followers with their leaders; and which of them (nv,) are given or locked."""
+    """Joint velocities (nv,) before the impact, followers with their leaders; and which of them
+    (nv,) are given or locked.
+    """
     rates, given = np.zeros(robot.model.nv), joints.locked.copy()
     given[:6] |= robot.free_base
     for pattern, rate in scene.strike.joint_velocities.items():
@@ -185,14 +251,23 @@ def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.
         # A follower never moves by itself, so its rate is as good as given.
         follower = robot.joint(mimic.joint).v
         given[follower] = True
-        rates[follower] = sum(multiplier * rates[robot.joint(leader).v] for leader, multiplier in mimic.leaders.items())
+        rates[follower] = sum(
+            multiplier * rates[robot.joint(leader).v]
+            for leader, multiplier in mimic.leaders.items()
+        )
     return rates, given
 
 
 def with_loops(
-    robot: Robot, state: Dynamics, blocks: list[ConstraintBlock], rates: Array, given: np.ndarray, plane: Plane
+    robot: Robot,
+    state: Dynamics,
+    blocks: list[ConstraintBlock],
+    rates: Array,
+    given: np.ndarray,
+    plane: Plane,
 ) -> Array:
-    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by as little as possible.
+    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change
+    by as little as possible.
 
     Raises:
         SceneError: the given ones open a loop.
@@ -204,16 +279,21 @@ def with_loops(
         rates = rates + columns @ np.linalg.lstsq(K @ columns, -K @ rates, rcond=1e-10)[0]
     opening = np.abs(K @ rates)
     if opening.max() > 1e-9 * np.abs(rates).max():
-        worst = max(zip(blocks, slices_of(blocks), strict=True), key=lambda pair: float(opening[pair[1]].max()))[0]
+        worst = max(
+            zip(blocks, slices_of(blocks), strict=True),
+            key=lambda pair: float(opening[pair[1]].max()),
+        )[0]
         raise SceneError(
-            f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them",
+            f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that "
+            f"the loop allows, or fewer of them",
             blocks=[worst.frame],
         )
     return rates
 
 
 def separating(approach: Array, blocks: Sequence[ConstraintBlock]) -> np.ndarray:
-    """Which contacts (..., c) make a landing no impact: they leave the ground, or none approaches it and they move along it.
+    """Which contacts (..., c) make a landing no impact: they leave the ground, or none approaches
+    it and they move along it.
 
     A contact may slide while another one strikes. End stops always strike.
 
@@ -221,7 +301,10 @@ def separating(approach: Array, blocks: Sequence[ConstraintBlock]) -> np.ndarray
         approach: (..., c, 3) velocities of the contact points before the impact [m/s].
         blocks: of the contacts.
     """
-    normals, stops = np.array([block.normal for block in blocks]), np.array([block.kind == "stop" for block in blocks])
+    normals, stops = (
+        np.array([block.normal for block in blocks]),
+        np.array([block.kind == "stop" for block in blocks]),
+    )
     leaving = np.where(stops, -np.inf, (approach * normals).sum(axis=-1))
     rounding = 1e-9 * np.linalg.norm(approach, axis=-1).max(axis=-1, keepdims=True)
     together = ~np.any(leaving < -rounding, axis=-1, keepdims=True)

@@ -30,7 +30,8 @@ Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
 
 
 def reference_name(robot: Robot, wanted: str | None) -> str:
-    """The reference posture that a scene means: the one asked for, else the robot's standing one, else "neutral".
+    """The reference posture that a scene means: the one asked for, else the robot's standing one,
+    else "neutral".
 
     Raises:
         UnknownName: the robot has no posture of that name.
@@ -44,22 +45,34 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
 
 
 def spelled_out(scene: Scene, robot: Robot) -> Scene:
-    """A scene in which the values of joints stand in place of a posture that no file has, and that is computed for the robot.
+    """A scene in which the values of joints stand in place of a posture that no file has, and that
+    is computed for the robot.
 
-    It is the same landing where that posture is not known or has other values: a robot with reference postures has none.
+    It is the same landing where that posture is not known or has other values: a robot with
+    reference postures has none.
     """
     posture = scene.posture
     if posture.reference != BENT or "neutral" in robot.postures:
         return scene
     bent, start = robot.postures[BENT], robot.start
-    given = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
-    turned = [joint for joint in robot.independent_joints if joint.value(bent) != joint.value(start) and joint.name not in given]
+    given = {
+        name
+        for pattern in (*posture.joints, *posture.joints_deg)
+        for name in robot.match_joints(pattern)
+    }
+    turned = [
+        joint
+        for joint in robot.independent_joints
+        if joint.value(bent) != joint.value(start) and joint.name not in given
+    ]
     joints = {joint.name: joint.value(bent) for joint in turned} | {**posture.joints}
     movable = scene.assemble
     if scene.closure and not movable:  # joints that the posture sets do not move to close loops
         given |= {*posture.joint_quaternions}
         movable = tuple(name for name in robot.joint_names if name not in given)
-    return replace(scene, posture=replace(posture, reference="neutral", joints=joints), assemble=movable)
+    return replace(
+        scene, posture=replace(posture, reference="neutral", joints=joints), assemble=movable
+    )
 
 
 @checked
@@ -75,23 +88,28 @@ def configuration(
 
     Args:
         robot: the robot.
-        posture: what is not given otherwise, as in a scene; by default the robot's standing posture, else the neutral one.
-        joints: values by name or glob [rad; m for a prismatic joint]; of a ball joint its quaternion, of a planar one x, y [m] and
-            angle [rad], of a floating one position [m] and quaternion.
+        posture: what is not given otherwise, as in a scene; by default the robot's standing
+            posture, else the neutral one.
+        joints: values by name or glob [rad; m for a prismatic joint]; of a ball joint its
+            quaternion, of a planar one x, y [m] and angle [rad], of a floating one position [m] and
+            quaternion.
         base: position (3,) in the world [m], or position and quaternion (7,).
-        quaternion: the order of every quaternion in `joints` and `base`, which has to be said: "xyzw" as in Pinocchio, ROS and
-            SciPy, or "wxyz" as in MuJoCo.
+        quaternion: the order of every quaternion in `joints` and `base`, which has to be said:
+            "xyzw" as in Pinocchio, ROS and SciPy, or "wxyz" as in MuJoCo.
 
     Raises:
         UnknownName: no such posture or joint.
-        SceneError: a joint or a base that cannot be set that way, or an angle beyond its limits and a whole turn.
+        SceneError: a joint or a base that cannot be set that way, or an angle beyond its limits and
+            a whole turn.
         StudyError: an argument is of another type.
     """
     posture = posture or Posture()
     if base is not None:
         numbers = _numbers(base, (3, 7), "base")
         rotation = None if len(numbers) == 3 else tuple(_xyzw(numbers[3:], quaternion, "base"))
-        posture = replace(posture, base_position=tuple(numbers[:3]), base_rpy_deg=None, base_quaternion=rotation)
+        posture = replace(
+            posture, base_position=tuple(numbers[:3]), base_rpy_deg=None, base_quaternion=rotation
+        )
     name = reference_name(robot, posture.reference)
     # A robot may have a posture that it calls neutral itself; that one is meant then.
     start = robot.postures.get(name, robot.start)
@@ -99,7 +117,8 @@ def configuration(
     q = np.array(pin.normalize(robot.model, np.array(start)))
     if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - start).max(initial=0.0) < 0.05):
         raise SceneError(
-            f'posture "{name}" of robot "{robot.name}" holds a quaternion (x, y, z, w) whose length is not 1, or a cosine and '
+            f'posture "{name}" of robot "{robot.name}" holds a quaternion (x, y, z, w) whose '
+            f"length is not 1, or a cosine and "
             "sine, has length 1; correct it in the file of postures"
         )
     _set_base(robot, posture, q)
@@ -129,12 +148,14 @@ def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
 
     Args:
         robot: of an MJCF file.
-        qpos: as in `mujoco.MjData`: of every joint of the file, in its order; a free joint has x, y, z and then the quaternion
-            w, x, y, z [m, rad]. Joints that follow others stay as given.
+        qpos: as in `mujoco.MjData`: of every joint of the file, in its order; a free joint has x,
+            y, z and then the quaternion w, x, y, z [m, rad]. Joints that follow others stay as
+            given.
 
     Raises:
         RobotError: the robot is not of an MJCF.
-        SceneError: another number of coordinates, one that is not finite, or a quaternion of length zero.
+        SceneError: another number of coordinates, one that is not finite, or a quaternion of length
+            zero.
         StudyError: an argument is of another type.
     """
     from shockpc.robot.mjcf import qpos_order
@@ -142,22 +163,32 @@ def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
     order, size = qpos_order(robot)
     q = np.asarray(pin.normalize(robot.model, _numbers(qpos, (size,), "qpos")[order]))
     if not pin.isNormalized(robot.model, q, 1e-9):
-        raise SceneError("qpos holds a quaternion of length 0; a rotation (w, x, y, z) has length 1")
+        raise SceneError(
+            "qpos holds a quaternion of length 0; a rotation (w, x, y, z) has length 1"
+        )
     return q
 
 
 def set_joints(robot: Robot, values: Iterable[tuple[Joint, float]], q: Array) -> None:
-    """Set joints of one coordinate in a configuration q (nq,), and those that follow others. Args: values of joints [rad, m]."""
+    """Set joints of one coordinate in a configuration q (nq,), and those that follow others.
+
+    Args: values of joints [rad, m].
+    """
     for joint, value in values:
         joint.set(value, q)
     robot.set_followers(q)
 
 
 def set_many(robot: Robot, values: Iterable[tuple[Joint, Array]], Q: Array) -> None:
-    """Set joints of one coordinate in N configurations Q (N, nq), and those that follow others. Args: values (N,) [rad, m]."""
+    """Set joints of one coordinate in N configurations Q (N, nq), and those that follow others.
+
+    Args: values (N,) [rad, m].
+    """
 
     def place(joint: Joint, x: Array) -> None:
-        Q[:, joint.q] = np.stack([np.cos(x), np.sin(x)] if joint.kind == "continuous" else [x], axis=1)
+        Q[:, joint.q] = np.stack(
+            [np.cos(x), np.sin(x)] if joint.kind == "continuous" else [x], axis=1
+        )
 
     for joint, x in values:
         place(joint, x)
@@ -178,11 +209,16 @@ def check_rotations(robot: Robot, Q: Array) -> None:
     wrong = ~np.isfinite(Q).all(axis=1)
     for joint in robot.single_joints:
         if (size := {"free": 4, "ball": 4, "planar": 2, "continuous": 2}.get(joint.kind, 0)) > 0:
-            wrong |= ~(np.abs(np.linalg.norm(Q[:, joint.q.stop - size : joint.q.stop], axis=1) - 1.0) < 1e-6)
+            wrong |= ~(
+                np.abs(np.linalg.norm(Q[:, joint.q.stop - size : joint.q.stop], axis=1) - 1.0)
+                < 1e-6
+            )
     if wrong.any():
         raise SceneError(
-            f"row {np.flatnonzero(wrong)[0]} of Q holds a number that is not finite, or a rotation, a quaternion (x, y, z, w) or a "
-            "cosine and sine, whose length is not 1; start from the configuration of a profile, profile.q"
+            f"row {np.flatnonzero(wrong)[0]} of Q holds a number that is not finite, or a "
+            f"rotation, a quaternion (x, y, z, w) or a "
+            "cosine and sine, whose length is not 1; start from the configuration of a profile, "
+            "profile.q"
         )
 
 
@@ -191,10 +227,13 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
     if (posture.base_position, posture.base_rpy_deg, posture.base_quaternion) == (None, None, None):
         return
     if posture.base_rpy_deg is not None and posture.base_quaternion is not None:
-        raise SceneError("the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them")
+        raise SceneError(
+            "the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them"
+        )
     if not robot.free_base:
         raise SceneError(
-            f'the base of robot "{robot.name}" is fixed in its file, so it cannot be moved or turned; '
+            f'the base of robot "{robot.name}" is fixed in its file, so it cannot be moved or '
+            f"turned; "
             'free it with base = "free", or leave out where the base is'
         )
     if posture.base_position is not None:
@@ -214,17 +253,25 @@ def _numbers(given: Any, sizes: tuple[int, ...], subject: str) -> Array:
         values = np.array(np.nan)
     if values.ndim != 1 or len(values) not in sizes or not np.isfinite(values).all():
         wanted = " or ".join(map(str, sizes))
-        raise SceneError(f"{subject} has to be {wanted} finite number{'s' * (sizes != (1,))}, not {printable(repr(given), 80)}")
+        raise SceneError(
+            f"{subject} has to be {wanted} finite number{'s' * (sizes != (1,))}, not "
+            f"{printable(repr(given), 80)}"
+        )
     return values
 
 
 def _xyzw(values: Array, order: Quaternion | None, subject: str) -> Array:
     """A quaternion as x, y, z, w, with length 1."""
     if order not in ("xyzw", "wxyz"):
-        raise SceneError(f'{subject} holds a quaternion of unknown order; say quaternion="xyzw", or "wxyz" as in MuJoCo')
+        raise SceneError(
+            f'{subject} holds a quaternion of unknown order; say quaternion="xyzw", or "wxyz" as '
+            f"in MuJoCo"
+        )
     length = float(np.linalg.norm(values))
     if not 0.95 < length < 1.05:
-        raise SceneError(f"{subject} has length {length:.3g}; a rotation ({', '.join(order)}) has length 1")
+        raise SceneError(
+            f"{subject} has length {length:.3g}; a rotation ({', '.join(order)}) has length 1"
+        )
     return np.roll(values, -1 if order == "wxyz" else 0) / length
 
 
@@ -240,35 +287,47 @@ def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -
         joint.set(float(values[0]), q)
 
 
-def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneError) -> tuple[Joint, ...]:
+def settable_joints(
+    robot: Robot, pattern: str, error: type[ShockError] = SceneError
+) -> tuple[Joint, ...]:
     """The joints that a name or a glob means, without those that follow others.
 
     Args:
         robot: the robot.
         pattern: the name or glob.
-        error: raised where one number cannot set them: a joint follows another, or has several degrees of freedom.
+        error: raised where one number cannot set them: a joint follows another, or has several
+            degrees of freedom.
 
     Raises:
         UnknownName: no joint fits.
     """
-    names, followers = robot.match_joints(pattern), {mimic.joint: mimic.led for mimic in robot.mimics}
+    names, followers = (
+        robot.match_joints(pattern),
+        {mimic.joint: mimic.led for mimic in robot.mimics},
+    )
     joints = tuple(robot.joint(name) for name in names if name not in followers)
     if not joints:
         raise error(
-            f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; name that instead', joints=names
+            f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; '
+            f"name that instead",
+            joints=names,
         )
     for joint in joints:
         if joint.axis is None:
             degrees = joint.v.stop - joint.v.start
             raise error(
-                f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out',
+                f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set '
+                f"it; leave it out",
                 joints=[joint.name],
             )
     return joints
 
 
-def refuse_beyond_turn(joint: Joint, value: float, subject: str, error: type[ShockError] = SceneError) -> None:
-    """Refuse an angle outside the limits of its joint and beyond a whole turn: it is a mistake, such as one in the unit.
+def refuse_beyond_turn(
+    joint: Joint, value: float, subject: str, error: type[ShockError] = SceneError
+) -> None:
+    """Refuse an angle outside the limits of its joint and beyond a whole turn: it is a mistake,
+    such as one in the unit.
 
     Other values outside the limits are computed: what the limits should be may be the question.
 
@@ -282,14 +341,17 @@ def refuse_beyond_turn(joint: Joint, value: float, subject: str, error: type[Sho
     if joint.unit == "rad" and not min(low, -TURN) - ROUNDED <= value <= max(high, TURN) + ROUNDED:
         low, high, value, turn = map(math.degrees, (low, high, value, TURN))
         raise error(
-            f'{subject}: {value:g} deg is outside the limits of joint "{joint.name}", {low:.6g} to {high:.6g} deg, '
-            f"and more than a whole turn; give values from {min(low, -turn):.6g} to {max(high, turn):.6g} deg",
+            f'{subject}: {value:g} deg is outside the limits of joint "{joint.name}", {low:.6g} to '
+            f"{high:.6g} deg, "
+            f"and more than a whole turn; give values from {min(low, -turn):.6g} to "
+            f"{max(high, turn):.6g} deg",
             joints=[joint.name],
         )
 
 
 def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
-    """Which joint velocities (nv,) may not move while loops are closed: the base's, and those of joints that the posture sets.
+    """Which joint velocities (nv,) may not move while loops are closed: the base's, and those of
+    joints that the posture sets.
 
     Args:
         robot: the robot.
@@ -301,7 +363,9 @@ def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np
         fixed[:6] = True
     given = movable or (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
     named = {name for pattern in given for name in robot.match_joints(pattern)}
-    fixed |= robot.velocities(name for name in robot.joint_names if (name in named) != bool(movable))
+    fixed |= robot.velocities(
+        name for name in robot.joint_names if (name in named) != bool(movable)
+    )
     return fixed
 
 
@@ -315,11 +379,14 @@ COMPONENTS = {
     "planar": ("shift-x", "shift-y", "turn-z"),
     "free": ("shift-x", "shift-y", "shift-z", "turn-x", "turn-y", "turn-z"),
 }
-"""What a joint of several degrees of freedom can do, in the order of its velocities: along and about the axes of what it moves."""
+"""What a joint of several degrees of freedom can do, in the order of its velocities: along and
+about the axes of what it moves.
+"""
 
 
 def component(joint: Joint, kind: str) -> int:
-    """The velocity of a joint of several degrees of freedom that is one of `COMPONENTS`; -1 where it has none.
+    """The velocity of a joint of several degrees of freedom that is one of `COMPONENTS`; -1 where
+    it has none.
 
     Args:
         joint: the joint.
@@ -330,14 +397,20 @@ def component(joint: Joint, kind: str) -> int:
 
 
 def displaced(robot: Robot, Q: Array, steps: Array) -> Array:
-    """The configurations (n, nq) that are reached from others by joint velocities over a time of one.
+    """The configurations (n, nq) that are reached from others by joint velocities over a time of
+    one.
 
     Args:
         robot: the robot.
         Q: (n, nq) configurations.
         steps: (n, nv) velocities times the time, Pinocchio's layout [rad, m].
     """
-    return np.array([pin.integrate(robot.model, q, step) if step.any() else q for q, step in zip(Q, steps, strict=True)])
+    return np.array(
+        [
+            pin.integrate(robot.model, q, step) if step.any() else q
+            for q, step in zip(Q, steps, strict=True)
+        ]
+    )
 
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
@@ -353,6 +426,9 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
             limits = f"the limits [{low * size:.3g}, {high * size:.3g}]"
             if low == high == 0.0:
                 limits = "limits that are both 0 in the file, as exports without limits write them"
-            text = f'joint "{joint.name}": {excess * size:.3g} {unit} outside {limits}; the profile is computed there all the same'
+            text = (
+                f'joint "{joint.name}": {excess * size:.3g} {unit} outside {limits}; the profile '
+                f"is computed there all the same"
+            )
             warnings.append(Diagnostic("limits", joint.name, excess, text))
     return by_cause(warnings)

@@ -1,4 +1,6 @@
-"""How many rows a mechanism can meet independently in any posture; what rounding of its file adds does not count."""
+"""How many rows a mechanism can meet independently in any posture; what rounding of its file adds
+does not count.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -19,7 +21,9 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.rounding import rounding_of
 
 POSTURES = 2
-"""Other postures that are tried, of which the one with the most independent rows counts: one may be singular by chance."""
+"""Other postures that are tried, of which the one with the most independent rows counts: one may be
+singular by chance.
+"""
 
 JOINT_STEP, LOOP_STEP = 0.5, 0.05
 """How far joints move to get there, and how far where loops have to stay closed [rad, m]."""
@@ -34,7 +38,9 @@ STEP = 1e-4
 """Displacement with which the effect of rounding is computed, which is linear in it [rad, m]."""
 
 CLEAR = 0.1
-"""Smallest singular value of the rows, in units of their terms, from which rounding has left none of them."""
+"""Smallest singular value of the rows, in units of their terms, from which rounding has left none
+of them.
+"""
 
 SLACK = 2.0
 """Times the effect of rounding, to first order, that still counts as that."""
@@ -63,29 +69,42 @@ class Mechanism(NamedTuple):
     def most_independent(
         self, blocks: Sequence[ConstraintBlock], state: Dynamics, near: Array | None = None
     ) -> Callable[[int], tuple[int, float]]:
-        """The largest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
+        """The largest number of independent rows that these blocks have in any posture, up to what
+        rounding of the file leaves.
 
-        A singular value of the rows, in units of their terms, counts as zero where rounding of the file's angles and lengths can
-        make as much of a zero, in other postures too: one that is small in one posture alone is that of a singular posture.
+        A singular value of the rows, in units of their terms, counts as zero where rounding of the
+        file's angles and lengths can make as much of a zero, in other postures too: one that is
+        small in one posture alone is that of a singular posture.
 
         Args:
             blocks: rows.
             state: the robot in N postures to start from, loops closed.
-            near: (nq,) a posture from which the search starts for all that are beside it, loops closed.
+            near: (nq,) a posture from which the search starts for all that are beside it, loops
+                closed.
 
-        Returns: posture → that number, and the largest effect of rounding on the others, relative to the terms of the rows.
+        Returns: posture → that number, and the largest effect of rounding on the others, relative
+            to the terms of the rows.
         """
         count = sum(block.size for block in blocks)
         single = self.base == "free" and len(blocks) == 1 and not self.loops
         if not blocks or single or not np.any(rounding_of(self.robot) > LEAST_ROUNDING):
             return lambda _: (count, 0.0)
         known, attitude = _known(self.robot), self._attitude(blocks, state)
-        structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)
-        mechanism = (self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops))
+        structure = tuple(
+            (b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes())
+            for b in blocks
+        )
+        mechanism = (
+            self.base,
+            self.plane.normal.tobytes(),
+            self.locked.tobytes(),
+            *(loop.name for loop in self.loops),
+        )
 
         def most(k: int) -> tuple[int, float]:
             at = [b._replace(point=b.point if b.point.ndim == 1 else b.point[k]) for b in blocks]
-            # The lowest point of a shape is another one in every posture, so it is not on an axis in all of them.
+            # The lowest point of a shape is another one in every posture, so it is not on an axis
+            # in all of them.
             points = tuple(b"" if b.lowest else b.point.tobytes() for b in at)
             # With loops other postures are near by, so that their number depends on where one is.
             start = state.Q[k] if near is None or np.abs(state.Q[k] - near).max() > BESIDE else near
@@ -99,15 +118,23 @@ class Mechanism(NamedTuple):
                 known[key] = (
                     (count, 0.0)
                     if clear
-                    else max(self._independent(at, other) for other in [*[q][: len(self.loops)], *self._others(q)])
+                    else max(
+                        self._independent(at, other)
+                        for other in [*[q][: len(self.loops)], *self._others(q)]
+                    )
                 )
             return known[key]
 
         return most
 
     def independent_here(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> int:
-        """The number of independent rows in one posture (N = 1), without those that rounding of the file alone may leave."""
-        at = [block._replace(point=block.point if block.point.ndim == 1 else block.point[0]) for block in blocks]
+        """The number of independent rows in one posture (N = 1), without those that rounding of the
+        file alone may leave.
+        """
+        at = [
+            block._replace(point=block.point if block.point.ndim == 1 else block.point[0])
+            for block in blocks
+        ]
         return self._independent(at, state.Q[0])[0]
 
     def _attitude(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> Array:
@@ -121,12 +148,20 @@ class Mechanism(NamedTuple):
 
     @property
     def _turns(self) -> bool:
-        """Whether the base turns in the plane from one posture to another; loops may tie it to the world."""
+        """Whether the base turns in the plane from one posture to another; loops may tie it to the
+        world.
+        """
         return self.base == "planar" and not self.loops
 
     def _others(self, q: Array) -> list[Array]:
         """Other postures, loops closed."""
-        free = free_columns(self.robot, self.base, self.plane, dynamics(self.robot, q[None]).rotation[:, 0], self.locked)
+        free = free_columns(
+            self.robot,
+            self.base,
+            self.plane,
+            dynamics(self.robot, q[None]).rotation[:, 0],
+            self.locked,
+        )
         rng, nv, model = np.random.default_rng(0), self.robot.model.nv, self.robot.model
         columns = np.eye(nv) if free is None else free[0]
         others = []
@@ -134,7 +169,11 @@ class Mechanism(NamedTuple):
             step = columns @ rng.uniform(-1.0, 1.0, columns.shape[1])
             step[: (3 if self._turns else 6) * self.robot.free_base] = 0.0
             other = pin.integrate(model, q, step * (LOOP_STEP if self.loops else JOINT_STEP))
-            others.append(closed_nearby(self.robot, other, self.loops, self.plane, self.locked) if self.loops else other)
+            others.append(
+                closed_nearby(self.robot, other, self.loops, self.plane, self.locked)
+                if self.loops
+                else other
+            )
         return [q if other is None else other for other in others]
 
     def _independent(self, blocks: Sequence[ConstraintBlock], q: Array) -> tuple[int, float]:
@@ -142,8 +181,15 @@ class Mechanism(NamedTuple):
         state = dynamics(self.robot, q[None])
         columns, term_size, size, U, s, Vt = self._rows(blocks, state)
         rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(term_size))))
-        changes = (row_jacobian(_displaced(self.robot, state), blocks) - row_jacobian(state, blocks)) @ columns
-        changes = changes / term_size[:, None] / size * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
+        changes = (
+            row_jacobian(_displaced(self.robot, state), blocks) - row_jacobian(state, blocks)
+        ) @ columns
+        changes = (
+            changes
+            / term_size[:, None]
+            / size
+            * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
+        )
         while rank:
             # The part of the change that the rows which are kept do not have already.
             change = (U[:, rank - 1] @ changes) @ Vt[rank - 1 :].T
@@ -190,21 +236,30 @@ def _known(robot: Robot) -> dict[tuple[object, ...], tuple[int, float]]:
 
 
 def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
-    """The robot (N = 6 nb) with every body, and what it carries, turned about its joint or shifted by `STEP`, by axis."""
+    """The robot (N = 6 nb) with every body, and what it carries, turned about its joint or shifted
+    by `STEP`, by axis.
+    """
     nb, J, position = len(robot.bodies), state.J[0], state.position[0]
     motions = STEP * np.tile(np.eye(6), (nb, 1))
     omega, shift = motions[:, None, :3], motions[:, None, 3:]
     which = np.repeat(np.arange(nb), 6)
     carried = state.ancestors[:, [joint.v.start for joint in robot.joints]].T[which]
     behind = carried[:, np.argmax(state.ancestors, axis=0), None]
-    origins = np.array([-body.rotation.T @ body.offset for body in robot.bodies])  # of the joint that carries each body
+    # of the joint that carries each body
+    origins = np.array([-body.rotation.T @ body.offset for body in robot.bodies])
     pivot = (position + (state.rotation[0] @ origins[..., None])[..., 0])[which, None]
     v = shift - np.cross(omega, pivot)
     angular, linear = J[:3].T, J[3:].T
-    change = np.concatenate([np.cross(omega, angular), np.cross(omega, linear) + np.cross(v, angular)], axis=-1) * behind
+    change = (
+        np.concatenate(
+            [np.cross(omega, angular), np.cross(omega, linear) + np.cross(v, angular)], axis=-1
+        )
+        * behind
+    )
     return state._replace(
         J=J + np.swapaxes(change, -1, -2),
         position=position + (np.cross(omega, position) + v) * carried[..., None],
-        rotation=state.rotation[0] + (cross_matrix(omega) @ state.rotation[0]) * carried[..., None, None],
+        rotation=state.rotation[0]
+        + (cross_matrix(omega) @ state.rotation[0]) * carried[..., None, None],
         origin=np.repeat(state.origin, 6 * nb, axis=0),
     )

@@ -1,16 +1,19 @@
-"""What parts withstand: a rating as a text, the damage boundary that follows from it, and the torques of joints.
+"""What parts withstand: a rating as a text, the damage boundary that follows from it, and the
+torques of joints.
 
-Damage boundary (Newton 1968; ASTM D3332): no pulse damages a part whose velocity change is below the critical one, and none whose
-peak acceleration is below the critical one. Both follow from the largest acceleration R that a part of one natural frequency f
-survives, without damping: a short pulse of velocity change V makes it respond with 2π f V, and a single pulse of peak A with 2 A at
-most. A pulse that it survived shows such an R where f is known. Where f is not known, a longer pulse with a smaller velocity change
-is survived too, whatever f is, because the response divided by f T falls with f T; a shorter one, if its peak is also below half of
-the peak survived.
+Damage boundary (Newton 1968; ASTM D3332): no pulse damages a part whose velocity change is below
+the critical one, and none whose peak acceleration is below the critical one. Both follow from the
+largest acceleration R that a part of one natural frequency f survives, without damping: a short
+pulse of velocity change V makes it respond with 2π f V, and a single pulse of peak A with 2 A at
+most. A pulse that it survived shows such an R where f is known. Where f is not known, a longer
+pulse with a smaller velocity change is survived too, whatever f is, because the response divided by
+f T falls with f T; a shorter one, if its peak is also below half of the peak survived.
 
-Where a pulse of velocity change V that it survived and its critical velocity change V_c are known, but not f, it responded with
-A R(f T) ≤ 2π f V_c for the response R to a unit peak. R(x)/x falls, so that V > V_c bounds f from below, and half of the peak A is
-below the critical acceleration where R is 1 or more from that f on: from V/V_c = 1.07 (half-sine), 1.08 (haversine), 1.17
-(saw-tooth) or 1.05 (rectangle) on.
+Where a pulse of velocity change V that it survived and its critical velocity change V_c are known,
+but not f, it responded with A R(f T) ≤ 2π f V_c for the response R to a unit peak. R(x)/x falls, so
+that V > V_c bounds f from below, and half of the peak A is below the critical acceleration where R
+is 1 or more from that f on: from V/V_c = 1.07 (half-sine), 1.08 (haversine), 1.17 (saw-tooth) or
+1.05 (rectangle) on.
 """
 
 import math
@@ -38,7 +41,9 @@ CHANGES = {"half-sine": "2AT/π", "saw-tooth": "AT/2", "haversine": "AT/2", "rec
 """Velocity change of each shape with peak A and length T."""
 
 CONCLUSIVE = 1.2
-"""Velocity change of a pulse survived over the critical one, from which on half of its peak is below the critical acceleration."""
+"""Velocity change of a pulse survived over the critical one, from which on half of its peak is
+below the critical acceleration.
+"""
 
 
 class Strength(NamedTuple):
@@ -47,7 +52,8 @@ class Strength(NamedTuple):
     Attributes:
         velocity_change: critical, or a lower bound of it [m/s].
         acceleration: the same [g]; NaN where it is not known.
-        both: whether a landing has to be below both, because only a survived pulse is known; else one of them is enough.
+        both: whether a landing has to be below both, because only a survived pulse is known; else
+            one of them is enough.
         basis: what the numbers follow from, and what is assumed.
     """
 
@@ -67,31 +73,43 @@ def strength(part: Part) -> Strength:
     given, f = part.critical_velocity_change, part.natural_frequency
     if part.rating is None and given is None:
         raise SceneError(
-            f'part "{printable(part.name)}" does not say what it withstands; give a rating, such as "half-sine 1500 g 0.5 ms", '
+            f'part "{printable(part.name)}" does not say what it withstands; give a rating, such '
+            f'as "half-sine 1500 g 0.5 ms", '
             "or a critical_velocity_change [m/s]"
         )
-    pulse, peak = _rating(part) if part.rating is not None else (Pulse("half-sine", math.nan), math.nan)
+    pulse, peak = (
+        _rating(part) if part.rating is not None else (Pulse("half-sine", math.nan), math.nan)
+    )
     survived = velocity_change(peak * GRAVITY, pulse)
     if f is not None:
         largest = 0.0 if given is None else 2.0 * math.pi * f * given / GRAVITY
         if part.rating is not None:
             largest = max(largest, peak * amplification(pulse.shape, f * pulse.length))
-        basis = f"lower bounds: the part survived a response of {largest:.3g} g at {f:g} Hz without damping"
+        basis = (
+            f"lower bounds: the part survived a response of {largest:.3g} g at {f:g} Hz without "
+            f"damping"
+        )
         return Strength(largest * GRAVITY / (2.0 * math.pi * f), largest / 2.0, False, basis)
     if given is not None:
         basis = "as given, the boundary of damage by short pulses"
         if survived >= CONCLUSIVE * given:
-            return Strength(given, peak / 2.0, False, f"{basis}, and half of the {peak:g} g survived")
+            return Strength(
+                given, peak / 2.0, False, f"{basis}, and half of the {peak:g} g survived"
+            )
         if part.rating is not None:
             basis += (
-                f"; the pulse survived says nothing of accelerations, because its velocity change of "
+                f"; the pulse survived says nothing of accelerations, because its velocity change "
+                f"of "
                 f"{survived:.3g} m/s is below {CONCLUSIVE:g} times the critical one"
             )
         return Strength(given, math.nan, False, basis)
     basis = (
-        f"survived {survived:.4g} m/s ({CHANGES[pulse.shape]}), a lower bound of the critical velocity change "
-        f"for pulses of this shape of {1e3 * pulse.length:.3g} ms or more, or natural frequencies below "
-        f"{IMPULSIVE / pulse.length:.4g} Hz. Only half of its {peak:g} g counts, because a resonant part may "
+        f"survived {survived:.4g} m/s ({CHANGES[pulse.shape]}), a lower bound of the critical "
+        f"velocity change "
+        f"for pulses of this shape of {1e3 * pulse.length:.3g} ms or more, or natural frequencies "
+        f"below "
+        f"{IMPULSIVE / pulse.length:.4g} Hz. Only half of its {peak:g} g counts, because a "
+        f"resonant part may "
         "feel twice the peak of its base"
     )
     return Strength(survived, peak / 2.0, True, basis)
@@ -112,22 +130,29 @@ class TorqueStrength(NamedTuple):
 
 
 def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
-    """What a joint withstands, according to a part of joints: its torque as given, else the effort limit of the robot's file.
+    """What a joint withstands, according to a part of joints: its torque as given, else the effort
+    limit of the robot's file.
 
     Raises:
         UnknownName: the robot has no such joint.
         SceneError: a number of the part is not valid.
     """
     _check(part, "momentary_torque", "torque_duration")
-    torque = float(_efforts(robot)[robot.joint(joint).v.start]) if part.momentary_torque is None else part.momentary_torque
+    torque = (
+        float(_efforts(robot)[robot.joint(joint).v.start])
+        if part.momentary_torque is None
+        else part.momentary_torque
+    )
     duration = math.nan if part.torque_duration is None else part.torque_duration
     return TorqueStrength(torque, duration, part.momentary_torque is not None)
 
 
 def part_from(robot: Robot, at: str, rating: str) -> Part:
-    """A part as it is typed: a frame and a pulse, or joints and the torque that they withstand, such as "50 N m" or "50 N m 20 ms".
+    """A part as it is typed: a frame and a pulse, or joints and the torque that they withstand,
+    such as "50 N m" or "50 N m 20 ms".
 
-    Behind a pulse may stand the bandwidth of a part that is an accelerometer, as in "half-sine 1500 g 0.5 ms 200Hz:2".
+    Behind a pulse may stand the bandwidth of a part that is an accelerometer, as in "half-sine 1500
+    g 0.5 ms 200Hz:2".
 
     Raises:
         UnknownName: a torque is given, and the robot has no such joint.
@@ -136,22 +161,35 @@ def part_from(robot: Robot, at: str, rating: str) -> Part:
     matched = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
     if matched is None:
         read = re.fullmatch(r"(.*s)\s+(\S+\s*Hz\S*)", rating.strip())
-        return Part(name=at, at=at, rating=read[1], imu_bandwidth=read[2]) if read else Part(name=at, at=at, rating=rating)
+        return (
+            Part(name=at, at=at, rating=read[1], imu_bandwidth=read[2])
+            if read
+            else Part(name=at, at=at, rating=rating)
+        )
     torque, unit, length, of_time = matched.groups()
     try:
-        values = number_from(torque), None if length is None else number_from(length) * UNITS[of_time]
-        valid = all(1.0 / LARGEST_NUMBER <= value <= LARGEST_NUMBER for value in values if value is not None)
+        values = (
+            number_from(torque),
+            None if length is None else number_from(length) * UNITS[of_time],
+        )
+        valid = all(
+            1.0 / LARGEST_NUMBER <= value <= LARGEST_NUMBER for value in values if value is not None
+        )
     except ValueError:
         valid = False
     if not valid:
         raise SceneError(
-            f'part "{printable(at)}": torque "{printable(rating, 60)}" cannot be read; give numbers above zero, such as '
+            f'part "{printable(at)}": torque "{printable(rating, 60)}" cannot be read; give '
+            f"numbers above zero, such as "
             '"50 N m", or "50 N m 20 ms" with the duration for which the joint withstands it'
         )
     for name in robot.match_joints(at):
         right = "N" if robot.joint(name).kind == "prismatic" else "N m"
         if unit.replace(" ", "") != right.replace(" ", ""):
-            raise SceneError(f'part "{printable(at)}": the load of joint "{name}" is in {right}, and "{rating}" is in {unit}')
+            raise SceneError(
+                f'part "{printable(at)}": the load of joint "{name}" is in {right}, and "{rating}" '
+                f"is in {unit}"
+            )
     return Part(name=at, joint=at, momentary_torque=values[0], torque_duration=values[1])
 
 
@@ -163,7 +201,8 @@ def _efforts(robot: Robot) -> Array:
 
 
 def torque_limits(robot: Robot, parts: tuple[Part, ...]) -> tuple[Array, Array]:
-    """What the joints withstand: momentary torque (nv,) [N m, N] and its duration (nv,) [s]; NaN where there is none.
+    """What the joints withstand: momentary torque (nv,) [N m, N] and its duration (nv,) [s]; NaN
+    where there is none.
 
     Raises:
         UnknownName: a pattern fits no joint.
@@ -191,13 +230,22 @@ def check_parts(parts: tuple[Part, ...]) -> None:
         name = printable(part.name)
         if names.count(part.name) > 1:
             raise SceneError(f'two parts are called "{name}"; rename one of them')
-        of_a_point = [part.rating, part.critical_velocity_change, part.natural_frequency, part.imu_bandwidth]
+        of_a_point = [
+            part.rating,
+            part.critical_velocity_change,
+            part.natural_frequency,
+            part.imu_bandwidth,
+        ]
         of_a_joint = [part.momentary_torque, part.torque_duration]
         if (part.at is None) == (part.joint is None):
-            raise SceneError(f'part "{name}" needs a place: at = "FRAME:x,y,z", or joint = "NAME" for the gears of joints')
+            raise SceneError(
+                f'part "{name}" needs a place: at = "FRAME:x,y,z", or joint = "NAME" for the gears '
+                f"of joints"
+            )
         if any(value is not None for value in (of_a_joint if part.joint is None else of_a_point)):
             raise SceneError(
-                f'part "{name}": a part at a frame takes rating, critical_velocity_change, natural_frequency and imu_bandwidth, '
+                f'part "{name}": a part at a frame takes rating, critical_velocity_change, '
+                f"natural_frequency and imu_bandwidth, "
                 "and one of joints momentary_torque and torque_duration"
             )
 
@@ -205,10 +253,14 @@ def check_parts(parts: tuple[Part, ...]) -> None:
 def _rating(part: Part) -> tuple[Pulse, float]:
     """The pulse of a rating, and its peak [g]."""
     refusal = SceneError(
-        f'part "{printable(part.name)}": rating "{printable(part.rating or "", 60)}" cannot be read; give a shape '
-        f'({", ".join(SHAPES)}), a peak in g and a length in s, ms or µs, both above zero, such as "half-sine 1500 g 0.5 ms"'
+        f'part "{printable(part.name)}": rating "{printable(part.rating or "", 60)}" cannot be '
+        f"read; give a shape "
+        f"({', '.join(SHAPES)}), a peak in g and a length in s, ms or µs, both above zero, such as "
+        f'"half-sine 1500 g 0.5 ms"'
     )
-    matched = re.fullmatch(r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?)\s*(us|µs|ms|s)", (part.rating or "").strip())
+    matched = re.fullmatch(
+        r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?)\s*(us|µs|ms|s)", (part.rating or "").strip()
+    )
     if matched is None:
         raise refusal
     shape, peak, length, unit = matched.groups()
@@ -226,4 +278,6 @@ def _check(part: Part, *keys: str) -> None:
     for key in keys:
         value = getattr(part, key)
         if value is not None and not value >= 1.0 / LARGEST_NUMBER:
-            raise SceneError(f'part "{printable(part.name)}": {key} is {value:g}, and it has to be above zero')
+            raise SceneError(
+                f'part "{printable(part.name)}": {key} is {value:g}, and it has to be above zero'
+            )

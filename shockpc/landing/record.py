@@ -1,4 +1,6 @@
-"""The parts of a scene: their base class, and how a field is declared as an option, once for Python, TOML and the command line."""
+"""The parts of a scene: their base class, and how a field is declared as an option, once for
+Python, TOML and the command line.
+"""
 
 import dataclasses
 import functools
@@ -10,9 +12,16 @@ from typing import Any, Literal, NamedTuple, TypeVar
 from shockpc.text.arguments import LARGEST_NUMBER, typed
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
-"""How scene files are checked against the records they become: no unknown keys, no numbers that are not finite."""
+"""How scene files are checked against the records they become: no unknown keys, no numbers that are
+not finite.
+"""
 
-CONTACT, STRIKE, RESULTS, POSTURE = "Contact", "Velocity before the impact", "What is computed", "Posture"
+CONTACT, STRIKE, RESULTS, POSTURE = (
+    "Contact",
+    "Velocity before the impact",
+    "What is computed",
+    "Posture",
+)
 JOINT_MODEL = "Joint model"
 """Headings of options."""
 
@@ -34,7 +43,8 @@ class Record:
 
 
 class Option(NamedTuple):
-    """What is known of a field besides its type: the command-line option, checks and what a sweep varies follow from it.
+    """What is known of a field besides its type: the command-line option, checks and what a sweep
+    varies follow from it.
 
     Attributes:
         help: a sentence; the unit follows it.
@@ -48,8 +58,8 @@ class Option(NamedTuple):
         varies: whether a sweep can vary it, by its name on the command line.
         most: the maximum number of values in a list.
         default: what holds without it, as the help states it.
-        holds: what its texts are, if the command looks into them: names of what each landing of a study has a value of ("varied"),
-            or of quantities that are computed ("quantity").
+        holds: what its texts are, if the command looks into them: names of what each landing of a
+            study has a value of ("varied"), or of quantities that are computed ("quantity").
     """
 
     help: str
@@ -76,8 +86,16 @@ class Option(NamedTuple):
 
     def stating(self, default: Any) -> "Option":
         """The option whose help states the default, if that is a number or a word."""
-        states = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
-        return self._replace(default=f"{default:g}" if isinstance(default, float) else str(default)) if states else self
+        states = (
+            isinstance(default, int | float | str)
+            and not isinstance(default, bool)
+            and default != ""
+        )
+        return (
+            self._replace(default=f"{default:g}" if isinstance(default, float) else str(default))
+            if states
+            else self
+        )
 
     def fault(self, value: Any) -> str:
         """Why a number is not valid, or one of a collection of numbers; empty if all are."""
@@ -85,15 +103,32 @@ class Option(NamedTuple):
         if isinstance(value, Mapping | tuple | list):
             if self.most is not None and len(value) > self.most:
                 return f"must have at most {self.most} values, got {len(value)}"
-            return next(filter(None, map(self.fault, value.values() if isinstance(value, Mapping) else value)), "")
+            return next(
+                filter(
+                    None, map(self.fault, value.values() if isinstance(value, Mapping) else value)
+                ),
+                "",
+            )
         if not isinstance(value, int | float) or isinstance(value, bool):
             return ""
         # An integer may be too large for a double.
         if isinstance(value, int):
-            value = float(value) if abs(value) < LARGEST_NUMBER**2 else math.inf if value > 0 else -math.inf
+            value = (
+                float(value)
+                if abs(value) < LARGEST_NUMBER**2
+                else math.inf
+                if value > 0
+                else -math.inf
+            )
         if not math.isfinite(value):
             return f"must be finite, got {value:g}"
-        low = self.least if self.least is not None else -math.inf if self.above is not None else -LARGEST_NUMBER
+        low = (
+            self.least
+            if self.least is not None
+            else -math.inf
+            if self.above is not None
+            else -LARGEST_NUMBER
+        )
         high = LARGEST_NUMBER if self.greatest is None else self.greatest
         bounds = (
             ("≥", low, value >= low, self.least is not None),
@@ -102,27 +137,43 @@ class Option(NamedTuple):
         )
         if all(holds for *_, holds, _ in bounds):
             return ""
-        wanted = [f"{sign} {bound:g}" for sign, bound, holds, stated in bounds if stated or not holds]
+        wanted = [
+            f"{sign} {bound:g}" for sign, bound, holds, stated in bounds if stated or not holds
+        ]
         unit = "" if self.unit in ("", "1") or ";" in self.unit else f" {self.unit}"
         return f"must be {' and '.join(wanted)}{unit}, got {value:g}"
 
 
-def option(default: Any, /, help_: str, heading: str, form: str | None = None, **further: Any) -> Any:
+def option(
+    default: Any, /, help_: str, heading: str, form: str | None = None, **further: Any
+) -> Any:
     """A field of a record that is an option; the arguments are those of `Option`."""
     declared = Option(help_, heading, form, **further).stating(default)
-    return dataclasses.field(default=default, metadata={"option": declared, "description": declared.text})
+    return dataclasses.field(
+        default=default, metadata={"option": declared, "description": declared.text}
+    )
 
 
 @functools.cache
 def options_of(record: type) -> dict[str, Option]:
     """The options among the fields of a record, by field."""
     every = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}
-    return {name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-")) for name, one in every.items() if one}
+    return {
+        name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-"))
+        for name, one in every.items()
+        if one
+    }
 
 
 def spelled(record: type, field: str, value: str) -> str:
-    """How to give a field of a record a value: by its option on the command line, else by its key, as in a file and in Python."""
-    return f"--{options_of(record)[field].name} {value}" if record.__name__ in typed else f'{field} = "{value}"'
+    """How to give a field of a record a value: by its option on the command line, else by its key,
+    as in a file and in Python.
+    """
+    return (
+        f"--{options_of(record)[field].name} {value}"
+        if record.__name__ in typed
+        else f'{field} = "{value}"'
+    )
 
 
 R = TypeVar("R", bound=type)
@@ -135,8 +186,12 @@ def documented(record: R) -> R:
 
 
 def describe(declared: Any, options: Mapping[str, Option]) -> None:
-    """List options in the docstring of the record or function that declares them, behind what it describes itself."""
+    """List options in the docstring of the record or function that declares them, behind what it
+    describes itself.
+    """
     if text := declared.__doc__:
         lines = [f"        {name}: {one.text}" for name, one in options.items()]
         described, mark, rest = text.partition("    Raises:")
-        declared.__doc__ = "\n".join([described.rstrip(), *lines, "", f"    {mark.strip()}{rest}" if mark else "    "])
+        declared.__doc__ = "\n".join(
+            [described.rstrip(), *lines, "", f"    {mark.strip()}{rest}" if mark else "    "]
+        )

@@ -1,4 +1,6 @@
-"""Resolve a scene on a robot: fill in its defaults, find what it names, close its loops, and refuse what has no meaning."""
+"""Resolve a scene on a robot: fill in its defaults, find what it names, close its loops, and refuse
+what has no meaning.
+"""
 
 import itertools
 import math
@@ -22,7 +24,15 @@ from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.scene import Base, Contact, Posture, Scene
-from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, scene_of, with_paths, with_plane
+from shockpc.landing.scene_file import (
+    check_scene,
+    ground_normal,
+    plane_of,
+    point_at,
+    scene_of,
+    with_paths,
+    with_plane,
+)
 from shockpc.landing.strike import Strike
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
@@ -33,10 +43,14 @@ from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
 
 MOST_CONTACTS = 100
-"""Contacts of a scene, with the feet that stand; a landing on so many feet takes some 15 s and 0.7 GB."""
+"""Contacts of a scene, with the feet that stand; a landing on so many feet takes some 15 s and 0.7
+GB.
+"""
 
 MOST_POINTS = 1000
-"""Points of a scene, and its parts; with the ranges of their sensors over the drives so many take some 10 s."""
+"""Points of a scene, and its parts; with the ranges of their sensors over the drives so many take
+some 10 s.
+"""
 
 
 def _check_sizes(scene: Scene) -> None:
@@ -48,11 +62,16 @@ def _check_sizes(scene: Scene) -> None:
         ("parts", len(scene.part), MOST_POINTS),
     ):
         if count > most:
-            raise SceneError(f"the scene has {count} {what}, and up to {most} are computed; leave some of them out")
+            raise SceneError(
+                f"the scene has {count} {what}, and up to {most} are computed; leave some of them "
+                f"out"
+            )
 
 
 def _complete(scene: Scene, robot: Robot) -> Scene:
-    """The scene with every default filled in and every path absolute, so that it says all that is computed."""
+    """The scene with every default filled in and every path absolute, so that it says all that is
+    computed.
+    """
     scene = check_scene(scene)
     _check_sizes(scene)
     if not scene.contact:
@@ -63,8 +82,11 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
         raise SceneError(f"no contact is defined; name {example}")
     strike, base = scene.strike, scene.base or _default_base(scene, robot)
     only_stops = all(is_stop(robot, contact.frame) for contact in scene.contact)
-    if strike == Strike(joint_velocities=strike.joint_velocities) and (only_stops or (base == "fixed" and strike.joint_velocities)):
-        # The motion of a fixed base is that of the ground, of which there is none where the joints move.
+    if strike == Strike(joint_velocities=strike.joint_velocities) and (
+        only_stops or (base == "fixed" and strike.joint_velocities)
+    ):
+        # The motion of a fixed base is that of the ground, of which there is none where the joints
+        # move.
         strike = replace(strike, velocity=(0.0, 0.0, 0.0))
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
@@ -75,9 +97,15 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
 
 
 def _default_base(scene: Scene, robot: Robot) -> Base:
-    """How the base moves where the scene does not say so: as usual, but an arm that is struck at its base falls."""
+    """How the base moves where the scene does not say so: as usual, but an arm that is struck at
+    its base falls.
+    """
     base, reason = usual_base(robot)
-    struck = {robot.frames[contact.frame].body for contact in scene.contact if contact.frame in robot.frames}
+    struck = {
+        robot.frames[contact.frame].body
+        for contact in scene.contact
+        if contact.frame in robot.frames
+    }
     return "free" if reason == "arm" and 0 in struck else base
 
 
@@ -85,14 +113,15 @@ def pulse_of(scene: Scene) -> Pulse | None:
     """The scene's pulse, if it has one.
 
     Raises:
-        SceneError: it has no known shape or no length, or a sensor's range is given without it, without a contact stiffness and
-            without a bandwidth; or a bandwidth is none.
+        SceneError: it has no known shape or no length, or a sensor's range is given without it,
+            without a contact stiffness and without a bandwidth; or a bandwidth is none.
     """
     measured = bool(low_passes_of(scene))
     if scene.pulse is None:
         if scene.range_g is not None and scene.contact_stiffness is None and not measured:
             raise SceneError(
-                "a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, a contact stiffness, "
+                "a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, a "
+                "contact stiffness, "
                 "or the bandwidth of the sensor"
             )
         return None
@@ -103,68 +132,98 @@ def pulse_of(scene: Scene) -> Pulse | None:
 
 
 def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
-    """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
+    """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for
+    the scene.
+    """
     mu, k = scene.friction, scene.contact_stiffness
     if scene.stop_restitution is not None and not scene.stops:
-        raise SceneError("a restitution of end stops is given, but they are left out; give stops = true (--stops) too")
+        raise SceneError(
+            "a restitution of end stops is given, but they are left out; give stops = true "
+            "(--stops) too"
+        )
     strikes = any(block.kind == "stop" for block in blocks)
     if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
-        raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
+        raise SceneError(
+            "a stiffness of end stops needs stops = true (--stops) and the stiffness of the "
+            "contacts; give these too"
+        )
     for value, what in (
         (scene.tangential_stiffness, "a stiffness along the ground"),
         (scene.contact_damping, "a contact damping"),
         (scene.contact_law, "a contact law"),
     ):
         if k is None and value is not None:
-            raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
+            raise SceneError(
+                f"{what} is given without the stiffness along the normal; give contact_stiffness "
+                f"too"
+            )
     if k is None and (scene.joints.torque or scene.joints.motors):
         what = "torque" if scene.joints.torque else f'motors = "{scene.joints.motors}"'
         raise SceneError(
-            f"{what} of joints: constant torques have an effect only on contacts of finite stiffness; give contact_stiffness too"
+            f"{what} of joints: constant torques have an effect only on contacts of finite "
+            f"stiffness; give contact_stiffness too"
         )
-    if k is None and not scene.gravity and not scene.part:  # of which the stiffness is looked for that breaks one
+    # of which the stiffness is looked for that breaks one
+    if k is None and not scene.gravity and not scene.part:
         raise SceneError(
-            "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; give contact_stiffness too"
+            "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; "
+            "give contact_stiffness too"
         )
     if k is None and scene.flex and not scene.part:
         raise SceneError(
-            "flex: links that bend have an effect only on contacts of finite stiffness; give contact_stiffness too, or leave it out"
+            "flex: links that bend have an effect only on contacts of finite stiffness; give "
+            "contact_stiffness too, or leave it out"
         )
     if mu is None and k is None:
         return
     if mu is not None and k is not None:
-        raise SceneError("friction and a contact stiffness are given; contacts of finite stiffness stick, so leave one of them out")
+        raise SceneError(
+            "friction and a contact stiffness are given; contacts of finite stiffness stick, so "
+            "leave one of them out"
+        )
     option = "a contact stiffness" if mu is None else "friction"
     if scene.tangential_stiffness is not None and not scene.tangential_stiffness > 0.0:
-        raise SceneError(f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}")
+        raise SceneError(
+            f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}"
+        )
     if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
         raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
     if scene.contact_damping is not None and scene.contact_law is not None:
         raise SceneError(
-            "a contact damping and a contact law are given; the law takes its damping from the restitution, so keep one"
+            "a contact damping and a contact law are given; the law takes its damping from the "
+            "restitution, so keep one"
         )
     for contact, block in zip(scene.contact, blocks, strict=True):
         if block.kind == "stop" and mu is not None:
-            raise SceneError(f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out')
+            raise SceneError(
+                f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave '
+                f"it out"
+            )
         if block.kind == "stop":
             continue
         rank = np.linalg.matrix_rank(block.forces)
         if mu is not None and rank == 1:
             raise SceneError(
-                f'contact "{contact.frame}" slides without friction, and a friction is given; leave out --slide (give it the '
-                "directions x, y and z, or those along which it does not slide freely), or the friction",
+                f'contact "{contact.frame}" slides without friction, and a friction is given; '
+                f"leave out --slide (give it the "
+                "directions x, y and z, or those along which it does not slide freely), or the "
+                "friction",
                 blocks=[contact.frame],
             )
         if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
             raise SceneError(
-                f'contact "{contact.frame}" has {option}, so the directions in which it is held have to span the ground\'s normal; '
+                f'contact "{contact.frame}" has {option}, so the directions in which it is held '
+                f"have to span the ground's normal; "
                 "give directions along the normal and along the ground, such as x and z",
                 blocks=[contact.frame],
             )
     if k is None:
         return
     if (scene.stops or strikes) and scene.stop_stiffness is None:
-        raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
+        raise SceneError(
+            "contacts of finite stiffness are given, and rigid end stops; give the stops a "
+            "stop_stiffness too"
+        )
 
 
 @checked
@@ -183,7 +242,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     """Resolve a scene on its robot, whether or not its contacts approach the ground.
 
     Raises:
-        ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no meaning.
+        ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no
+            meaning.
     """
     by_limbs = scene.base is None and usual_base(robot).reason in ("arm", "legs")
     chosen = (*["posture"] * (scene.posture == Posture()), *["base"] * by_limbs)
@@ -200,41 +260,88 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         for contact in scene.contact
     )
     standing = [point_at(robot, foot) for foot in scene.stance]
-    stance = tuple(contact_block(robot, Contact(frame=one.frame, offset=one.offset), up, "stance") for one in standing)
+    stance = tuple(
+        contact_block(robot, Contact(frame=one.frame, offset=one.offset), up, "stance")
+        for one in standing
+    )
     _check_ground(scene, contacts)
     normals = np.array([block.normal for block in (*contacts, *stance) if block.kind != "stop"])
     up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up
     loops = all_loops(robot, scene.closure)
     if loops:
-        assembly = assemble(robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble))
+        assembly = assemble(
+            robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble)
+        )
         q, warnings = assembly.q, [*assembly.warnings(robot.name)]
     warnings += outside_limits(robot, q)
-    if scene.joints.model == "rigid" and not joint_model(robot, replace(scene.joints, model=None)).springs.any():
-        text = "the springs are to be rigid, but no joint has a spring, so nothing changes; give one with a stiffness or a rotor"
+    if (
+        scene.joints.model == "rigid"
+        and not joint_model(robot, replace(scene.joints, model=None)).springs.any()
+    ):
+        text = (
+            "the springs are to be rigid, but no joint has a spring, so nothing changes; give one "
+            "with a stiffness or a rotor"
+        )
         warnings.append(Diagnostic("scene", robot.name, None, text))
     if scene.joints.model == "free" and scene.joints.drives not in (None, "none"):
         text = (
-            f"free joints have no drives, so those of {scene.joints.drives} have no effect; leave out the drives, or the model free"
+            f"free joints have no drives, so those of {scene.joints.drives} have no effect; leave "
+            f"out the drives, or the model free"
         )
         warnings.append(Diagnostic("scene", robot.name, None, text))
-    along = [contact.frame for contact in scene.contact if contact.restitution_along == "directions"]
-    if along and not any(contact.restitution for contact in scene.contact) and scene.contact_damping is None:
-        text = f"the restitution of {listed(along)} is along its directions, but no contact has one, so nothing changes; give one"
+    along = [
+        contact.frame for contact in scene.contact if contact.restitution_along == "directions"
+    ]
+    if (
+        along
+        and not any(contact.restitution for contact in scene.contact)
+        and scene.contact_damping is None
+    ):
+        text = (
+            f"the restitution of {listed(along)} is along its directions, but no contact has one, "
+            f"so nothing changes; give one"
+        )
         warnings.append(Diagnostic("scene", "+".join(along), None, text))
     if scene.assemble and not loops:
         named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
-        warnings.append(Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"))
+        warnings.append(
+            Diagnostic(
+                "scene",
+                "",
+                None,
+                f"{named} may move to close loops, but nothing closes one, so nothing moved",
+            )
+        )
     if not loops and (closing := closing_scene(robot.source.path)) is not None:
-        text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
+        text = (
+            f"the loop of this robot is open here, so its ends are not held together; {closing} "
+            f"closes it"
+        )
         warnings.append(Diagnostic("scene", robot.name, None, text))
     state = dynamics(robot, q[None], joints)
     before = motion_of(robot, scene, contacts, loops, joints, plane, state)
     landing = resolve_contacts(
         PosedLanding(
-            scene, robot, plane, up, contacts, (), stance, loops, joints, before, pulse, np.array(q), state, assembly,
-            tuple(warnings), asked=scene.contact, asked_rows=contacts, chosen=chosen,
+            scene,
+            robot,
+            plane,
+            up,
+            contacts,
+            (),
+            stance,
+            loops,
+            joints,
+            before,
+            pulse,
+            np.array(q),
+            state,
+            assembly,
+            tuple(warnings),
+            asked=scene.contact,
+            asked_rows=contacts,
+            chosen=chosen,
         )
-    )  # fmt: skip
+    )
     check_parts(scene.part)
     torque_limits(robot, scene.part)
     for place in landing.parts:
@@ -249,7 +356,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
 
 
 def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
-    """The scene with its contacts at the points and of the kinds that they have in its posture, whatever varies later.
+    """The scene with its contacts at the points and of the kinds that they have in its posture,
+    whatever varies later.
 
     Raises:
         ShockError: as for `landing_of`.
@@ -260,9 +368,11 @@ def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
 
 
 def close_loops(scene: Scene, near: PosedLanding) -> Scene:
-    """A scene whose loops start closed, assembled in the same way as those of another landing of the robot.
+    """A scene whose loops start closed, assembled in the same way as those of another landing of
+    the robot.
 
-    The joints that close the loops, ball joints too, are followed from there while the others move, and set to where they come.
+    The joints that close the loops, ball joints too, are followed from there while the others move,
+    and set to where they come.
 
     Raises:
         ShockError: as for `resolve`.
@@ -270,41 +380,70 @@ def close_loops(scene: Scene, near: PosedLanding) -> Scene:
     robot, posture = near.robot, scene.posture
     fixed = fixed_joints(robot, posture, scene.assemble)
     q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, fixed)
-    values = [(joint, joint.value(q)) for joint in robot.independent_joints if not fixed[joint.v].any()]
-    given = {joint.name: value if joint.kind == "prismatic" else math.degrees(value) for joint, value in values}
-    balls = [joint for joint in robot.single_joints if joint.kind == "ball" and not fixed[joint.v].any()]
+    values = [
+        (joint, joint.value(q)) for joint in robot.independent_joints if not fixed[joint.v].any()
+    ]
+    given = {
+        joint.name: value if joint.kind == "prismatic" else math.degrees(value)
+        for joint, value in values
+    }
+    balls = [
+        joint for joint in robot.single_joints if joint.kind == "ball" and not fixed[joint.v].any()
+    ]
     turned = {ball.name: tuple(q[ball.q].tolist()) for ball in balls}
     others = {name: value for name, value in posture.joints_deg.items() if name not in given}
-    posture = replace(posture, joints_deg={**others, **given}, joint_quaternions={**posture.joint_quaternions, **turned})
+    posture = replace(
+        posture,
+        joints_deg={**others, **given},
+        joint_quaternions={**posture.joint_quaternions, **turned},
+    )
     return replace(scene, posture=posture, assemble=(*given, *turned))
 
 
 def _refuse_twice(blocks: tuple[ConstraintBlock, ...]) -> None:
-    for one, other in itertools.combinations([block for block in blocks if block.kind != "closure"], 2):
+    for one, other in itertools.combinations(
+        [block for block in blocks if block.kind != "closure"], 2
+    ):
         if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
             raise SceneError(
-                f"{one.name} and {other.name} coincide: they are at one point of one body; remove one"
+                f"{one.name} and {other.name} coincide: they are at one point of one body; remove "
+                f"one"
                 + (", or move it by an offset" if "contact" in (one.kind, other.kind) else ""),
                 blocks=[one.frame, other.frame],
             )
 
 
 def _refuse_separation(landing: PosedLanding) -> None:
-    """Refuse a contact that leaves the ground, or does not approach it as no other does: it does not strike it."""
-    approach = np.stack([contact_velocity(landing, landing.state, block)[0] for block in landing.contacts])
+    """Refuse a contact that leaves the ground, or does not approach it as no other does: it does
+    not strike it.
+    """
+    approach = np.stack(
+        [contact_velocity(landing, landing.state, block)[0] for block in landing.contacts]
+    )
     parting = separating(approach, landing.contacts).tolist()
-    for contact, block, velocity, parts in zip(landing.scene.contact, landing.contacts, approach, parting, strict=True):
-        if block.kind == "stop" and not np.linalg.norm(velocity) > 1e-9 * float(np.abs(landing.before.joint_rates).max()):
+    for contact, block, velocity, parts in zip(
+        landing.scene.contact, landing.contacts, approach, parting, strict=True
+    ):
+        if block.kind == "stop" and not np.linalg.norm(velocity) > 1e-9 * float(
+            np.abs(landing.before.joint_rates).max()
+        ):
             raise SceneError(
-                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the axis of "{block.frame}", so its '
+                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the '
+                f'axis of "{block.frame}", so its '
                 "speed there is no measure of the strike; let another end stop strike",
                 blocks=[block.frame],
             )
         if parts:
             leaving = float(velocity @ block.normal)
-            how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
+            how = (
+                "is leaving the ground at"
+                if leaving > 1e-9
+                else "moves along the ground, approaching it at"
+            )
             raise SceneError(
-                f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; turn its velocity towards the '
-                "ground (a strike angle between -90 and 90 deg), or list it under stance if it stands there already",
+                f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; '
+                f"turn its velocity towards the "
+                "ground (a strike angle between -90 and 90 deg), or list it under stance if it "
+                "stands there already",
                 blocks=[contact.frame],
             )

@@ -1,8 +1,9 @@
 """A scene: one landing of one robot, as it is asked for.
 
-The scene holds everything that the result depends on: robot, posture, strike, contacts and plane. A field that is an option is
-declared here once; the option of commands, the key of files, their schema and checks, and what a sweep varies follow. Importing
-this module loads no library, so that commands print their help at once.
+The scene holds everything that the result depends on: robot, posture, strike, contacts and plane. A
+field that is an option is declared here once; the option of commands, the key of files, their
+schema and checks, and what a sweep varies follow. Importing this module loads no library, so that
+commands print their help at once.
 """
 
 import json
@@ -17,7 +18,10 @@ from shockpc.landing.record import CONTACT, POSTURE, RESULTS, Record, documented
 from shockpc.landing.strike import Strike
 from shockpc.text.errors import SceneError
 
-CONTACTS = "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard ground 1e6 N/m or more"
+CONTACTS = (
+    "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard "
+    "ground 1e6 N/m or more"
+)
 """What stiffness contacts have; the guide for designers gives all sources."""
 
 Base = Literal["free", "planar", "fixed"]
@@ -34,21 +38,30 @@ class Contact(Record):
     """A contact as a scene states it.
 
     Attributes:
-        frame: link or frame that strikes; "stop:JOINT" for a joint that runs into its end stop, whose rate the strike gives.
+        frame: link or frame that strikes; "stop:JOINT" for a joint that runs into its end stop,
+            whose rate the strike gives.
         directions: world axes or vectors along which the contact stops the point; the others slide.
         edge: direction of the edge of a sole that carries, where the contact is one, world axes.
-        velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
+        velocity: of the contact point before the impact, world axes, where it is not that of the
+            robot's motion [m/s].
     """
 
     frame: str
     offset: tuple[float, float, float] | None = option(
-        None, "Contact point from the frame's origin, in its axes; zeros are an offset too.", CONTACT, "X,Y,Z", unit="m"
+        None,
+        "Contact point from the frame's origin, in its axes; zeros are an offset too.",
+        CONTACT,
+        "X,Y,Z",
+        unit="m",
     )
     at: Literal["auto", "frame", "lowest"] = option(
         "auto",
-        "Contact point at the frame's origin, or at the lowest point of the link's collision geometry (visual, if the file has "
-        "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added. By default the "
-        "origin if an offset is given, the link has no geometry, or the origin is at most 2 cm and 1 % of the robot's size above "
+        "Contact point at the frame's origin, or at the lowest point of the link's collision "
+        "geometry (visual, if the file has "
+        "no other), or of the geom, in this posture (the middle of all that are equally low); the "
+        "offset is added. By default the "
+        "origin if an offset is given, the link has no geometry, or the origin is at most 2 cm and "
+        "1 % of the robot's size above "
         "that point; else the lowest point.",
         CONTACT,
         name="contact-point",
@@ -56,24 +69,40 @@ class Contact(Record):
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
     kind: Literal["auto", "point", "corner", "edge", "flat"] = option(
         "auto",
-        "A point leaves the link free to turn about the contact; a flat contact, a sole, also stops it from tilting, and from "
-        "twisting if it sticks. An edge of a sole leaves it free to turn about that edge, whose direction a file gives (edge); a "
-        "corner is a point that does not twist. By default the part of the link's sole that carries the load (the whole sole, "
+        "A point leaves the link free to turn about the contact; a flat contact, a sole, also "
+        "stops it from tilting, and from "
+        "twisting if it sticks. An edge of a sole leaves it free to turn about that edge, whose "
+        "direction a file gives (edge); a "
+        "corner is a point that does not twist. By default the part of the link's sole that "
+        "carries the load (the whole sole, "
         "an edge or a corner); a point if there is no sole or an offset is given.",
         CONTACT,
         name="contact-kind",
     )
     restitution: float = option(
-        0.0, "Coefficient of restitution, 0 to 1.", CONTACT, "E", unit="1", least=0.0, greatest=1.0, varies=True
+        0.0,
+        "Coefficient of restitution, 0 to 1.",
+        CONTACT,
+        "E",
+        unit="1",
+        least=0.0,
+        greatest=1.0,
+        varies=True,
     )
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
-        "What restitution reverses: only the velocity along the normal (Newton's law), or along every direction in which "
-        "the contact stops, so that a sticking contact rebounds along the ground too (the paper has no restitution).",
+        "What restitution reverses: only the velocity along the normal (Newton's law), or along "
+        "every direction in which "
+        "the contact stops, so that a sticking contact rebounds along the ground too (the paper "
+        "has no restitution).",
         CONTACT,
     )
     normal: tuple[float, float, float] | None = option(
-        None, "Normal of the ground at the contact: a slope, or a wall.", CONTACT, "X,Y,Z", default="vertical"
+        None,
+        "Normal of the ground at the contact: a slope, or a wall.",
+        CONTACT,
+        "X,Y,Z",
+        default="vertical",
     )
     edge: tuple[float, float, float] | None = None
     velocity: tuple[float, float, float] | None = None
@@ -131,17 +160,24 @@ class Posture(Record):
         base_quaternion: attitude of the base as a quaternion x, y, z, w.
         joints: joint values by name or glob [rad; m for a prismatic joint].
         joints_deg: joint values by name or glob [deg; m for a prismatic joint].
-        joint_quaternions: coordinates of joints of several degrees of freedom by name: of a ball joint its rotation as a quaternion
-            x, y, z, w, of a planar one x, y [m] and angle [rad], of a floating one its position [m] and quaternion.
+        joint_quaternions: coordinates of joints of several degrees of freedom by name: of a ball
+            joint its rotation as a quaternion x, y, z, w, of a planar one x, y [m] and angle [rad],
+            of a floating one its position [m] and quaternion.
     """
 
     reference: str | None = option(
-        None, "A reference posture of the robot, or neutral.", POSTURE, "NAME", name="posture", default="the standing one"
+        None,
+        "A reference posture of the robot, or neutral.",
+        POSTURE,
+        "NAME",
+        name="posture",
+        default="the standing one",
     )
     base_position: tuple[float, float, float] | None = None
     base_rpy_deg: tuple[float, float, float] | None = option(
         None,
-        "Roll, pitch and yaw of the base about the world's fixed x, y and z; a positive pitch is nose down.",
+        "Roll, pitch and yaw of the base about the world's fixed x, y and z; a positive pitch is "
+        "nose down.",
         POSTURE,
         "R,P,Y",
         unit="deg",
@@ -169,7 +205,9 @@ class Point(Record):
     @property
     def label(self) -> str:
         """The point as it is typed, FRAME or FRAME:x,y,z."""
-        return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
+        return self.frame + (
+            ":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else ""
+        )
 
 
 @frozen(kw_only=True)
@@ -180,11 +218,12 @@ class Part(Record):
         name: by which results refer to it.
         at: FRAME or FRAME:x,y,z, where it is mounted.
         rating: a pulse that it survives: shape, peak and length, such as "half-sine 1500 g 0.5 ms".
-        critical_velocity_change: the boundary of damage: below it no short pulse damages it, whatever its acceleration, and above
-            it one does [m/s].
+        critical_velocity_change: the boundary of damage: below it no short pulse damages it,
+            whatever its acceleration, and above it one does [m/s].
         natural_frequency: of the part on its mounting [Hz].
         joint: name or glob of joints, in place of `at`.
-        momentary_torque: that the gears of these joints withstand; by default the effort limit of the robot's file [N m, N].
+        momentary_torque: that the gears of these joints withstand; by default the effort limit of
+            the robot's file [N m, N].
         torque_duration: for which they do [s].
         imu_bandwidth: of a part that is an accelerometer, as that of a scene.
     """
@@ -206,20 +245,25 @@ class Scene(Record):
     """One landing of one robot.
 
     Attributes:
-        robot: a name that `shockpc robots` lists, or the path of a URDF, xacro, MJCF or SDFormat file.
-        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names only.
+        robot: a name that `shockpc robots` lists, or the path of a URDF, xacro, MJCF or SDFormat
+            file.
+        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are
+            found by their names only.
         xacro: arguments of a xacro file.
         posture: posture of base and joints.
         strike: velocity relative to the ground.
-        contact: the contacts that strike at the same time; from Python also one contact, or names of frames.
-        stance: frames, or points FRAME:x,y,z, that are already on the ground and stay where they are.
+        contact: the contacts that strike at the same time; from Python also one contact, or names
+            of frames.
+        stance: frames, or points FRAME:x,y,z, that are already on the ground and stay where they
+            are.
         closure: loops, in addition to those of the robot's file.
         joints: joint model (free, geared or locked).
-        flex: how links bend on contacts of finite stiffness, by name or glob, such as "EI:674" [N m²], "tube:70e9,0.025,0.021" (E
-            [Pa], outer and inner diameter [m]) or "180Hz:clamped".
+        flex: how links bend on contacts of finite stiffness, by name or glob, such as "EI:674" [N
+            m²], "tube:70e9,0.025,0.021" (E [Pa], outer and inner diameter [m]) or "180Hz:clamped".
         point: points at which the shock is computed, in addition to the robot's sensors.
         part: parts and what they withstand.
-        tangential_stiffness: of every contact along the ground; by default that along the normal [N/m].
+        tangential_stiffness: of every contact along the ground; by default that along the normal
+            [N/m].
 
     Raises:
         SceneError: a path holds a NUL character.
@@ -228,19 +272,26 @@ class Scene(Record):
     robot: str
     base: Base | None = option(
         None,
-        "How the base may move: free, in the plane only (planar), or not (fixed). By default fixed if "
-        "the file fixes it, if the root link is called world and has no legs, or if the robot is an arm (no feet, one "
-        "chain from the root); otherwise free. If an MJCF file fixes the base, free and planar give it a free joint.",
+        "How the base may move: free, in the plane only (planar), or not (fixed). By default fixed "
+        "if "
+        "the file fixes it, if the root link is called world and has no legs, or if the robot is "
+        "an arm (no feet, one "
+        "chain from the root); otherwise free. If an MJCF file fixes the base, free and planar "
+        "give it a free joint.",
         POSTURE,
     )
     plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = option(
         "auto",
-        "Plane of CoPc, RoPc, figures and the strike angle: xz (sagittal), yz (frontal), xy, or a normal NX,NY,NZ; auto is "
-        "xz, or yz where more than half of the motion before the impact is sideways (velocity along y, rotation about x).",
+        "Plane of CoPc, RoPc, figures and the strike angle: xz (sagittal), yz (frontal), xy, or a "
+        "normal NX,NY,NZ; auto is "
+        "xz, or yz where more than half of the motion before the impact is sideways (velocity "
+        "along y, rotation about x).",
         RESULTS,
         "PLANE",
     )
-    srdf: str | None = option(None, "File of reference postures.", POSTURE, "FILE", default="the one beside the robot")
+    srdf: str | None = option(
+        None, "File of reference postures.", POSTURE, "FILE", default="the one beside the robot"
+    )
     packages: Mapping[str, str] = field(default_factory=dict)
     xacro: Mapping[str, str] = field(default_factory=dict)
     posture: Posture = field(default_factory=Posture)
@@ -249,25 +300,34 @@ class Scene(Record):
     stance: tuple[str, ...] = ()
     closure: tuple[Closure, ...] = ()
     assemble: tuple[str, ...] = option(
-        (), "The only joints that may move to close loops; by default all that the posture does not set.", POSTURE, "JOINT"
+        (),
+        "The only joints that may move to close loops; by default all that the posture does not "
+        "set.",
+        POSTURE,
+        "JOINT",
     )
     joints: Joints = field(default_factory=Joints)
     flex: Mapping[str, str] = field(default_factory=dict)
     point: tuple[Point, ...] = ()
     part: tuple[Part, ...] = ()
     v_in: Literal["contact", "com"] = option(
-        "contact", "The speed that shock is relative to: of the contact or of the centre of mass.", RESULTS
+        "contact",
+        "The speed that shock is relative to: of the contact or of the centre of mass.",
+        RESULTS,
     )
     pulse: str | None = option(
         None,
-        "Also give peak accelerations, as half-sine:5ms; shapes are half-sine, saw-tooth, haversine and rectangle.",
+        "Also give peak accelerations, as half-sine:5ms; shapes are half-sine, saw-tooth, "
+        "haversine and rectangle.",
         RESULTS,
         "SHAPE:LENGTH",
     )
     range_g: float | None = option(
         None,
-        "Measuring range of the sensors. Peaks are compared with it along each axis of a frame; at a point with an "
-        "offset, the magnitude is compared. Peaks follow from the contact stiffness, else from the pulse.",
+        "Measuring range of the sensors. Peaks are compared with it along each axis of a frame; at "
+        "a point with an "
+        "offset, the magnitude is compared. Peaks follow from the contact stiffness, else from the "
+        "pulse.",
         RESULTS,
         "G",
         unit="g",
@@ -275,14 +335,16 @@ class Scene(Record):
     )
     imu_bandwidth: str | None = option(
         None,
-        "Bandwidth of the accelerometers, such as 200Hz. The low-pass filter is of first order, or with :2 of second order "
+        "Bandwidth of the accelerometers, such as 200Hz. The low-pass filter is of first order, or "
+        "with :2 of second order "
         "(Butterworth). Peaks behind the filter are given too, and compared with the range.",
         RESULTS,
         "F[:1|:2]",
     )
     friction: float | None = option(
         None,
-        "Also solve with this coefficient of friction. Quantities *_friction are for this friction, with restitution only along "
+        "Also solve with this coefficient of friction. Quantities *_friction are for this "
+        "friction, with restitution only along "
         "the normal. All other quantities are for contacts that stick.",
         RESULTS,
         "MU",
@@ -292,7 +354,8 @@ class Scene(Record):
     )
     stops: bool | None = option(
         None,
-        "Joints at a limit that the impact would drive beyond it are held by end stops, which can only push; by default they move "
+        "Joints at a limit that the impact would drive beyond it are held by end stops, which can "
+        "only push; by default they move "
         "on, with a warning.",
         RESULTS,
     )
@@ -317,8 +380,10 @@ class Scene(Record):
     )
     contact_stiffness: float | None = option(
         None,
-        "Also solve on contacts of this stiffness. It gives forces, accelerations and their times, and is that in every "
-        f"direction, or along the normal and along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources: "
+        "Also solve on contacts of this stiffness. It gives forces, accelerations and their times, "
+        "and is that in every "
+        f"direction, or along the normal and along the ground: "
+        f"{CONTACTS.removesuffix(' N/m or more')} or more (sources: "
         "shockpc guide designer).",
         RESULTS,
         "KN[:KT]",
@@ -329,8 +394,10 @@ class Scene(Record):
     tangential_stiffness: float | None = None
     contact_damping: float | None = option(
         None,
-        "Damping of these contacts, in place of --restitution: a damper beside each of their springs, along the normal and the "
-        "ground. The force starts at C times the speed of approach, and the contact separates where it would pull.",
+        "Damping of these contacts, in place of --restitution: a damper beside each of their "
+        "springs, along the normal and the "
+        "ground. The force starts at C times the speed of approach, and the contact separates "
+        "where it would pull.",
         RESULTS,
         "C",
         unit="N s/m",
@@ -339,21 +406,26 @@ class Scene(Record):
     )
     contact_law: Literal["hysteresis", "damper"] | None = option(
         None,
-        "How these contacts lose what --restitution says: hysteresis, by default, unloads them with a larger stiffness, and at a "
-        "restitution of zero at once, a step of force which rings in links and springs; damper has a viscous damper in series with "
-        "each spring, whose force starts and ends without a step, and is smaller, the less they return.",
+        "How these contacts lose what --restitution says: hysteresis, by default, unloads them "
+        "with a larger stiffness, and at a "
+        "restitution of zero at once, a step of force which rings in links and springs; damper has "
+        "a viscous damper in series with "
+        "each spring, whose force starts and ends without a step, and is smaller, the less they "
+        "return.",
         RESULTS,
         "LAW",
     )
     gravity: bool = option(
         True,
-        "Gravity acts while the robot is on contacts of finite stiffness; --no-gravity, or gravity = false, leaves it out.",
+        "Gravity acts while the robot is on contacts of finite stiffness; --no-gravity, or gravity "
+        "= false, leaves it out.",
         RESULTS,
         name="no-gravity",
     )
     ground_tolerance: float = option(
         0.005,
-        "Largest difference in height between lowest points that flat ground can touch together (warnings, feasible).",
+        "Largest difference in height between lowest points that flat ground can touch together "
+        "(warnings, feasible).",
         RESULTS,
         "H",
         unit="m",
@@ -398,10 +470,14 @@ class Scene(Record):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        """Make the contacts a tuple of `Contact` and paths text, and refuse paths that no file can have."""
+        """Make the contacts a tuple of `Contact` and paths text, and refuse paths that no file can
+        have.
+        """
         contact: Any = self.contact
         contacts = contact if isinstance(contact, tuple | list) else (contact,)
-        contacts = tuple(Contact(frame=given) if isinstance(given, str) else given for given in contacts)
+        contacts = tuple(
+            Contact(frame=given) if isinstance(given, str) else given for given in contacts
+        )
         object.__setattr__(self, "contact", contacts)
         for name in ("robot", "srdf"):
             if isinstance(path := getattr(self, name), os.PathLike):
@@ -413,4 +489,6 @@ class Scene(Record):
             *(self.packages.values() if isinstance(self.packages, Mapping) else ()),
         ):
             if isinstance(path, str) and "\0" in path:
-                raise SceneError(f"{json.dumps(path)} cannot be the path of a file: it holds a NUL character")
+                raise SceneError(
+                    f"{json.dumps(path)} cannot be the path of a file: it holds a NUL character"
+                )

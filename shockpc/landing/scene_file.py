@@ -1,7 +1,8 @@
-"""Scenes read from and written to TOML files, checked, and what follows from them: robot, points and plane.
+"""Scenes read from and written to TOML files, checked, and what follows from them: robot, points
+and plane.
 
-Scenes from files and scenes built in Python are checked against the same field types. Only the JSON Schema is made by pydantic,
-whose import would lengthen the start of every command by a third.
+Scenes from files and scenes built in Python are checked against the same field types. Only the JSON
+Schema is made by pydantic, whose import would lengthen the start of every command by a third.
 """
 
 import dataclasses
@@ -38,7 +39,9 @@ def _named_plane(name: str) -> Plane:
 
 
 def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
-    """The points that FRAME or FRAME:x,y,z means. The frame's name may hold a colon; a glob means a point on each frame.
+    """The points that FRAME or FRAME:x,y,z means.
+
+    The frame's name may hold a colon; a glob means a point on each frame.
 
     Raises:
         UnknownName: the robot has no such frame.
@@ -50,7 +53,9 @@ def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
     try:
         x, y, z = map(number_from, offset.split(","))
     except ValueError:
-        raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1') from None
+        raise SceneError(
+            f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1'
+        ) from None
     return tuple(Point(frame=name, offset=(x, y, z)) for name in robot.match_frames(frame))
 
 
@@ -75,19 +80,26 @@ S = TypeVar("S", bound=Scene)
 def with_plane(scene: Scene) -> Scene:
     """The scene with its plane, or that in which its motion before the impact happens.
 
-    That is the frontal plane where more than half of the motion is sideways. The jumps do not decide: they turn with the foot that
-    is struck, the posture and the masses, so that two designs would be compared in different planes.
+    That is the frontal plane where more than half of the motion is sideways. The jumps do not
+    decide: they turn with the foot that is struck, the posture and the masses, so that two designs
+    would be compared in different planes.
 
     Raises:
         SceneError: as for `Strike.vector`.
     """
-    return scene if scene.plane != "auto" else replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
+    return (
+        scene
+        if scene.plane != "auto"
+        else replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
+    )
 
 
 def sideways(strike: Strike) -> float:
-    """Share of a motion before the impact that is in the frontal plane only: along y, and about x as in a fall to the side [1].
+    """Share of a motion before the impact that is in the frontal plane only: along y, and about x
+    as in a fall to the side [1].
 
-    A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal plane.
+    A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal
+    plane.
 
     Raises:
         SceneError: as for `Strike.vector`.
@@ -107,11 +119,15 @@ def plane_of(scene: Scene) -> Plane:
     try:
         return _named_plane(plane) if isinstance(plane, str) else plane_from(plane)
     except ValueError as refusal:
-        raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
+        raise SceneError(
+            f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0"
+        ) from None
 
 
 def ground_normal(plane: Plane, velocity: Array | Sequence[float]) -> Array:
-    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane is seen from above and struck within it."""
+    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane is seen
+    from above and struck within it.
+    """
     return plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
 
@@ -121,11 +137,13 @@ def check_scene(scene: Scene) -> Scene:
     Returns: the scene with every list and array as a tuple of floats.
 
     Raises:
-        SceneError: a field has a wrong type, length or word, or a number is not finite or out of range.
+        SceneError: a field has a wrong type, length or word, or a number is not finite or out of
+            range.
     """
     if not isinstance(scene, Scene):
         raise SceneError(
-            f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., contact=...), or by read_scene"
+            f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., "
+            f"contact=...), or by read_scene"
         )
     faults: list[str] = []
     checked_scene: Scene | None = converted(scene, Scene, "", faults)
@@ -135,7 +153,8 @@ def check_scene(scene: Scene) -> Scene:
 
 
 def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
-    """The robot of a scene, with its xacro arguments, packages and postures: one object for all scenes of the same robot.
+    """The robot of a scene, with its xacro arguments, packages and postures: one object for all
+    scenes of the same robot.
 
     It is loaded again when one of its files has changed.
 
@@ -148,15 +167,25 @@ def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
     """
     scene = check_scene(scene)
     frames = frames or [contact.frame for contact in scene.contact]
-    return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames, scene.base in ("free", "planar"))
+    return shared_robot(
+        scene.robot,
+        scene.xacro,
+        scene.packages,
+        scene.srdf,
+        frames,
+        scene.base in ("free", "planar"),
+    )
 
 
 @checked
 def read_scene(path: Path | str) -> Scene:
-    """Read a scene file. Paths in it are relative to the file's folder and are returned as absolute paths.
+    """Read a scene file.
+
+    Paths in it are relative to the file's folder and are returned as absolute paths.
 
     Raises:
-        SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
+        SceneError: the file cannot be read or is not a scene; the text names the file, the key and
+            what would be valid.
     """
     path = Path(path)
     with reading(path, "scene", SceneError) as table:
@@ -164,14 +193,17 @@ def read_scene(path: Path | str) -> Scene:
 
 
 def scene_of(given: Scene | str | os.PathLike[str]) -> Scene:
-    """A scene as it is; of a text or path that ends in .toml the file, else a scene of the robot of that name, without contacts.
+    """A scene as it is; of a text or path that ends in .toml the file, else a scene of the robot of
+    that name, without contacts.
 
     Raises:
         SceneError: as for `read_scene`.
     """
     if isinstance(given, Scene):
         return given
-    return read_scene(Path(given)) if Path(given).suffix.casefold() == ".toml" else Scene(robot=given)
+    return (
+        read_scene(Path(given)) if Path(given).suffix.casefold() == ".toml" else Scene(robot=given)
+    )
 
 
 def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
@@ -190,7 +222,10 @@ def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str =
     contact = table.get("contact")
     named = [contact] if isinstance(contact, str) else contact
     if isinstance(named, list):
-        table = {**table, "contact": [{"frame": one} if isinstance(one, str) else one for one in named]}
+        table = {
+            **table,
+            "contact": [{"frame": one} if isinstance(one, str) else one for one in named],
+        }
     scene: S | None = converted(table, kind, key, faults)
     if scene is None or faults:
         raise SceneError("; ".join(faults))
@@ -223,20 +258,27 @@ def record_schema(record: type) -> dict[str, Any]:
     from pydantic import TypeAdapter
 
     schema = TypeAdapter(record).json_schema()
-    if contacts := schema.get("properties", {}).get("contact"):  # names stand for contacts at the frames of these names
+    # names stand for contacts at the frames of these names
+    if contacts := schema.get("properties", {}).get("contact"):
         contacts["items"] = {"anyOf": [contacts["items"], {"type": "string"}]}
         schema["properties"]["contact"] = {"anyOf": [contacts, {"type": "string"}]}
     return schema
 
 
 def scene_table(record: Any) -> dict[str, Any]:
-    """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are left out."""
+    """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are
+    left out.
+    """
 
     def plain(value: Any) -> Any:
         if dataclasses.is_dataclass(value):
             parts = ((item, plain(getattr(value, item.name))) for item in dataclasses.fields(value))
             # An empty list says something where it is not the default.
-            return {item.name: part for item, part in parts if part not in (None, {}) and (part != [] or item.default != ())}
+            return {
+                item.name: part
+                for item, part in parts
+                if part not in (None, {}) and (part != [] or item.default != ())
+            }
         if isinstance(value, Mapping):
             return {key: plain(part) for key, part in value.items()}
         return [plain(part) for part in value] if isinstance(value, tuple) else value
@@ -255,5 +297,7 @@ def with_paths(scene: S, change: Callable[[str], str]) -> S:
         robot=robot,
         srdf=None if scene.srdf is None else change(scene.srdf),
         packages={name: change(folder) for name, folder in scene.packages.items()},
-        joints=joints if drives is None or not is_path(drives) else dataclasses.replace(joints, drives=change(drives)),
+        joints=joints
+        if drives is None or not is_path(drives)
+        else dataclasses.replace(joints, drives=change(drives)),
     )

@@ -1,7 +1,7 @@
 """Which joint velocities are free: q̇ = G ẏ (shock paper, Eq. 7).
 
-A base that cannot move, or moves only in the plane, a joint that holds, and a joint that follows another are columns of G: fewer
-unknowns, the same equation.
+A base that cannot move, or moves only in the plane, a joint that holds, and a joint that follows
+another are columns of G: fewer unknowns, the same equation.
 """
 
 import numpy as np
@@ -12,7 +12,9 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 
 
-def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray) -> Array | None:
+def free_columns(
+    robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray
+) -> Array | None:
     """The columns G of the free joint velocities, or None where all are free.
 
     Args:
@@ -30,7 +32,8 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
     nv = robot.model.nv
     if base != "fixed" and not robot.free_base:
         raise SceneError(
-            f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" is not possible; '
+            f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" is not '
+            f"possible; "
             'load it with free=True, give its root body a <freejoint/>, or use base = "fixed"'
         )
     if not robot.mimics and not locked.any() and (base == "free" or not robot.free_base):
@@ -41,7 +44,8 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
     if robot.free_base and base == "fixed":
         free[:6] = False
     if base == "planar":
-        # The base's joint velocity is written in base axes, linear part first; three columns span the plane.
+        # The base's joint velocity is written in base axes, linear part first; three columns span
+        # the plane.
         to_base = np.swapaxes(base_rotation, -1, -2)
         G[..., :6, :6] = 0.0
         G[..., :3, 0] = to_base @ plane.e1
@@ -50,9 +54,15 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
         free[3:6] = False
     index = {joint.name: joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
-        # Substituting the leaders' rows, not their columns, serves chains of followers and followers of a planar base alike.
-        G[..., index[mimic.joint], :] = sum(multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items())
+        # Substituting the leaders' rows, not their columns, serves chains of followers and
+        # followers of a planar base alike.
+        G[..., index[mimic.joint], :] = sum(
+            multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items()
+        )
         free[index[mimic.joint]] = False
     if not free.any():
-        raise SceneError(f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; free one of them')
+        raise SceneError(
+            f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; '
+            f"free one of them"
+        )
     return np.ascontiguousarray(G[..., free])

@@ -96,8 +96,8 @@ def sole_corners(
 ) -> Array | None:
     """The corners (n, 3) of the sole of a frame, in its body's frame [m]; None if it is a point.
 
-    A frame without shapes has the sole of its body if that is wide, unlike the end of a beam, and if
-    it lies in the middle of it or is the name of a foot.
+    A frame without shapes has the sole of its body if that is wide, unlike the end of a beam, and
+    if it lies in the middle of it or is the name of a foot.
 
     Args:
         robot: the robot.
@@ -139,7 +139,8 @@ def _corners_of_primitive(shape: Shape, up: Array, height: float) -> Array:
     """The corners (n, 3) of a box or a round shape below a height over the origin of the body [m].
 
     A ball has its lowest point, a lying rod the lowest point of each end, a standing disc points on
-    its rim. A lying cylinder that is not longer than thick is a wheel, with one point in its middle.
+    its rim. A lying cylinder that is not longer than thick is a wheel, with one point in its
+    middle.
     """
     semi_axes = np.linalg.norm(shape.rounding, axis=0)
     along = up @ shape.rounding

@@ -13,7 +13,8 @@ from shockpc.paper.panel_landings import along, land
 BEAM = PaperFigure(
     1,
     "a slender beam on a slider",
-    "The pivot O is the left end. The text does not give the impact point of B; Eq. 3 allows the tip or a third of the length.",
+    "The pivot O is the left end. The text does not give the impact point of B; Eq. 3 allows the "
+    "tip or a third of the length.",
     (
         Panel("A", "fig1_a", "at the centre of mass"),
         Panel("B", "fig1_b", "elsewhere: the tip"),
@@ -21,19 +22,32 @@ BEAM = PaperFigure(
         Panel("D", "fig1_d", "at the pivot O"),
     ),
 )
-SLIDER = "free beam; the contact stops its point across the beam and slides along it, like a massless slider"
-ELSEWHERE = "impact at the tip; the text gives no place, and a third of the length has the same RoPc"
+SLIDER = (
+    "free beam; the contact stops its point across the beam and slides along it, like a massless "
+    "slider"
+)
+ELSEWHERE = (
+    "impact at the tip; the text gives no place, and a third of the length has the same RoPc"
+)
 zero = functools.partial(BEAM.claim, below=ROUNDING, interpretation=SLIDER)
 
 C, R_G2 = 0.5, 1.0 / 12.0
-"""Distance of the centre of mass from O [m], and square of the radius of gyration [m²], of the beam, which is 1 m long."""
+"""Distance of the centre of mass from O [m], and square of the radius of gyration [m²], of the
+beam, which is 1 m long.
+"""
 
 STICKING = ("x", "y", "z")
 
 
 def beam(*at: float, directions: tuple[str, ...] = ("z",), **strike: Any) -> ShockProfile:
-    """The landing of the beam of Figure 1 on the point (3,) from O [m]; coordinates that are left out are zero."""
-    return land("fig1_d", contact={"offset": (*at, 0.0, 0.0)[:3], "directions": directions}, strike=Strike(**strike))
+    """The landing of the beam of Figure 1 on the point (3,) from O [m]; coordinates that are left
+    out are zero.
+    """
+    return land(
+        "fig1_d",
+        contact={"offset": (*at, 0.0, 0.0)[:3], "directions": directions},
+        strike=Strike(**strike),
+    )
 
 
 def _turning(**changes: Any) -> list[ShockProfile]:
@@ -51,13 +65,16 @@ def _percussion() -> float:
 
 
 @zero(
-    "Figure 1, beam A: an impact at the centre of mass causes a purely translational shock", "range of the shock over the beam [1]"
+    "Figure 1, beam A: an impact at the centre of mass causes a purely translational shock",
+    "range of the shock over the beam [1]",
 )
 def _a() -> float:
     return float(np.ptp(along(land("fig1_a"), "beam")))
 
 
-@zero("Figure 1, beam C: an impact at the CoPc of O causes no shock at the slider", "shock at O [1]")
+@zero(
+    "Figure 1, beam C: an impact at the CoPc of O causes no shock at the slider", "shock at O [1]"
+)
 def _c() -> float:
     return _shock("c")
 
@@ -73,7 +90,8 @@ def _b() -> float:
 
 
 @zero(
-    "Figure 1, beam D: an impact at O causes no shock at the CoPc: the two points can be interchanged",
+    "Figure 1, beam D: an impact at O causes no shock at the CoPc: the two points can be "
+    "interchanged",
     "shock at 2/3 of the length [1]",
 )
 def _d() -> float:
@@ -105,7 +123,9 @@ def _opposite_sides() -> float:
 )
 def _change_with_speed() -> float:
     pairs = zip(_turning(), _turning(strike=Strike(speed=1000.0)), strict=True)
-    return max(float(np.abs([*(a.copc - b.copc).ravel(), *(a.ropc - b.ropc)]).max()) for a, b in pairs)
+    return max(
+        float(np.abs([*(a.copc - b.copc).ravel(), *(a.ropc - b.ropc)]).max()) for a, b in pairs
+    )
 
 
 @BEAM.claim(
@@ -115,7 +135,9 @@ def _change_with_speed() -> float:
     interpretation="impact at an edge of the tip, oblique in space",
     options={"impact in a plane with the beam": {"at": (1.0,), "velocity": (0.3, 0.0, -1.0)}},
 )
-def _on_screw_axis(at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[float, ...] = (0.3, 0.4, -1.0)) -> float:
+def _on_screw_axis(
+    at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[float, ...] = (0.3, 0.4, -1.0)
+) -> float:
     profile = beam(*at, velocity=velocity, directions=STICKING)
     omega, v = profile.delta_omega[0], profile.delta_v[0]
     return float(profile.shock_at("beam", np.cross(omega, v) / (omega @ omega)))
@@ -128,20 +150,28 @@ def _on_screw_axis(at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[fl
 )
 def _off_eq_2() -> float:
     x = np.linspace(0.0, 1.0, 41)
-    return max(float(np.abs(along(p, "beam") - np.abs(x - p.copc[0, 0]) / p.ropc[0]).max()) for p in _turning())
+    return max(
+        float(np.abs(along(p, "beam") - np.abs(x - p.copc[0, 0]) / p.ropc[0]).max())
+        for p in _turning()
+    )
 
 
 @zero(
     "Eq. 3: r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact",
     "largest deviation for impacts at O, 1/3, 2/3 and the tip, over the length [1]",
     interpretation="impact across the beam; the contact slides along it",
-    options={"sticking contact, impact 45° from across the beam": {"directions": STICKING, "angle": 45.0}},
+    options={
+        "sticking contact, impact 45° from across the beam": {"directions": STICKING, "angle": 45.0}
+    },
 )
 def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float:
     off = []
     for at in (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0):
         d = (at - C) * math.cos(math.radians(angle))
-        off.append(float(beam(at, directions=directions, strike_angle_deg=angle).ropc[0]) - abs(d + R_G2 / d))
+        off.append(
+            float(beam(at, directions=directions, strike_angle_deg=angle).ropc[0])
+            - abs(d + R_G2 / d)
+        )
     return max(map(abs, off))
 
 
@@ -158,5 +188,7 @@ def _same_radius() -> float:
     options={"with the absolute value of Δω_z": {"absolute": True}},
 )
 def _eq_12(absolute: bool = False) -> float:
-    turns = [float(p.delta_omega[0] @ (p.plane.normal @ p.rotation[0])) / p.v_in for p in _turning()]
+    turns = [
+        float(p.delta_omega[0] @ (p.plane.normal @ p.rotation[0])) / p.v_in for p in _turning()
+    ]
     return min(1.0 / (abs(turn) if absolute else turn) for turn in turns)

@@ -1,7 +1,9 @@
-"""Beyond the paper: the beam of Figure 1 with bending, struck by a contact of finite stiffness, against Eqs. 1 to 3.
+"""Beyond the paper: the beam of Figure 1 with bending, struck by a contact of finite stiffness,
+against Eqs. 1 to 3.
 
-The beam is free, uniform and slender, of unit mass and length, and strikes an elastic point with unit speed. How long the contact
-lasts, compared with the first bending oscillation, decides what of the rigid answer holds.
+The beam is free, uniform and slender, of unit mass and length, and strikes an elastic point with
+unit speed. How long the contact lasts, compared with the first bending oscillation, decides what of
+the rigid answer holds.
 """
 
 import functools
@@ -18,16 +20,22 @@ from shockpc.core.stiff_motion import Elements
 from shockpc.core.threads import one_thread
 
 STRIKES = (0.0, 0.1, 1.0 / 6.0, 0.2, 0.3, 0.4, 0.5)
-"""Distances of the contact from the centre of mass, over the length; at 1/6 the other end is the CoPc."""
+"""Distances of the contact from the centre of mass, over the length; at 1/6 the other end is the
+CoPc.
+"""
 
 RATIOS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0)
 """Tc/T1: duration of contact of the rigid beam, over the period of the first bending mode."""
 
 MODES, HINGES, SAMPLES = 16, 4, 400
-"""Bending modes of the exact beam, hinges of the one of segments, and times at which velocities are compared."""
+"""Bending modes of the exact beam, hinges of the one of segments, and times at which velocities are
+compared.
+"""
 
 LIMIT = 0.1
-"""Share of the speed of the impact, or of the impulse, up to which the rigid answer counts as right."""
+"""Share of the speed of the impact, or of the impulse, up to which the rigid answer counts as
+right.
+"""
 
 
 class Beam(NamedTuple):
@@ -37,7 +45,8 @@ class Beam(NamedTuple):
         M: (n, n) inertia.
         springs: (s, n) deflections for unit coordinates.
         stiffness: (s,) of these, for an EI with which the first bending frequency is 1 Hz.
-        across: the velocity (..., n) across the beam at distances (...) from its centre, for unit velocities.
+        across: the velocity (..., n) across the beam at distances (...) from its centre, for unit
+            velocities.
         falling: (n,) velocities with which all of it moves with unit speed.
     """
 
@@ -54,7 +63,8 @@ class Struck(NamedTuple):
     Attributes:
         impulse: until the contact ends, less the rigid one, over that.
         end: change of the velocity of the other end when the contact ends, less the rigid one.
-        copc: largest change of the velocity of the CoPc of the contact, which is zero in Eq. 2; NaN at the centre.
+        copc: largest change of the velocity of the CoPc of the contact, which is zero in Eq. 2; NaN
+            at the centre.
     """
 
     impulse: float
@@ -67,15 +77,24 @@ def exact_beam() -> Beam:
     """The beam in its modes of Euler and Bernoulli: cos β cosh β = 1, of unit modal mass."""
     beta = (np.arange(MODES) + 1.5) * np.pi
     for _ in range(5):
-        beta = beta - (np.cos(beta) - 1.0 / np.cosh(beta)) / (np.tanh(beta) / np.cosh(beta) - np.sin(beta))
+        beta = beta - (np.cos(beta) - 1.0 / np.cosh(beta)) / (
+            np.tanh(beta) / np.cosh(beta) - np.sin(beta)
+        )
     size = np.sinh(beta) - np.sin(beta)
-    ratio, rest = (np.cosh(beta) - np.cos(beta)) / size, (np.cos(beta) - np.sin(beta) - np.exp(-beta)) / size
+    ratio, rest = (
+        (np.cosh(beta) - np.cos(beta)) / size,
+        (np.cos(beta) - np.sin(beta) - np.exp(-beta)) / size,
+    )
 
     def across(at: Array) -> Array:
         x = np.asarray(at)[..., None]
         # cosh − ratio · sinh, without the difference of large numbers.
         angle = beta * (x + 0.5)
-        bent = np.cos(angle) - ratio * np.sin(angle) + (rest * np.exp(angle) + (1.0 + ratio) * np.exp(-angle)) / 2.0
+        bent = (
+            np.cos(angle)
+            - ratio * np.sin(angle)
+            + (rest * np.exp(angle) + (1.0 + ratio) * np.exp(-angle)) / 2.0
+        )
         return np.concatenate([np.ones_like(x), math.sqrt(12.0) * x, bent], axis=-1)
 
     omega = 2.0 * math.pi * (beta / beta[0]) ** 2
@@ -84,8 +103,17 @@ def exact_beam() -> Beam:
 
 @functools.cache
 def segmented_beam(hinges: int = HINGES) -> Beam:
-    """The beam as the segments and hinges of `--flex`, with which links of robots bend, in its plane."""
-    division = divide(1.0, np.zeros(3), np.diag([0.0, 1.0, 1.0]) / 12.0, np.array([-0.5, 0, 0]), np.array([0.5, 0, 0]), hinges)
+    """The beam as the segments and hinges of `--flex`, with which links of robots bend, in its
+    plane.
+    """
+    division = divide(
+        1.0,
+        np.zeros(3),
+        np.diag([0.0, 1.0, 1.0]) / 12.0,
+        np.array([-0.5, 0, 0]),
+        np.array([0.5, 0, 0]),
+        hinges,
+    )
     upright = int(np.abs(division.across[:, 1]).argmax())
     sign = float(division.across[upright, 1])
     chosen = [1, 5, *range(6 + upright, 6 + 2 * hinges, 2)]
@@ -93,10 +121,18 @@ def segmented_beam(hinges: int = HINGES) -> Beam:
 
     def across(at: Array) -> Array:
         x = np.asarray(at)[..., None]
-        return np.concatenate([-x, np.ones_like(x), -sign * np.maximum(x - division.along, 0.0)], axis=-1)
+        return np.concatenate(
+            [-x, np.ones_like(x), -sign * np.maximum(x - division.along, 0.0)], axis=-1
+        )
 
     stiffness = np.full(hinges, EI / division.spacing)
-    return Beam(chain_inertia(division)[np.ix_(chosen, chosen)], np.eye(hinges + 2)[2:], stiffness, across, np.eye(hinges + 2)[1])
+    return Beam(
+        chain_inertia(division)[np.ix_(chosen, chosen)],
+        np.eye(hinges + 2)[2:],
+        stiffness,
+        across,
+        np.eye(hinges + 2)[1],
+    )
 
 
 def struck(beam: Beam, distance: float, ratio: float) -> Struck:
@@ -108,20 +144,30 @@ def struck(beam: Beam, distance: float, ratio: float) -> Struck:
         ratio: Tc/T1.
     """
     mass = 1.0 / (1.0 + 12.0 * distance**2)
-    contact = Elements.alike(beam.across(np.array([distance])), mass * (math.pi / ratio) ** 2, 1.0, 0, True)
-    motion = simulate_landing(beam.M, Elements.joined(contact, Elements.alike(beam.springs, beam.stiffness)), -beam.falling)
+    contact = Elements.alike(
+        beam.across(np.array([distance])), mass * (math.pi / ratio) ** 2, 1.0, 0, True
+    )
+    motion = simulate_landing(
+        beam.M,
+        Elements.joined(contact, Elements.alike(beam.springs, beam.stiffness)),
+        -beam.falling,
+    )
     impulse = sum(float(segment.impulse(segment.length)[0]) for segment in motion.segments)
     jumps = motion.at(np.linspace(0.0, motion.duration, SAMPLES)).jump
     rigid = 2.0 * mass * (1.0 - 6.0 * distance)
     end = float(jumps[-1] @ beam.across(np.array(-0.5)))
     still = (
-        float(np.abs(jumps @ beam.across(np.array(-1.0 / (12.0 * distance)))).max()) if distance > 1.0 / 6.0 - 1e-9 else math.nan
+        float(np.abs(jumps @ beam.across(np.array(-1.0 / (12.0 * distance)))).max())
+        if distance > 1.0 / 6.0 - 1e-9
+        else math.nan
     )
     return Struck(impulse / (2.0 * mass) - 1.0, end - rigid, still)
 
 
 class Compared(NamedTuple):
-    """The largest differences from the rigid answer over all `STRIKES`, at one Tc/T1: with exact modes, and by segments."""
+    """The largest differences from the rigid answer over all `STRIKES`, at one Tc/T1: with exact
+    modes, and by segments.
+    """
 
     ratio: float
     exact: Struck
@@ -133,10 +179,17 @@ def beam_study() -> tuple[Compared, ...]:
     """The beam of Figure 1 with bending, at each of `RATIOS`."""
 
     def largest(beam: Beam, ratio: float) -> Struck:
-        return Struck(*np.nanmax(np.abs([struck(beam, distance, ratio) for distance in STRIKES]), axis=0).tolist())
+        return Struck(
+            *np.nanmax(
+                np.abs([struck(beam, distance, ratio) for distance in STRIKES]), axis=0
+            ).tolist()
+        )
 
     with one_thread(MODES):
-        return tuple(Compared(ratio, largest(exact_beam(), ratio), largest(segmented_beam(), ratio)) for ratio in RATIOS)
+        return tuple(
+            Compared(ratio, largest(exact_beam(), ratio), largest(segmented_beam(), ratio))
+            for ratio in RATIOS
+        )
 
 
 def holds_from(errors: Array) -> float:

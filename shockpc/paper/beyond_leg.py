@@ -1,4 +1,6 @@
-"""A leg of two tubes with and without rotors: rigid tubes, and those of `--flex`, against frame elements."""
+"""A leg of two tubes with and without rotors: rigid tubes, and those of `--flex`, against frame
+elements.
+"""
 
 import functools
 import math
@@ -30,14 +32,18 @@ LINKS = {"rigid": 0, "2 hinges": 2, "12 hinges": 12}
 """Hinges of each tube."""
 
 RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""Tc f1: duration of contact with rigid tubes, times the first bending frequency of the free leg."""
+"""Tc f1: duration of contact with rigid tubes, times the first bending frequency of the free leg.
+"""
 
 RIGID, MODES = 5, 20
-"""Motions of the leg in which nothing deforms, and its bending and stretching modes that are followed."""
+"""Motions of the leg in which nothing deforms, and its bending and stretching modes that are
+followed.
+"""
 
 
 class Peaks(NamedTuple):
-    """What a strike of 1 m/s on an elastic contact gives, or what it is off by, over what frame elements give [1].
+    """What a strike of 1 m/s on an elastic contact gives, or what it is off by, over what frame
+    elements give [1].
 
     Attributes:
         jump: change of the velocity of the trunk until the contact ends [m/s].
@@ -53,7 +59,9 @@ class Peaks(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """The first frequency with which the free leg bends in its plane [Hz]: of frame elements, and on 2 and 12 hinges."""
+    """The first frequency with which the free leg bends in its plane [Hz]: of frame elements, and
+    on 2 and 12 hinges.
+    """
 
     rotors: str
     frames: float
@@ -62,7 +70,9 @@ class Modes(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """What tubes are off by: with or without rotors, of `LINKS`, Tc f1, the stiffness of the contact [N/m], and the errors."""
+    """What tubes are off by: with or without rotors, of `LINKS`, Tc f1, the stiffness of the
+    contact [N/m], and the errors.
+    """
 
     rotors: str
     links: str
@@ -78,7 +88,11 @@ def leg_modes() -> tuple[Modes, ...]:
     for name, rotor in ROTORS.items():
         exact = float(_modes(rotor)[0][RIGID]) / 2.0 / math.pi
         # Segments bend out of the plane too.
-        few = (flexible_landing(_posed(rotor, hinges, 1.0)).elastic_frequencies() for hinges in LINKS.values() if hinges)
+        few = (
+            flexible_landing(_posed(rotor, hinges, 1.0)).elastic_frequencies()
+            for hinges in LINKS.values()
+            if hinges
+        )
         found.append(Modes(name, exact, *(float(one[np.abs(one - exact).argmin()]) for one in few)))
     return tuple(found)
 
@@ -96,7 +110,9 @@ def leg_study() -> tuple[Compared, ...]:
             for name, hinges in LINKS.items():
                 posed = _posed(rotor, hinges, stiffness)
                 errors = np.abs(np.array(_read(CompliantLanding(posed))) / expected - 1.0)
-                compared.append(Compared(modes.rotors, name, ratio, stiffness, Peaks(*errors.tolist())))
+                compared.append(
+                    Compared(modes.rotors, name, ratio, stiffness, Peaks(*errors.tolist()))
+                )
     return tuple(compared)
 
 
@@ -121,7 +137,9 @@ def leg_scene(robot: str, stiffness: float, hinges: int, rotor: float = ROTOR) -
     return Scene(
         robot=robot,
         base="planar",
-        contact=Contact(frame="foot", restitution=1.0, restitution_along="directions", directions=("x", "z")),
+        contact=Contact(
+            frame="foot", restitution=1.0, restitution_along="directions", directions=("x", "z")
+        ),
         contact_stiffness=stiffness,
         gravity=False,
         flex={"thigh": tube, "shank": tube} if hinges else {},
@@ -137,18 +155,29 @@ def _posed(rotor: float, hinges: int, stiffness: float) -> PosedLanding:
 
 def _read(landing: CompliantLanding) -> Peaks:
     posed = landing.landing
-    points, knee = posed.places("point"), [place for place in posed.places("joint") if place.name == "knee"]
+    points, knee = (
+        posed.places("point"),
+        [place for place in posed.places("joint") if place.name == "knee"],
+    )
     jump = float(np.linalg.norm(landing.ends(point_velocity, points)[0, 1, 0]))
     acceleration, force, torque = (
         float(landing.peaks(compute, places)[0][0])
-        for compute, places in ((point_velocity, points), (IMPULSE.compute, posed.places("contact")), (JOINTS[2].compute, knee))
+        for compute, places in (
+            (point_velocity, points),
+            (IMPULSE.compute, posed.places("contact")),
+            (JOINTS[2].compute, knee),
+        )
     )
-    return Peaks(jump, acceleration, force, torque if posed.joint_model.armature.any() else math.nan)
+    return Peaks(
+        jump, acceleration, force, torque if posed.joint_model.armature.any() else math.nan
+    )
 
 
 @functools.cache
 def _modes(rotor: float) -> tuple[Array, Array]:
-    """Frequencies [rad/s] of the leg of frame elements, from the lowest, and shapes of unit modal mass."""
+    """Frequencies [rad/s] of the leg of frame elements, from the lowest, and shapes of unit modal
+    mass.
+    """
     leg = frame_leg(rotor)
     inverse = np.linalg.inv(np.linalg.cholesky(leg.M))
     squares, shapes = np.linalg.eigh(inverse @ leg.K @ inverse.T)
@@ -162,10 +191,14 @@ def struck_frames(stiffness: float, rotor: float = ROTOR) -> Peaks:
     contact = Elements.alike(leg.foot @ shapes, stiffness, 1.0, 0, np.array([False, True]))
     springs = Elements.alike(np.eye(RIGID + MODES)[RIGID:], omega[RIGID:] ** 2)
     with one_thread(RIGID + MODES):
-        motion = simulate_landing(np.eye(RIGID + MODES), Elements.joined(contact, springs), shapes.T @ leg.M @ leg.falling)
+        motion = simulate_landing(
+            np.eye(RIGID + MODES), Elements.joined(contact, springs), shapes.T @ leg.M @ leg.falling
+        )
         accelerations = shapes @ motion.response
         force = motion.peak(np.eye(2, len(motion.elements.rows))[None])[0]
         trunk = motion.peak(accelerations[None, :2])[0]
         torque = motion.peak((rotor * leg.knee @ accelerations)[None, None])[0]
     jump = np.linalg.norm(shapes[:2] @ motion.at(np.array([motion.duration])).jump[0])
-    return Peaks(float(jump), float(trunk[0]), float(force[0]), float(torque[0]) if rotor else math.nan)
+    return Peaks(
+        float(jump), float(trunk[0]), float(force[0]), float(torque[0]) if rotor else math.nan
+    )

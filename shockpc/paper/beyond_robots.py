@@ -1,4 +1,6 @@
-"""Robots whose legs bend: what rigid links are off by, over the duration of contact and the first bending frequency."""
+"""Robots whose legs bend: what rigid links are off by, over the duration of contact and the first
+bending frequency.
+"""
 
 import functools
 import itertools
@@ -18,7 +20,11 @@ from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
 
-LANDINGS = (("go2", "FL_foot", "go2"), ("g1", "left_ankle_roll_link", "g1"), ("talos", "left_sole_link", None))
+LANDINGS = (
+    ("go2", "FL_foot", "go2"),
+    ("g1", "left_ankle_roll_link", "g1"),
+    ("talos", "left_sole_link", None),
+)
 """Robots, their feet and their drives."""
 
 LAWS: dict[str, tuple[Contact, Literal["hysteresis", "damper"] | None]] = {
@@ -29,7 +35,9 @@ LAWS: dict[str, tuple[Contact, Literal["hysteresis", "damper"] | None]] = {
 """How contacts lose energy."""
 
 RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""Tc f1: duration of contact with rigid links, times the first bending frequency of the free robot with its rotors."""
+"""Tc f1: duration of contact with rigid links, times the first bending frequency of the free robot
+with its rotors.
+"""
 
 STIFFNESS = 1e5
 """Of the contacts [N/m]. With EI scaled to give Tc f1, it has no effect on what is compared."""
@@ -52,7 +60,9 @@ class Errors(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """What rigid links are off by: the robot, the law of its contact, Tc f1, EI of the links of the leg [N m²], and the errors."""
+    """What rigid links are off by: the robot, the law of its contact, Tc f1, EI of the links of the
+    leg [N m²], and the errors.
+    """
 
     robot: str
     law: str
@@ -64,7 +74,11 @@ class Compared(NamedTuple):
 @functools.cache
 def robot_study() -> tuple[Compared, ...]:
     """The landings with each law, at each of `RATIOS`; the links from foot to base bend."""
-    return tuple(itertools.chain.from_iterable(_compared(landing, law) for landing in LANDINGS for law in LAWS))
+    return tuple(
+        itertools.chain.from_iterable(
+            _compared(landing, law) for landing in LANDINGS for law in LAWS
+        )
+    )
 
 
 def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
@@ -84,24 +98,39 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
         point=(Point(frame=robot.bodies[body].name),),
     )
     posed = resolve(scene, robot)
-    unit = float(flexible_landing(posed, tuple((link, Flex(EI=1.0)) for link in links)).elastic_frequencies()[0])
+    unit = float(
+        flexible_landing(
+            posed, tuple((link, Flex(EI=1.0)) for link in links)
+        ).elastic_frequencies()[0]
+    )
     rows = contact_rows(posed, stands=True)
     duration = math.pi / rows.frequency(np.full(len(rows.J), STIFFNESS), np.zeros((0, len(rows.M))))
     compared, expected = [], _read(CompliantLanding(posed))
     for ratio in RATIOS:
         EI = (ratio / (duration * unit)) ** 2
-        found = _read(CompliantLanding(resolve(replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}")), robot)))
+        found = _read(
+            CompliantLanding(
+                resolve(replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}")), robot)
+            )
+        )
         off = np.abs(found - expected)
-        errors = Errors(*[*(off[:3] / expected[:3]).tolist(), float(off[3:].max() / expected[3:].max())])
+        errors = Errors(
+            *[*(off[:3] / expected[:3]).tolist(), float(off[3:].max() / expected[3:].max())]
+        )
         compared.append(Compared(name, law, ratio, EI, errors))
     return compared
 
 
 def _read(landing: CompliantLanding) -> np.ndarray:
-    """Jump and largest acceleration of the base, largest force of the contact, and largest torques or forces along joints."""
+    """Jump and largest acceleration of the base, largest force of the contact, and largest torques
+    or forces along joints.
+    """
     posed = landing.landing
     points = posed.places("point")[-1:]
     jump = np.linalg.norm(landing.ends(point_velocity, points)[0, 1], axis=-1)
-    peaks = [landing.peaks(point_velocity, points), landing.peaks(IMPULSE.compute, posed.places("contact"))]
+    peaks = [
+        landing.peaks(point_velocity, points),
+        landing.peaks(IMPULSE.compute, posed.places("contact")),
+    ]
     along = landing.peaks(JOINTS[2].compute, posed.places("joint"))
     return np.concatenate([jump, *(values for values, _ in (*peaks, along))])

@@ -1,4 +1,6 @@
-"""Claims of the paper and its figures as records: what is said, how it is interpreted, what is computed, and when it holds."""
+"""Claims of the paper and its figures as records: what is said, how it is interpreted, what is
+computed, and when it holds.
+"""
 
 import math
 from collections.abc import Callable
@@ -25,7 +27,8 @@ class Claim:
         statement: section, equation, figure or footnote of the paper, and what it says there.
         quantity: name and unit of the value.
         compute: function that returns the value; without arguments under the interpretation.
-        interpretation: how the statement is made computable, including the choice of what the text leaves open.
+        interpretation: how the statement is made computable, including the choice of what the text
+            leaves open.
         above, below: bounds of the value.
         options: other interpretations.
     """
@@ -51,19 +54,31 @@ class Claim:
     @cached_property
     def alternatives(self) -> dict[str, float]:
         """Those of the other interpretations that change the outcome, with their values."""
-        values = {name: float(self.compute(**arguments)) for name, arguments in self.options.items()}
-        return {name: value for name, value in values.items() if (self.above < value < self.below) != self.holds}
+        values = {
+            name: float(self.compute(**arguments)) for name, arguments in self.options.items()
+        }
+        return {
+            name: value
+            for name, value in values.items()
+            if (self.above < value < self.below) != self.holds
+        }
 
     @property
     def criterion(self) -> str:
         """The bounds in words."""
         if math.isinf(self.above):
             return f"below {self.below:.4g}"
-        return f"above {self.above:.4g}" if math.isinf(self.below) else f"between {self.above:.4g} and {self.below:.4g}"
+        return (
+            f"above {self.above:.4g}"
+            if math.isinf(self.below)
+            else f"between {self.above:.4g} and {self.below:.4g}"
+        )
 
 
 class Panel(NamedTuple):
-    """One panel of a figure: the letter or angle under it, the name of its scene file without ".toml", and what it shows."""
+    """One panel of a figure: the letter or angle under it, the name of its scene file without
+    ".toml", and what it shows.
+    """
 
     label: str
     scene: str

@@ -10,11 +10,16 @@ from shockpc.cli.options import OutputOptions, in_output
 )
 def paper(
     *,
-    figures: tuple[str, ...] = argument("Numbers of figures: 1, 2, 3, 5. [default: all]", "[FIGURE]..."),
-    beyond: bool = in_output(
-        "What the paper leaves out: what its rigid answer is off by for bodies that bend, in place of its figures and claims."
+    figures: tuple[str, ...] = argument(
+        "Numbers of figures: 1, 2, 3, 5. [default: all]", "[FIGURE]..."
     ),
-    verbose: bool = in_output("Also show the interpretations that change an outcome, and the bodies of every figure."),
+    beyond: bool = in_output(
+        "What the paper leaves out: what its rigid answer is off by for bodies that bend, in place "
+        "of its figures and claims."
+    ),
+    verbose: bool = in_output(
+        "Also show the interpretations that change an outcome, and the bodies of every figure."
+    ),
     output: OutputOptions,
 ) -> None:
     from shockpc.cli.output import emit

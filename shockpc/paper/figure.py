@@ -29,11 +29,16 @@ GAP, BAR = 0.15, 4.6
 
 
 def draw_panels(
-    profiles: Sequence[ShockProfile], title: str, labels: Sequence[str], captions: Sequence[Sequence[str]], note: str = ""
+    profiles: Sequence[ShockProfile],
+    title: str,
+    labels: Sequence[str],
+    captions: Sequence[Sequence[str]],
+    note: str = "",
 ) -> Figure:
     """Draw landings from left to right.
 
-    A body has the same number in every panel, and so has its centre of percussion. Centres outside a panel are given under it.
+    A body has the same number in every panel, and so has its centre of percussion. Centres outside
+    a panel are given under it.
 
     Args:
         profiles: of the landings, each with a panel.
@@ -43,16 +48,29 @@ def draw_panels(
         note: under the tables, in italics.
     """
     views = [view_of(profile) for profile in profiles]
-    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbers]
+    chosen = [
+        profile.bodies[i]
+        for profile, view in zip(profiles, views, strict=True)
+        for i in view.numbers
+    ]
     number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
-    numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
+    numbers = [
+        {i: number[name] for i, name in enumerate(profile.bodies) if name in number}
+        for profile in profiles
+    ]
     views = [view._replace(numbers=by_body) for view, by_body in zip(views, numbers, strict=True)]
     windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
-    under = [[*lines, *_outside(*panel)] for lines, panel in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
+    under = [
+        [*lines, *_outside(*panel)]
+        for lines, panel in zip(captions, zip(profiles, views, windows, strict=True), strict=True)
+    ]
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
     models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
-    bodies: TableRows = [("", "body"), *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items())]
+    bodies: TableRows = [
+        ("", "body"),
+        *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items()),
+    ]
     page = Page(
         LEFT + width,
         windows[0].sides[1] + foot,
@@ -61,7 +79,9 @@ def draw_panels(
         [note],
     )
     y = page.low + foot
-    for middle, window, texts in zip(draw_row(page, y, views, windows, labels, GAP), windows, under, strict=True):
+    for middle, window, texts in zip(
+        draw_row(page, y, views, windows, labels, GAP), windows, under, strict=True
+    ):
         for n, text in enumerate(texts):
             page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
     page.bar(LEFT, BAR)
@@ -70,13 +90,20 @@ def draw_panels(
 
 
 def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[TableRows]:
-    """What the letters of sensors mean: one table, or one for each panel if they mean different ones."""
+    """What the letters of sensors mean: one table, or one for each panel if they mean different
+    ones.
+    """
     tables: list[TableRows] = [
-        [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)] for profile in profiles
+        [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)]
+        for profile in profiles
     ]
     if all(rows == tables[0] for rows in tables):
         return [[("", "sensor or point"), *tables[0]]] if tables[0] else []
-    return [[("", f"sensor or point of {label}"), *rows] for label, rows in zip(labels, tables, strict=True) if rows]
+    return [
+        [("", f"sensor or point of {label}"), *rows]
+        for label, rows in zip(labels, tables, strict=True)
+        if rows
+    ]
 
 
 def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
@@ -84,12 +111,15 @@ def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
     lines = [f"strike angle {angle_text(profile)} deg"]
     for i, number in view.numbers.items():
         if i in view.centres and not window.holds(view.centres[i], 0.05):
-            lines.append("CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0))
+            lines.append(
+                "CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0)
+            )
     return lines
 
 
 def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit: float) -> Figure:
-    """Draw errors over the duration of contact times the first bending frequency, in panels beside and below each other.
+    """Draw errors over the duration of contact times the first bending frequency, in panels beside
+    and below each other.
 
     Args:
         title: of the figure.
@@ -98,7 +128,9 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
     """
     columns = min(len(panels), 2 if len(panels) == 4 else 3)
     figure = new_chart(3.2 * columns + 2.6, 3.0 * math.ceil(len(panels) / columns) + 0.8, title)
-    grid = figure.subplots(math.ceil(len(panels) / columns), columns, sharex=True, sharey=True, squeeze=False)
+    grid = figure.subplots(
+        math.ceil(len(panels) / columns), columns, sharex=True, sharey=True, squeeze=False
+    )
     named: dict[str, Artist] = {}
     for axes, (text, lines, dots) in zip(grid.flat, panels, strict=True):
         axes.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
@@ -107,15 +139,23 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
         for colour, style, (name, values) in zip(CURVES, STYLES, lines.items(), strict=False):
             axes.plot(*values, linestyle=style, color=colour, label=name)
         for colour, mark, (name, values) in zip(CURVES, MARKS, dots.items(), strict=False):
-            axes.plot(*values, mark, color=colour, markersize=4.0, markerfacecolor="none", label=name)
+            axes.plot(
+                *values, mark, color=colour, markersize=4.0, markerfacecolor="none", label=name
+            )
         named |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.grid(True)
     low, high = grid[0, 0].get_xbound()
     for axes in grid.flat:
-        axes.set_xticks(ticks := [tick for tick in TICKS if low <= tick <= high], [f"{tick:g}" for tick in ticks])
+        axes.set_xticks(
+            ticks := [tick for tick in TICKS if low <= tick <= high],
+            [f"{tick:g}" for tick in ticks],
+        )
         axes.minorticks_off()
         axes.yaxis.set_major_formatter("{x:g}")
-    figure.supxlabel("duration of contact over the period of the first bending mode, Tc f1 = Tc/T1 [-]", fontsize=8.0)
+    figure.supxlabel(
+        "duration of contact over the period of the first bending mode, Tc f1 = Tc/T1 [-]",
+        fontsize=8.0,
+    )
     figure.supylabel("error [-]", fontsize=8.0)
     figure.legend(list(named.values()), list(named), loc="outside right upper")
     return figure

@@ -1,6 +1,8 @@
-"""A planar leg of two tubes in frame elements of Euler and Bernoulli: a trunk, a thigh and a shank, with a rotor in each joint.
+"""A planar leg of two tubes in frame elements of Euler and Bernoulli: a trunk, a thigh and a shank,
+with a rotor in each joint.
 
-Between two nodes a tube stretches and bends with cubic shapes; mass and stiffness are those of its shapes, nothing is lumped.
+Between two nodes a tube stretches and bends with cubic shapes; mass and stiffness are those of its
+shapes, nothing is lumped.
 """
 
 from itertools import pairwise
@@ -11,7 +13,9 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 TRUNK, TRUNK_INERTIA, ROTOR = 5.0, 0.05, 5e-3
-"""Mass [kg] and moment of inertia of the trunk, at the hip, and inertia of each rotor behind its gear [kg m²]."""
+"""Mass [kg] and moment of inertia of the trunk, at the hip, and inertia of each rotor behind its
+gear [kg m²].
+"""
 
 LENGTH, OUTER, INNER, YOUNG, DENSITY = 0.2, 0.025, 0.021, 70e9, 2700.0
 """Of each tube, of aluminium [m, Pa, kg/m³]."""
@@ -28,7 +32,8 @@ ELEMENTS = 12
 
 
 class FrameLeg(NamedTuple):
-    """The leg in n coordinates: trunk (x, z, angle), then the nodes of the tubes, which share x and z at hip and knee.
+    """The leg in n coordinates: trunk (x, z, angle), then the nodes of the tubes, which share x and
+    z at hip and knee.
 
     Attributes:
         M: (n, n) inertia.
@@ -50,7 +55,9 @@ def frame_leg(rotor: float = ROTOR) -> FrameLeg:
     m = 3 * ELEMENTS
     thigh = [[0, 1, 3]] + [[4 + 3 * i + c for c in range(3)] for i in range(ELEMENTS)]
     hinge, first = thigh[-1], 4 + m
-    shank = [[hinge[0], hinge[1], first]] + [[first + 1 + 3 * i + c for c in range(3)] for i in range(ELEMENTS)]
+    shank = [[hinge[0], hinge[1], first]] + [
+        [first + 1 + 3 * i + c for c in range(3)] for i in range(ELEMENTS)
+    ]
     n = first + 1 + m
     M, K, turns = np.zeros((n, n)), np.zeros((n, n)), np.zeros((2, n))
     M[0, 0] = M[1, 1] = TRUNK
@@ -69,19 +76,40 @@ def frame_leg(rotor: float = ROTOR) -> FrameLeg:
 
 
 def _element(angle: float) -> tuple[Array, Array]:
-    """Stiffness and inertia (6, 6) of one element, along x and z and about y at both ends. Args: angle, of its tube [rad]."""
+    """Stiffness and inertia (6, 6) of one element, along x and z and about y at both ends.
+
+    Args: angle, of its tube [rad].
+    """
     length, mass = LENGTH / ELEMENTS, MASS / ELEMENTS
-    along, across = np.array([-np.sin(angle), -np.cos(angle)]), np.array([np.cos(angle), -np.sin(angle)])
-    turn = np.zeros((6, 6))  # to displacements along and across the element, and angles from `along` to `across`
+    along, across = (
+        np.array([-np.sin(angle), -np.cos(angle)]),
+        np.array([np.cos(angle), -np.sin(angle)]),
+    )
+    # to displacements along and across the element, and angles from `along` to `across`
+    turn = np.zeros((6, 6))
     for end in (0, 3):
-        turn[end, end : end + 2], turn[end + 1, end : end + 2], turn[end + 2, end + 2] = along, across, -1.0
+        turn[end, end : end + 2], turn[end + 1, end : end + 2], turn[end + 2, end + 2] = (
+            along,
+            across,
+            -1.0,
+        )
     k, inertia = np.zeros((6, 6)), np.zeros((6, 6))
     a, b = np.ix_([0, 3], [0, 3]), np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
     size = np.outer([1.0, length, 1.0, length], [1.0, length, 1.0, length])
     k[a] = EA / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    k[b] = EI / length**3 * size * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    k[b] = (
+        EI
+        / length**3
+        * size
+        * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    )
     inertia[a] = mass / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
-    inertia[b] = mass / 420.0 * size * np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    inertia[b] = (
+        mass
+        / 420.0
+        * size
+        * np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    )
     return turn.T @ k @ turn, turn.T @ inertia @ turn
 
 
@@ -90,11 +118,17 @@ def urdf() -> str:
 
     def link(name: str, mass: float, z: float, about: float, along: float) -> str:
         inertia = f'<inertia ixx="{about}" iyy="{about}" izz="{along}" ixy="0" ixz="0" iyz="0"/>'
-        return f'<link name="{name}"><inertial><origin xyz="0 0 {z}"/><mass value="{mass}"/>{inertia}</inertial></link>'
+        return (
+            f'<link name="{name}"><inertial><origin xyz="0 0 {z}"/><mass '
+            f'value="{mass}"/>{inertia}</inertial></link>'
+        )
 
     def joint(name: str, parent: str, child: str, z: float, kind: str = "continuous") -> str:
         ends = f'<parent link="{parent}"/><child link="{child}"/>'
-        return f'<joint name="{name}" type="{kind}">{ends}<origin xyz="0 0 {z}"/><axis xyz="0 1 0"/></joint>'
+        return (
+            f'<joint name="{name}" type="{kind}">{ends}<origin xyz="0 0 {z}"/><axis xyz="0 1 '
+            f'0"/></joint>'
+        )
 
     tube = MASS, -LENGTH / 2.0, MASS * LENGTH**2 / 12.0, 1e-7
     return (

@@ -1,4 +1,6 @@
-"""Figures 2 and 4, and Sections 3.4 and 5: the claims about the human leg and about chains of bodies."""
+"""Figures 2 and 4, and Sections 3.4 and 5: the claims about the human leg and about chains of
+bodies.
+"""
 
 import functools
 import itertools
@@ -24,7 +26,8 @@ OPEN: Options = {
 LEG = PaperFigure(
     2,
     "a human leg",
-    "The text gives neither the strike angles nor the angle of the lower leg; the scene files state the values chosen here.",
+    "The text gives neither the strike angles nor the angle of the lower leg; the scene files "
+    "state the values chosen here.",
     (
         Panel("A", "fig2_a", "walking"),
         Panel("B", "fig2_b", "running"),
@@ -35,12 +38,17 @@ LEG = PaperFigure(
     ),
 )
 chain = functools.partial(LEG.claim, interpretation="cases A to F as drawn", options=OPEN)
-level = functools.partial(LEG.claim, interpretation="leg upright, foot level and struck along its normal")
+level = functools.partial(
+    LEG.claim, interpretation="leg upright, foot level and struck along its normal"
+)
 
 
 @functools.cache
 def cases(
-    lower_leg: float = 0.0, strikes: tuple[float, float, float] = (15.0, 45.0, 75.0), steep: float = 15.0, ankle: float = 105.0
+    lower_leg: float = 0.0,
+    strikes: tuple[float, float, float] = (15.0, 45.0, 75.0),
+    steep: float = 15.0,
+    ankle: float = 105.0,
 ) -> tuple[ShockProfile, ...]:
     """Cases A to F of Figure 2.
 
@@ -52,19 +60,24 @@ def cases(
     """
     profiles = []
     for letter, angle in zip("abcdef", (*strikes, strikes[2], steep, steep), strict=True):
-        joints = {"knee": lower_leg - 15.0} | ({"ankle": ankle} if letter == "f" else {})  # the upper leg is at 15 degrees
+        # the upper leg is at 15 degrees
+        joints = {"knee": lower_leg - 15.0} | ({"ankle": ankle} if letter == "f" else {})
         profiles.append(land(f"fig2_{letter}", joints, strike=Strike(strike_angle_deg=angle)))
     return tuple(profiles)
 
 
 def reductions(**how: Any) -> dict[str, float]:
-    """By how much case F lowers the largest shock of every link of case E [%]; arguments as for `cases`."""
+    """By how much case F lowers the largest shock of every link of case E [%]; arguments as for
+    `cases`.
+    """
     without, with_foot = map(largest, cases(**how)[4:])
     return {body: 100.0 * (1.0 - with_foot[body] / shock) for body, shock in without.items()}
 
 
 def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
-    """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over its length [1]."""
+    """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over
+    its length [1].
+    """
     front, _, height = profile.copc[profile.bodies.index("lower_leg")] / 0.4
     return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
@@ -76,15 +89,20 @@ def _shown(torso: bool = False, figure_5: Sequence[float] = (), **how: Any) -> l
 
 
 def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float:
-    """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its length [1]."""
+    """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its
+    length [1].
+    """
     low, high = middle_lines(profile)[body]
     axis = high - low
     off = profile.copc[profile.bodies.index(body)] - low - 2.0 / 3.0 * axis
-    return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
+    return float(
+        np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis)
+    )
 
 
 @chain(
-    "Section 3.4: when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
+    "Section 3.4: when the robot moves forward, the CoPc of the struck lower leg lies on its front "
+    "side",
     "smallest distance of the CoPc in front of the lower leg, over its length [1]",
     above=ROUNDING,
     interpretation="cases A to E as drawn",
@@ -97,13 +115,20 @@ def _in_front(**how: Any) -> float:
     "Section 3.4: upper bodies are generally subject to less shock",
     "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
     below=1.0 - ROUNDING,
-    options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": (0.0,)}},
+    options=OPEN
+    | {
+        "largest shock on the middle line of a body": {"on_line": True},
+        "Figure 5 at 0°": {"figure_5": (0.0,)},
+    },
 )
 def _rise(on_line: bool = False, **how: Any) -> float:
     ratios = []
     for profile in _shown(**how):
         at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
-        shock = [on_its_line if on_line else at_com[body] for body, on_its_line in largest(profile).items()]
+        shock = [
+            on_its_line if on_line else at_com[body]
+            for body, on_its_line in largest(profile).items()
+        ]
         ratios += [upper / lower for lower, upper in itertools.pairwise(shock)]
     return max(ratios)
 
@@ -113,26 +138,39 @@ def _rise(on_line: bool = False, **how: Any) -> float:
     "largest distance of the CoPc from the joint above over that from the joint below [1]",
     below=1.0 - ROUNDING,
     interpretation="upper leg, cases D to F as drawn",
-    options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": (0.0,)}},
+    options=OPEN
+    | {
+        "lower leg": {"body": "lower_leg"},
+        "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": (0.0,)},
+    },
 )
 def _nearer(body: str = "upper_leg", **how: Any) -> float:
     # By Eq. 2 the ratio of the distances is that of the shocks there.
-    return max(float(np.divide(*along(profile, body, 2)[::-1])) for profile in _shown(torso=True, **how))
+    return max(
+        float(np.divide(*along(profile, body, 2)[::-1])) for profile in _shown(torso=True, **how)
+    )
 
 
 @level(
-    "Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
+    "Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides "
+    "with the next joint",
     "largest shock above the foot, a third of which lies behind the ankle [1]",
     below=ROUNDING,
-    options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
+    options={
+        "foot ends at the ankle": {"heel": "0"},
+        "struck 15° from the normal": {"strike": 15.0},
+    },
 )
 def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
-    _, *above = largest(land(cases(steep=strike, ankle=90.0)[5].scene, xacro={"heel": heel})).values()
+    _, *above = largest(
+        land(cases(steep=strike, ankle=90.0)[5].scene, xacro={"heel": heel})
+    ).values()
     return max(above)
 
 
 @level(
-    "Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
+    "Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational "
+    "component of the shock",
     "largest shock of the lower leg over that without the foot [1]",
     below=0.5,
     options={"struck 45° from the normal": {"strike": 45.0}},
@@ -183,7 +221,8 @@ def _least_reduction(**how: Any) -> float:
 
 
 @chain(
-    "Footnote 4: the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
+    "Footnote 4: the vertical impulse exceeds the horizontal one, so nothing slips at a friction "
+    "coefficient of 1",
     "largest friction coefficient that a contact needs [1]",
     below=1.0,
 )
@@ -201,7 +240,9 @@ def _friction(**how: Any) -> float:
     options={"case B": {"case": 1}, "case C": {"case": 2}},
 )
 def _moved_imu(case: int = 0) -> float:
-    old, new = cases()[case].shock_at("lower_leg", 0.4 * np.array([[0.0, 0.0, -0.5], [0.1, 0.0, -0.6]]))
+    old, new = cases()[case].shock_at(
+        "lower_leg", 0.4 * np.array([[0.0, 0.0, -0.5], [0.1, 0.0, -0.6]])
+    )
     return float(new / old)
 
 
@@ -217,12 +258,16 @@ def _torso_by_eq_1(in_plane: bool = False, **how: Any) -> float:
 
 
 @chain(
-    "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
+    "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but "
+    "below its top",
     "largest distance of the place of minimum shock from 3/4 of the torso, over its length [1]",
     below=0.25,
     interpretation="cases D to F as drawn",
     options=OPEN | {"Figure 5": {"figure_5": ANGLES}},
 )
 def _off_three_quarters(**how: Any) -> float:
-    places = [float(np.argmin(along(profile, "torso", 121))) / 120.0 for profile in _shown(torso=True, **how)]
+    places = [
+        float(np.argmin(along(profile, "torso", 121))) / 120.0
+        for profile in _shown(torso=True, **how)
+    ]
     return max(abs(place - 0.75) for place in places)

@@ -14,11 +14,22 @@ ORIGIN, X, Z = np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SEGMENT = (-0.4 * Z, ORIGIN)
 MIDDLE_LINES: dict[str, dict[str, tuple[Array, Array]]] = {
     "beam": {"beam": (ORIGIN, X)},
-    "leg": {"foot": (-0.2 * Z, ORIGIN), "lower_leg": SEGMENT, "upper_leg": SEGMENT, "torso": (ORIGIN, 1.5 * 0.4 * Z)},
+    "leg": {
+        "foot": (-0.2 * Z, ORIGIN),
+        "lower_leg": SEGMENT,
+        "upper_leg": SEGMENT,
+        "torso": (ORIGIN, 1.5 * 0.4 * Z),
+    },
     "skippy": {"torso": (ORIGIN, 0.6 * Z)},
-    "quadruped": {"hind_lower_leg": SEGMENT, "hind_upper_leg": SEGMENT, "torso": (-0.4 * X, 0.4 * X)},
+    "quadruped": {
+        "hind_lower_leg": SEGMENT,
+        "hind_upper_leg": SEGMENT,
+        "torso": (-0.4 * X, 0.4 * X),
+    },
 }
-"""Ends (3,) of the middle lines of slender bodies by robot, in their frames [m]: bodies from the ground up, lower end first."""
+"""Ends (3,) of the middle lines of slender bodies by robot, in their frames [m]: bodies from the
+ground up, lower end first.
+"""
 
 
 def scene(stem: str) -> Scene:
@@ -48,7 +59,9 @@ def land(
     rpy = start.posture.base_rpy_deg if pitch_deg is None else (0.0, pitch_deg, 0.0)
     changed = replace(
         start,
-        posture=replace(start.posture, joints_deg={**start.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy),
+        posture=replace(
+            start.posture, joints_deg={**start.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy
+        ),
         xacro={**start.xacro, **xacro},
         contact=tuple(replace(each, **contact) for each in start.contact),
         **fields,
@@ -58,7 +71,11 @@ def land(
 
 def middle_lines(profile: ShockProfile) -> dict[str, tuple[Array, Array]]:
     """The ends of the middle lines of the bodies that this landing has, from the ground up."""
-    return {body: line for body, line in MIDDLE_LINES[profile.robot.name].items() if body in profile.bodies}
+    return {
+        body: line
+        for body, line in MIDDLE_LINES[profile.robot.name].items()
+        if body in profile.bodies
+    }
 
 
 def along(profile: ShockProfile, body: str, count: int = 41) -> Array:

@@ -14,7 +14,8 @@ from shockpc.paper.panel_landings import along, land
 QUADRUPED = PaperFigure(
     5,
     "a quadruped on its hind leg",
-    "The text does not give the directions of knees and torso; here the hind knee points forward and the nose is up.",
+    "The text does not give the directions of knees and torso; here the hind knee points forward "
+    "and the nose is up.",
     (
         Panel("0°", "fig5_00", "straight legs"),
         Panel("10°", "fig5_10", "leg segments from the vertical"),
@@ -34,13 +35,22 @@ OPEN: Options = {
 }
 """Other values of what the text leaves open, each as arguments of `quadruped`."""
 
-drawn = functools.partial(QUADRUPED.claim, interpretation="hind knee forward, front knee backward, nose up, as drawn", options=OPEN)
+drawn = functools.partial(
+    QUADRUPED.claim,
+    interpretation="hind knee forward, front knee backward, nose up, as drawn",
+    options=OPEN,
+)
 PLACES = ("back end of the torso", "front end of the torso", "hind leg")
 
 
 @functools.cache
 def quadruped(
-    angle: float, hind: float = 1.0, nose: float = 15.0, front: float = -1.0, foot: str = "hind_foot", front_leg: bool = True
+    angle: float,
+    hind: float = 1.0,
+    nose: float = 15.0,
+    front: float = -1.0,
+    foot: str = "hind_foot",
+    front_leg: bool = True,
 ) -> ShockProfile:
     """The landing on one foot.
 
@@ -55,7 +65,9 @@ def quadruped(
     joints = {"hind_hip": hind * angle - nose, "hind_knee": -2.0 * hind * angle}
     if front_leg:
         joints |= {"front_hip": front * angle - nose, "front_knee": -2.0 * front * angle}
-    return land("fig5_00", joints, -nose, xacro={"front": str(front_leg).lower()}, contact={"frame": foot})
+    return land(
+        "fig5_00", joints, -nose, xacro={"front": str(front_leg).lower()}, contact={"frame": foot}
+    )
 
 
 def _torso(*angles: float, **how: Any) -> float:
@@ -84,18 +96,23 @@ def _near_singular(**how: Any) -> float:
 
 
 @drawn(
-    "Section 4.3: the CoPc of the torso moves towards the front as the robot lands with more extended legs",
-    "smallest step of the CoPc to the front from one panel to the next, over the torso's length [1]",
+    "Section 4.3: the CoPc of the torso moves towards the front as the robot lands with more "
+    "extended legs",
+    "smallest step of the CoPc to the front from one panel to the next, over the torso's length "
+    "[1]",
     above=0.0,
 )
 def _step_forward(**how: Any) -> float:
     profiles = [quadruped(angle, **how) for angle in reversed(ANGLES)]
-    places = [float((p.copc_world - p.position)[p.bodies.index("torso"), 0]) / 0.8 for p in profiles]
+    places = [
+        float((p.copc_world - p.position)[p.bodies.index("torso"), 0]) / 0.8 for p in profiles
+    ]
     return min(b - a for a, b in itertools.pairwise(places))
 
 
 @drawn(
-    "Section 4.3: at 10° the shock in the front side is more than a factor of two lower than in the back side",
+    "Section 4.3: at 10° the shock in the front side is more than a factor of two lower than in "
+    "the back side",
     "shock at the back end of the torso over that at its front end [1]",
     above=2.0,
 )
@@ -115,9 +132,16 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
     for angle in ANGLES:
         shocks = []
         for profile in (quadruped(angle), quadruped(angle, front_leg=False)):
-            lower, upper, torso = (along(profile, body, 21) for body in ("hind_lower_leg", "hind_upper_leg", "torso"))
-            shocks.append(dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True)))
-        changes += [np.abs(shocks[0][place] - shocks[1][place]).max(-1) / shocks[0][place].max(-1) for place in places]
+            lower, upper, torso = (
+                along(profile, body, 21) for body in ("hind_lower_leg", "hind_upper_leg", "torso")
+            )
+            shocks.append(
+                dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True))
+            )
+        changes += [
+            np.abs(shocks[0][place] - shocks[1][place]).max(-1) / shocks[0][place].max(-1)
+            for place in places
+        ]
     return float(max(change.max() for change in changes))
 
 
@@ -146,5 +170,7 @@ def _geared(angle: float = 30.0, **joints: Any) -> float:
 def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> float:
     # Turned about on its front leg: hind becomes front, nose up nose down.
     original = [along(quadruped(angle, hind, nose, front), "torso", 21) for angle in ANGLES]
-    other = [along(quadruped(angle, -front, -nose, -hind, "front_foot"), "torso", 21) for angle in ANGLES]
+    other = [
+        along(quadruped(angle, -front, -nose, -hind, "front_foot"), "torso", 21) for angle in ANGLES
+    ]
     return float(np.abs(np.array(original) - np.array(other)[:, ::-1]).max())

@@ -15,11 +15,20 @@ from shockpc.paper.panel_landings import land, largest, middle_lines
 SKIPPY = PaperFigure(
     3,
     "Skippy",
-    "Assumed, not published with the paper: all masses, most lengths, the drive, and the IMU locations a and b.",
+    "Assumed, not published with the paper: all masses, most lengths, the drive, and the IMU "
+    "locations a and b.",
     (Panel("Skippy", "fig3", "after a vertical jump"),),
 )
 
-ASSUMED = dict(torso_mass=1.5, leg_mass=0.3, foot_mass=0.1, leg_length=0.4, foot_length=0.16, crank_mass=0.03, rod_mass=0.03)
+ASSUMED = dict(
+    torso_mass=1.5,
+    leg_mass=0.3,
+    foot_mass=0.1,
+    leg_length=0.4,
+    foot_length=0.16,
+    crank_mass=0.03,
+    rod_mass=0.03,
+)
 """Assumed values that are halved and doubled, as in the robot's file [kg, m]."""
 
 OPEN: Options = {
@@ -42,7 +51,15 @@ FALL = math.sqrt(2.0 * GRAVITY * 4.0)
 TURN, SWING = 2.0 * math.pi, 10.0
 """Rates of a somersault, one turn a second, and of a swinging foot [rad/s]."""
 
-LANDINGS = ((0, 0, 0), (30, 0, 0), (-30, 0, 0), (0, TURN, 0), (0, -TURN, 0), (0, 0, SWING), (0, 0, -SWING))
+LANDINGS = (
+    (0, 0, 0),
+    (30, 0, 0),
+    (-30, 0, 0),
+    (0, TURN, 0),
+    (0, -TURN, 0),
+    (0, 0, SWING),
+    (0, 0, -SWING),
+)
 """Strike angle [deg], rates of the base and of the ankle [rad/s]."""
 
 EXTREME = "strikes at ±30°, somersaults and a swinging foot both ways; still below 2 %"
@@ -70,12 +87,20 @@ def above_contact(profile: ShockProfile) -> Array:
 
 
 def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockProfile:
-    """Another landing in the same posture: the centre of mass falls at the speed of 4 m, and the robot rotates about it."""
+    """Another landing in the same posture: the centre of mass falls at the speed of 4 m, and the
+    robot rotates about it.
+    """
     still = skippy(**how)
     omega = np.array([0.0, rate, 0.0])
     fall = FALL * np.array([math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))])
-    velocity = fall + np.cross(omega, still.position[0] - still.contacts[0].point - above_contact(still))
-    strike = Strike(velocity=tuple(velocity), angular_velocity=tuple(omega), joint_velocities={"ankle": ankle_rate})
+    velocity = fall + np.cross(
+        omega, still.position[0] - still.contacts[0].point - above_contact(still)
+    )
+    strike = Strike(
+        velocity=tuple(velocity),
+        angular_velocity=tuple(omega),
+        joint_velocities={"ankle": ankle_rate},
+    )
     return land(still.scene, strike=strike)
 
 
@@ -89,7 +114,11 @@ def _at_imus(*profiles: ShockProfile) -> float:
     return 100.0 * max(point.shock for profile in profiles for point in profile.points)
 
 
-@drawn("Section 4.2: the radius of percussion of the torso is as large as 10 m", "RoPc of the torso [m]", above=10.0)
+@drawn(
+    "Section 4.2: the radius of percussion of the torso is as large as 10 m",
+    "RoPc of the torso [m]",
+    above=10.0,
+)
 def _radius(**how: Any) -> float:
     return float(skippy(**how).ropc[0])
 
@@ -121,7 +150,9 @@ def _outside(**how: Any) -> float:
     profile = skippy(**how)
     x, _, z = profile.copc[0]
     _, top = middle_lines(profile)["torso"]
-    return math.hypot(x, max(z - float(top[2]), -z, 0.0)) / (0.5 * float(profile.scene.xacro["side"]))
+    return math.hypot(x, max(z - float(top[2]), -z, 0.0)) / (
+        0.5 * float(profile.scene.xacro["side"])
+    )
 
 
 @drawn(
@@ -134,7 +165,8 @@ def _perpendicular(**how: Any) -> float:
 
 
 @drawn(
-    "Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly",
+    "Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two "
+    "locations significantly",
     "larger shock of the two [%]",
     below=2.0,
     interpretation=EXTREME,
@@ -144,12 +176,18 @@ def _extreme_landings(**how: Any) -> float:
 
 
 @SKIPPY.claim(
-    "Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration",
+    "Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for "
+    "vertical acceleration",
     "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
     above=1.0,
     below=math.sqrt(2.0) * (1.0 + 1e-12),
     interpretation="torso upright, rotated about its forward axis",
-    options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
+    options={
+        "torso leaning, rotated about the axis across the sagittal plane": {
+            "leaning": True,
+            "axes": (2, 0),
+        }
+    },
 )
 def _rotated_imu(axes: tuple[int, int] = (1, 2), leaning: bool = False) -> float:
     reading = land("fig3").rotation[0][2] if leaning else np.array([0.0, 0.0, 1.0])

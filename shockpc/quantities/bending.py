@@ -1,16 +1,19 @@
-"""When links that are taken as rigid are right: from which frequency on their first bending mode makes no difference.
+"""When links that are taken as rigid are right: from which frequency on their first bending mode
+makes no difference.
 
-A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. Several contacts share
-the mass that they stop, so that they last less than each alone. What counts is Tc f1, of the first bending mode f1 of the free
-robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of velocity were within 10 % from Tc f1 = 2
-on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force from 4, the largest torque of a joint from
-7 and other torques from 15 on. With a damper in series with the contact, its force is largest sooner, and Tc is twice the time
-until then.
+A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as
+the pulse. Several contacts share the mass that they stop, so that they last less than each alone.
+What counts is Tc f1, of the first bending mode f1 of the free robot with its rotors. On legs of
+quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of velocity were within 10 % from Tc f1 = 2 on,
+peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force from 4, the
+largest torque of a joint from 7 and other torques from 15 on. With a damper in series with the
+contact, its force is largest sooner, and Tc is twice the time until then.
 
-That is for forces without a step. By hysteresis, a row of a contact with restitution 0 is held from its largest force on. With
-rigid links its force falls to zero at once, or stays until the others let it go. Links that bend, however stiff, swing about that
-force, with as much amplitude as it changed by: the contact opens within a period of theirs, while the ground still slows the foot
-along its tangents, and torques ring.
+That is for forces without a step. By hysteresis, a row of a contact with restitution 0 is held from
+its largest force on. With rigid links its force falls to zero at once, or stays until the others
+let it go. Links that bend, however stiff, swing about that force, with as much amplitude as it
+changed by: the contact opens within a period of theirs, while the ground still slows the foot along
+its tangents, and torques ring.
 """
 
 import math
@@ -30,7 +33,9 @@ from shockpc.text.errors import RobotError
 from shockpc.text.printed import few
 
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
-"""Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a joint, are within 10 %."""
+"""Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a
+joint, are within 10 %.
+"""
 
 STEEP = 0.2
 """Restitution by hysteresis below which the force of a contact falls so fast that it is a step."""
@@ -69,7 +74,9 @@ class Bending(NamedTuple):
         return product / self.contact_time
 
     def stiffest(self, product: float) -> float:
-        """Largest stiffness of a contact [N/m] with which links of metal with these inertias are stiff enough."""
+        """Largest stiffness of a contact [N/m] with which links of metal with these inertias are
+        stiff enough.
+        """
         return self.mass * (math.pi * self.modes.metal / product) ** 2
 
     @property
@@ -82,7 +89,10 @@ class Bending(NamedTuple):
         milliseconds = f"{1e3 * self.contact_time:.2g} ms"
         if math.isnan(self.mass):
             return f"in a pulse of {milliseconds}"
-        return f"on contacts of {self.mass * (math.pi / self.contact_time) ** 2:.3g} N/m ({milliseconds})"
+        return (
+            f"on contacts of {self.mass * (math.pi / self.contact_time) ** 2:.3g} N/m "
+            f"({milliseconds})"
+        )
 
     @property
     def lines(self) -> tuple[str, str]:
@@ -91,8 +101,10 @@ class Bending(NamedTuple):
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
             f"rigid links {self._held}: right to some 10 % if the first bending mode of "
-            f"{few(self.modes.links, 3)}, in the assembled robot, is above {_hertz(lowest[0])} for jumps "
-            f"and accelerometers below 200 Hz, and above {_hertz(lowest[1])} for forces and the largest "
+            f"{few(self.modes.links, 3)}, in the assembled robot, is above {_hertz(lowest[0])} for "
+            f"jumps "
+            f"and accelerometers below 200 Hz, and above {_hertz(lowest[1])} for forces and the "
+            f"largest "
             f"torque (EI of {EI[0]} and {EI[1]} N m²)"
         )
         if self.step:
@@ -100,9 +112,14 @@ class Bending(NamedTuple):
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
-            limits = [f"{1e3 * product / self.modes.metal:.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
+            limits = [
+                f"{1e3 * product / self.modes.metal:.2g}" for product in (FOR_JUMPS, FOR_TORQUES)
+            ]
             reach = f"pulses of {limits[0]} and {limits[1]} ms or longer"
-        metal = f"bars or tubes of metal with these inertias reach {_hertz(self.modes.metal)}, right on {reach}"
+        metal = (
+            f"bars or tubes of metal with these inertias reach {_hertz(self.modes.metal)}, right "
+            f"on {reach}"
+        )
         carbon = f"tubes of carbon fibre at most {_hertz(self.modes.carbon)}"
         return first, f"{metal}; {carbon}; real links are softer: shockpc guide bending"
 
@@ -112,7 +129,8 @@ def _hertz(frequency: float) -> str:
 
 
 def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Bending | None:
-    """When the links of a landing can be taken as rigid: those between the base and the contact with the smallest effective mass.
+    """When the links of a landing can be taken as rigid: those between the base and the contact
+    with the smallest effective mass.
 
     Args:
         landing: the landing.
@@ -153,11 +171,18 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     if of_contact <= of_pulse:
         return Bending(time, mass, modes, step_of_force(landing))
     pulse = landing.pulse.shape if landing.pulse is not None else ""
-    return Bending(time, math.nan, modes, f"a {pulse} has one: {RINGS}; take a half-sine" if pulse in ABRUPT else "")
+    return Bending(
+        time,
+        math.nan,
+        modes,
+        f"a {pulse} has one: {RINGS}; take a half-sine" if pulse in ABRUPT else "",
+    )
 
 
 def step_of_force(landing: PosedLanding) -> str:
-    """Where the force of contacts of finite stiffness has a step, and how to be without; empty if it has none."""
+    """Where the force of contacts of finite stiffness has a step, and how to be without; empty if
+    it has none.
+    """
     from shockpc.impact.contact_rows import row_layout
 
     remedy = f"a step: {RINGS}; take --contact-law damper"
@@ -175,9 +200,12 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
     if found is not None and found.never:
         need, metal = found.lowest(FOR_JUMPS), found.modes.metal
         text = (
-            f"links bend in a contact of {1e3 * found.contact_time:.2g} ms, so peaks and torques may be wrong "
-            f"by factors: the leg's first bending mode would have to be above {_hertz(need)}, but links of "
-            f"metal reach {_hertz(metal)}, and of carbon fibre {_hertz(found.modes.carbon)}. Describe the "
+            f"links bend in a contact of {1e3 * found.contact_time:.2g} ms, so peaks and torques "
+            f"may be wrong "
+            f"by factors: the leg's first bending mode would have to be above {_hertz(need)}, but "
+            f"links of "
+            f"metal reach {_hertz(metal)}, and of carbon fibre {_hertz(found.modes.carbon)}. "
+            f"Describe the "
             "links with flex (--flex), or take a softer contact"
         )
         yield Diagnostic(*BENDS, need / metal, text)
@@ -185,7 +213,11 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
 
 def rings(landing: PosedLanding) -> Iterator[Diagnostic]:
     """A warning where links bend, and the force of contacts has a step. Args: landing."""
-    if landing.scene.flex and landing.scene.contact_stiffness is not None and (step := step_of_force(landing)):
+    if (
+        landing.scene.flex
+        and landing.scene.contact_stiffness is not None
+        and (step := step_of_force(landing))
+    ):
         text = f"links that bend ring after a step of force, and {step}"
         yield Diagnostic("contact", "", None, text)
 
@@ -211,11 +243,26 @@ def _value(k: int) -> Callable[[Impact, Places], Array]:
 
 
 BENDING = tuple(
-    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True, unproven=True)
+    Quantity(
+        key,
+        "robot",
+        title,
+        unit,
+        "neither",
+        _value(k),
+        missing=UNKNOWN,
+        needs_posture=True,
+        unproven=True,
+    )
     for k, (key, title, unit) in enumerate(
         (
             *(
-                (f"{key}_for_{what}", f"{title} above which {what} are those of rigid links, by a force without steps", unit)
+                (
+                    f"{key}_for_{what}",
+                    f"{title} above which {what} are those of rigid links, by a force without "
+                    f"steps",
+                    unit,
+                )
                 for key, title, unit in (
                     ("lowest_bending", "first bending mode of the leg", "Hz"),
                     ("bending_stiffness", "EI of the links of the leg", "N m²"),
@@ -224,7 +271,8 @@ BENDING = tuple(
             ),
             (
                 "bending_of_metal",
-                "first bending mode of the leg if its links were bars or tubes of metal with their inertias",
+                "first bending mode of the leg if its links were bars or tubes of metal with their "
+                "inertias",
                 "Hz",
             ),
         )

@@ -1,4 +1,6 @@
-"""What follows from a coefficient of friction, or from a finite stiffness of the contacts; in double precision, without a proof."""
+"""What follows from a coefficient of friction, or from a finite stiffness of the contacts; in
+double precision, without a proof.
+"""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -38,7 +40,9 @@ GroundOption: TypeAlias = Literal["friction", "contact_stiffness"]
 
 
 def solved_on(landing: PosedLanding, key: GroundOption) -> Any:
-    """The landing with friction, or on contacts of finite stiffness; what solves it is imported where a scene gives the key."""
+    """The landing with friction, or on contacts of finite stiffness; what solves it is imported
+    where a scene gives the key.
+    """
     if key == "friction":
         from shockpc.impact.friction import friction_of
 
@@ -48,13 +52,16 @@ def solved_on(landing: PosedLanding, key: GroundOption) -> Any:
     return compliant_landing(landing)
 
 
-def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact, Places], Any]) -> Quantity:
+def _where_given(
+    entry: Quantity, key: GroundOption, read: Callable[[Any, Impact, Places], Any]
+) -> Quantity:
     """A quantity that exists where the scene gives a key.
 
     Args:
         entry: the quantity.
         key: of the scene.
-        read: its values as those of `Quantity.compute`, of the landing with friction or on contacts of finite stiffness.
+        read: its values as those of `Quantity.compute`, of the landing with friction or on contacts
+            of finite stiffness.
     """
 
     def compute(impact: Impact, places: Places) -> Array:
@@ -62,16 +69,26 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
             return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
         return np.asarray(read(solved_on(impact.landing, key), impact, places))
 
-    missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
-    derived = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
+    missing = "; or ".join(
+        filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing])
+    )
+    derived = Quantity(
+        entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing
+    )
     same = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
     return derived._replace(**same, needs_posture=True, unproven=True)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
-    """A quantity of the impact with friction, in many postures too; of a proven impact as that is where all contacts stick."""
+    """A quantity of the impact with friction, in many postures too; of a proven impact as that is
+    where all contacts stick.
+    """
     named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
-    single = _where_given(named, "friction", lambda friction, impact, places: entry.compute(friction.impact or impact, places))
+    single = _where_given(
+        named,
+        "friction",
+        lambda friction, impact, places: entry.compute(friction.impact or impact, places),
+    )
 
     def compute(impact: Impact, places: Places) -> Array:
         if not isinstance(impact, DoubleImpact) or impact.landing.scene.friction is None:
@@ -86,39 +103,75 @@ def _with_friction(entry: Quantity) -> Quantity:
 
 
 def _sliding(
-    key: str, of: PlaceKind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Any]", vector: bool = False
+    key: str,
+    of: PlaceKind,
+    title: str,
+    unit: str,
+    read: "Callable[[FrictionResult, Places], Any]",
+    vector: bool = False,
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
     entry = Quantity(key, of, title, unit, "greater", read, vector=vector)
-    return _where_given(entry, "friction", lambda friction, _, places: np.array(read(friction, places), dtype=float)[None, None])
+    return _where_given(
+        entry,
+        "friction",
+        lambda friction, _, places: np.array(read(friction, places), dtype=float)[None, None],
+    )
 
 
 def _stiff(
-    key: str, of: PlaceKind, title: str, unit: str, read: "Callable[[CompliantLanding, Places], Array]", missing: str = ""
+    key: str,
+    of: PlaceKind,
+    title: str,
+    unit: str,
+    read: "Callable[[CompliantLanding, Places], Array]",
+    missing: str = "",
 ) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
-    entry = Quantity(key, of, title, unit, "neither" if unit == "s" else "greater", read, missing=missing)
-    return _where_given(entry, "contact_stiffness", lambda compliant, _, places: read(compliant, places)[None, None])
+    entry = Quantity(
+        key, of, title, unit, "neither" if unit == "s" else "greater", read, missing=missing
+    )
+    return _where_given(
+        entry, "contact_stiffness", lambda compliant, _, places: read(compliant, places)[None, None]
+    )
 
 
 def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
-    """A quantity of the jumps from the impact until one of the ends of a landing on contacts of finite stiffness."""
+    """A quantity of the jumps from the impact until one of the ends of a landing on contacts of
+    finite stiffness.
+    """
     compute = cached(entry.compute)
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
-    return _where_given(named, "contact_stiffness", lambda compliant, _, places: compliant.ends(compute, places)[:, end : end + 1])
+    return _where_given(
+        named,
+        "contact_stiffness",
+        lambda compliant, _, places: compliant.ends(compute, places)[:, end : end + 1],
+    )
 
 
 def _wrench(impact: Impact, places: Places) -> Array:
-    """Forces, moments, and the parts along the axes (N, S, 3 n, 3) that n joints carry, one after the other."""
-    force, moment, along = (np.asarray(entry.compute(impact, places)) for entry in (FORCE, MOMENT, ALONG))
+    """Forces, moments, and the parts along the axes (N, S, 3 n, 3) that n joints carry, one after
+    the other.
+    """
+    force, moment, along = (
+        np.asarray(entry.compute(impact, places)) for entry in (FORCE, MOMENT, ALONG)
+    )
     return np.concatenate([force, moment, along[..., None] * np.array([1.0, 0.0, 0.0])], axis=2)
 
 
 def _loads(impact: Impact, _: Places) -> Array:
-    """All whose peaks a landing shows, n vectors (N, S, n, 3): forces of contacts, velocities of points and parts, wrenches."""
+    """All whose peaks a landing shows, n vectors (N, S, n, 3): forces of contacts, velocities of
+    points and parts, wrenches.
+    """
     landing = impact.landing
-    shown = (IMPULSE.compute, landing.contact_places), (point_velocity, _points(landing)), (_wrench, landing.places("joint"))
-    return np.concatenate([np.asarray(compute(impact, places)) for compute, places in shown if places], axis=2)
+    shown = (
+        (IMPULSE.compute, landing.contact_places),
+        (point_velocity, _points(landing)),
+        (_wrench, landing.places("joint")),
+    )
+    return np.concatenate(
+        [np.asarray(compute(impact, places)) for compute, places in shown if places], axis=2
+    )
 
 
 def _points(landing: PosedLanding) -> list[Place]:
@@ -127,7 +180,9 @@ def _points(landing: PosedLanding) -> list[Place]:
 
 
 def _contact_peaks(compliant: "CompliantLanding", places: Places) -> Array:
-    """Peak forces (n,) of contacts [N], and when each is reached [s]; NaN of the end stop of a hinge, which has a torque."""
+    """Peak forces (n,) of contacts [N], and when each is reached [s]; NaN of the end stop of a
+    hinge, which has a torque.
+    """
     numbers, hinge = _numbers(places), [not len(block.forces) for block in compliant.landing.blocks]
     return np.where(np.array(hinge)[numbers], np.nan, np.array(compliant.peaks(_loads))[:, numbers])
 
@@ -135,15 +190,23 @@ def _contact_peaks(compliant: "CompliantLanding", places: Places) -> Array:
 def point_peaks(compliant: "CompliantLanding", places: Places) -> Array:
     """Peak accelerations (n,) of points [m/s²], and when each is reached [s]."""
     landing = compliant.landing
-    index = {(place.body, place.r.tobytes()): k for k, place in enumerate(_points(landing), len(landing.contact_places))}
+    index = {
+        (place.body, place.r.tobytes()): k
+        for k, place in enumerate(_points(landing), len(landing.contact_places))
+    }
     columns = [index.get((place.body, place.r.tobytes()), -1) for place in places]
-    return np.array(compliant.peaks(point_velocity, places)) if -1 in columns else np.array(compliant.peaks(_loads))[:, columns]
+    return (
+        np.array(compliant.peaks(point_velocity, places))
+        if -1 in columns
+        else np.array(compliant.peaks(_loads))[:, columns]
+    )
 
 
 def _joint_peaks(compliant: "CompliantLanding", places: Places) -> Array:
     """Peak forces, moments and torques along the axes (3, n) of joints.
 
-    A torque is zero where it is rounding, and NaN where it is that of a spring before a rotor of unknown inertia.
+    A torque is zero where it is rounding, and NaN where it is that of a spring before a rotor of
+    unknown inertia.
     """
     joints = {place.name: k for k, place in enumerate(compliant.landing.places("joint"))}
     force, moment, along = compliant.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
@@ -160,45 +223,129 @@ def _numbers(places: Places) -> list[int]:
 
 def _of_contacts(values: Array, places: Places) -> Array:
     """Values (n,) of contacts, and none of standing feet. Args: values (c,) of all contacts."""
-    return np.array([values[place.number] if place.number < len(values) else np.nan for place in places])
+    return np.array(
+        [values[place.number] if place.number < len(values) else np.nan for place in places]
+    )
 
 
-PEAK_TORQUE = _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
+PEAK_TORQUE = _stiff(
+    "peak_torque",
+    "joint",
+    "peak torque along the joint's axis",
+    "N m, N",
     lambda found, places: _joint_peaks(found, places)[2],
-    "the joint has more than one axis, or a spring before a rotor of unknown inertia")  # fmt: skip
+    "the joint has more than one axis, or a spring before a rotor of unknown inertia",
+)
 
 GROUND = (
     *(_with_friction(entry) for entry in OF_THE_IMPACT if "friction" in entry.also),
-    _sliding("slip", "contact", "velocity after the impact with friction, world axes", "m/s",
-        lambda found, places: found.velocity[_numbers(places)], vector=True)._replace(size=lambda i, x: float(i.v_in.max())),
-    _sliding("energy_lost_friction", "robot", "kinetic energy lost, with friction", "J",
-        lambda found, places: np.array([found.energy_lost])),
-    _sliding("friction_solutions", "robot", "solutions found with friction", "1",
-        lambda found, places: np.array([found.solutions])),
-    _sliding("friction_residual", "robot", "residual of the laws of friction", "1",
-        lambda found, places: np.array([found.residual])),
-    _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g",
-        lambda found, places: point_peaks(found, places)[0] / GRAVITY),
-    _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
-        lambda found, places: point_peaks(found, places)[1]),
-    _stiff("duration", "contact", "duration of 99 % of the normal impulse", "s",
-        lambda found, places: _of_contacts(found.duration, places)),
-    _stiff("peak_force", "contact", "peak force", "N", lambda found, places: _contact_peaks(found, places)[0]),
-    _stiff("peak_force_time", "contact", "time of the peak force", "s",
-        lambda found, places: _contact_peaks(found, places)[1]),
-    _stiff("peak_joint_force", "joint", "peak force through the joint", "N",
-        lambda found, places: _joint_peaks(found, places)[0]),
-    _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m",
-        lambda found, places: _joint_peaks(found, places)[1]),
+    _sliding(
+        "slip",
+        "contact",
+        "velocity after the impact with friction, world axes",
+        "m/s",
+        lambda found, places: found.velocity[_numbers(places)],
+        vector=True,
+    )._replace(size=lambda i, x: float(i.v_in.max())),
+    _sliding(
+        "energy_lost_friction",
+        "robot",
+        "kinetic energy lost, with friction",
+        "J",
+        lambda found, places: np.array([found.energy_lost]),
+    ),
+    _sliding(
+        "friction_solutions",
+        "robot",
+        "solutions found with friction",
+        "1",
+        lambda found, places: np.array([found.solutions]),
+    ),
+    _sliding(
+        "friction_residual",
+        "robot",
+        "residual of the laws of friction",
+        "1",
+        lambda found, places: np.array([found.residual]),
+    ),
+    _stiff(
+        "peak_acceleration",
+        "point",
+        "peak acceleration on contacts of finite stiffness",
+        "g",
+        lambda found, places: point_peaks(found, places)[0] / GRAVITY,
+    ),
+    _stiff(
+        "peak_acceleration_time",
+        "point",
+        "time of the peak acceleration",
+        "s",
+        lambda found, places: point_peaks(found, places)[1],
+    ),
+    _stiff(
+        "duration",
+        "contact",
+        "duration of 99 % of the normal impulse",
+        "s",
+        lambda found, places: _of_contacts(found.duration, places),
+    ),
+    _stiff(
+        "peak_force",
+        "contact",
+        "peak force",
+        "N",
+        lambda found, places: _contact_peaks(found, places)[0],
+    ),
+    _stiff(
+        "peak_force_time",
+        "contact",
+        "time of the peak force",
+        "s",
+        lambda found, places: _contact_peaks(found, places)[1],
+    ),
+    _stiff(
+        "peak_joint_force",
+        "joint",
+        "peak force through the joint",
+        "N",
+        lambda found, places: _joint_peaks(found, places)[0],
+    ),
+    _stiff(
+        "peak_joint_moment",
+        "joint",
+        "peak moment through the joint",
+        "N m",
+        lambda found, places: _joint_peaks(found, places)[1],
+    ),
     PEAK_TORQUE,
-    _stiff("peak_stop", "joint", "peak torque of the joint's end stop", "N m, N",
-        lambda found, places: np.array([found.stop_peaks.get(place.name, 0.0) for place in places])),
-    _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
-        lambda found, places: _of_contacts(found.restitution, places)),
-    _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",
-        lambda found, places: np.array([found.difference])),
-    _stiff("compression", "robot", "time at which the contacts are compressed", "s",
-        lambda found, places: np.array([found.compressed])),
+    _stiff(
+        "peak_stop",
+        "joint",
+        "peak torque of the joint's end stop",
+        "N m, N",
+        lambda found, places: np.array([found.stop_peaks.get(place.name, 0.0) for place in places]),
+    ),
+    _stiff(
+        "restitution",
+        "contact",
+        "restitution, with the contact's damping",
+        "1",
+        lambda found, places: _of_contacts(found.restitution, places),
+    ),
+    _stiff(
+        "stiffness_difference",
+        "robot",
+        "difference from the impulse model",
+        "1",
+        lambda found, places: np.array([found.difference]),
+    ),
+    _stiff(
+        "compression",
+        "robot",
+        "time at which the contacts are compressed",
+        "s",
+        lambda found, places: np.array([found.compressed]),
+    ),
     *(_after(entry, "compressed", "at the end of compression", 0) for entry in JUMPS),
     *(_after(entry, "separated", "at the end of contact", 1) for entry in JUMPS),
-)  # fmt: skip
+)

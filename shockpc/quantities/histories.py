@@ -16,13 +16,21 @@ SAMPLES = 400
 
 
 def contact_forces(compliant: CompliantLanding, times: Array) -> Array:
-    """Sizes (nc, T) of the forces of the contacts at times (T,) [N; of the end stop of a hinge N m]."""
+    """Sizes (nc, T) of the forces of the contacts at times (T,) [N; of the end stop of a hinge N
+    m].
+    """
     force = compliant.motion.at(times).force
-    return np.stack([np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(compliant.landing.contacts))])
+    return np.stack(
+        [
+            np.linalg.norm(force[:, compliant.number == c], axis=1)
+            for c in range(len(compliant.landing.contacts))
+        ]
+    )
 
 
 def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
-    """Axes of the links that bend, when they do most: points (k, 3), world axes, and how far these are from a straight link [m].
+    """Axes of the links that bend, when they do most: points (k, 3), world axes, and how far these
+    are from a straight link [m].
 
     The points are from the base: where the link begins, its hinges, and where it ends.
     """
@@ -36,7 +44,10 @@ def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
         points = np.vstack([division.places[0] - half, division.places, division.places[-1] + half])
         off = np.zeros((len(moved), *points.shape))
         for segment, place in zip(segments, division.places, strict=True):
-            start, beyond = landing.robot.joints[segment].v.start, np.maximum((points - place) @ division.axis, 0.0)
+            start, beyond = (
+                landing.robot.joints[segment].v.start,
+                np.maximum((points - place) @ division.axis, 0.0),
+            )
             arms = np.cross(division.across[:, None], beyond[:, None] * division.axis)
             off += np.einsum("ta,aki->tki", moved[:, start : start + 2], arms)
         R = landing.state.rotation[0, first]
@@ -45,7 +56,9 @@ def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
     return [(points, off[most]) for points, off in links]
 
 
-def point_accelerations(compliant: CompliantLanding, points: Sequence[Place], times: Array) -> Array:
+def point_accelerations(
+    compliant: CompliantLanding, points: Sequence[Place], times: Array
+) -> Array:
     """Sizes (n, T) of the accelerations of points at times (T,) [g]."""
     rates = compliant.history(point_velocity, tuple(points), times)
     return np.asarray(np.linalg.norm(rates, axis=2).T / GRAVITY)

@@ -50,15 +50,17 @@ class Slider(NamedTuple):
 class LiveLanding(NamedTuple):
     """A landing in whatever posture its sliders say.
 
-    The base stays as the landing has it. Where it tilts, the ground tilts against it instead: a tilt T (3, 3) takes the axes
-    of the landing to those of the world.
+    The base stays as the landing has it. Where it tilts, the ground tilts against it instead: a
+    tilt T (3, 3) takes the axes of the landing to those of the world.
 
     Attributes:
         sliders: of joints, of the contact and of masses.
         tilts: rotations of the base that are possible.
-        program: of the sliders' values, the strike Tᵀ v (3,) and T (9,) row after row: rotations (nb, 3, 3) and positions (nb, 3)
-            of the bodies, body to world and from the base, before the tilt; jumps (nb, 6) in body coordinates; impulses (nc, 3) of
-            the ground before the tilt; impulses through the joints (nj, 7), along the axis, force and moment; and the condition.
+        program: of the sliders' values, the strike Tᵀ v (3,) and T (9,) row after row: rotations
+            (nb, 3, 3) and positions (nb, 3) of the bodies, body to world and from the base, before
+            the tilt; jumps (nb, 6) in body coordinates; impulses (nc, 3) of the ground before the
+            tilt; impulses through the joints (nj, 7), along the axis, force and moment; and the
+            condition.
     """
 
     sliders: tuple[Slider, ...]
@@ -66,21 +68,32 @@ class LiveLanding(NamedTuple):
     program: Program
 
     def javascript(self) -> str:
-        """An expression whose value is a function (x, s, t, out) of the program's inputs, which writes its outputs."""
-        bodies, slots = pieces(self.program, {"x": len(self.sliders), "s": 3, "t": 9}, JAVASCRIPT, "const", 700)
-        parts = ",\n".join("(x,s,t,out)=>{{\n{}\n}}".format(body.replace(";\nconst ", ",\n")) for body in bodies)
+        """An expression whose value is a function (x, s, t, out) of the program's inputs, which
+        writes its outputs.
+        """
+        bodies, slots = pieces(
+            self.program, {"x": len(self.sliders), "s": 3, "t": 9}, JAVASCRIPT, "const", 700
+        )
+        parts = ",\n".join(
+            "(x,s,t,out)=>{{\n{}\n}}".format(body.replace(";\nconst ", ",\n")) for body in bodies
+        )
         run = "for(const part of parts)part(...given)"
-        return f"(()=>{{const w=new Float64Array({slots}),parts=[\n{parts}];return (...given)=>{{{run}}}}})()"
+        return (
+            f"(()=>{{const w=new Float64Array({slots}),parts=[\n{parts}];return "
+            f"(...given)=>{{{run}}}}})()"
+        )
 
 
-def live_landing(landing: PosedLanding, joints: Sequence[str] = (), boxes: Array | None = None) -> LiveLanding:
+def live_landing(
+    landing: PosedLanding, joints: Sequence[str] = (), boxes: Array | None = None
+) -> LiveLanding:
     """A landing with sliders for the joints that carry what strikes.
 
     Args:
         landing: the landing.
         joints: names or globs of further joints.
-        boxes: (nb, 2, 3) least and largest coordinates of each body in its frame, for a contact's place [m]; without them there
-            are no sliders of it.
+        boxes: (nb, 2, 3) least and largest coordinates of each body in its frame, for a contact's
+            place [m]; without them there are no sliders of it.
 
     Raises:
         SceneError, SolveError: it cannot be written in symbols.
@@ -89,12 +102,20 @@ def live_landing(landing: PosedLanding, joints: Sequence[str] = (), boxes: Array
     """
     symbols = symbols_module()
     if not landing.translates:
-        raise SceneError("before the impact the robot rotates, or joints or contacts move on their own; leave that out")
+        raise SceneError(
+            "before the impact the robot rotates, or joints or contacts move on their own; leave "
+            "that out"
+        )
     refuse(landing)
     robot = landing.robot
     moved = list(_moved(landing, joints))
     sliders = [
-        *(Slider("joint", joint.name, joint.unit, joint.value(landing.q), *_range(joint, landing.q)) for joint in moved),
+        *(
+            Slider(
+                "joint", joint.name, joint.unit, joint.value(landing.q), *_range(joint, landing.q)
+            )
+            for joint in moved
+        ),
         *(() if boxes is None else _places(landing.contacts[0], boxes)),
         *_masses(landing),
     ]
@@ -111,7 +132,11 @@ def live_landing(landing: PosedLanding, joints: Sequence[str] = (), boxes: Array
             mass[body] = value
         here = replace(
             landing,
-            q=_configuration(robot, landing.q, dict(zip((joint.name for joint in moved), x[: len(moved)], strict=True))),
+            q=_configuration(
+                robot,
+                landing.q,
+                dict(zip((joint.name for joint in moved), x[: len(moved)], strict=True)),
+            ),
             before=Motion(s, *landing.before[1:]),
             contacts=tuple(_tilted(block, T) for block in contacts),
             stance=tuple(_tilted(block, T) for block in stance),
@@ -123,7 +148,10 @@ def live_landing(landing: PosedLanding, joints: Sequence[str] = (), boxes: Array
         yield impact.strike_jumps
         yield quantity("contact", "impulse").compute(impact, here.places("contact"))
         if places := here.places("joint"):
-            loads = [np.asarray(quantity("joint", key).compute(impact, places)) for key in ("along", "force", "moment")]
+            loads = [
+                np.asarray(quantity("joint", key).compute(impact, places))
+                for key in ("along", "force", "moment")
+            ]
             yield np.concatenate([part.reshape(len(places), -1) for part in loads], axis=1)
         yield impact.condition
 
@@ -135,7 +163,9 @@ def live_landing(landing: PosedLanding, joints: Sequence[str] = (), boxes: Array
         )
     except SingularError as singular:
         raise singular_landing(landing, singular) from None
-    return LiveLanding(tuple(sliders), TILTS[landing.base] if robot.free_base else (), Program.of(made))
+    return LiveLanding(
+        tuple(sliders), TILTS[landing.base] if robot.free_base else (), Program.of(made)
+    )
 
 
 def _moved(landing: PosedLanding, more: Sequence[str]) -> Iterator[Joint]:
@@ -143,7 +173,12 @@ def _moved(landing: PosedLanding, more: Sequence[str]) -> Iterator[Joint]:
     robot = landing.robot
     names = {name for pattern in more for name in robot.match_joints(pattern)}
     carrying = np.asarray(robot.ancestors[[block.body for block in landing.contacts]].any(axis=0))
-    led = {name for mimic in robot.mimics if carrying[robot.joint(mimic.joint).v].any() for name in mimic.leaders}
+    led = {
+        name
+        for mimic in robot.mimics
+        if carrying[robot.joint(mimic.joint).v].any()
+        for name in mimic.leaders
+    }
     for joint in robot.independent_joints:
         if carrying[joint.v].any() or joint.name in led | names:
             yield joint
@@ -170,13 +205,18 @@ def _places(contact: ConstraintBlock, boxes: Array) -> Iterator[Slider]:
     for k, axis in enumerate("xyz"):
         value = float(contact.point[k])
         low, high = boxes[contact.body][:, k].tolist()
-        yield Slider("contact", f"{contact.frame} {axis}", "m", value, min(low, value), max(high, value))
+        yield Slider(
+            "contact", f"{contact.frame} {axis}", "m", value, min(low, value), max(high, value)
+        )
 
 
 def _range(joint: Joint, q: Array) -> tuple[float, float]:
     """Least and largest value of the slider of a joint."""
     value, most = joint.value(q), RANGE if joint.unit == "rad" else 1.0
-    low, high = (limit if np.isfinite(limit) else sign * most for limit, sign in zip(joint.limits, (-1.0, 1.0), strict=True))
+    low, high = (
+        limit if np.isfinite(limit) else sign * most
+        for limit, sign in zip(joint.limits, (-1.0, 1.0), strict=True)
+    )
     return min(low, value), max(high, value)
 
 
@@ -185,7 +225,10 @@ def _configuration(robot: Robot, q: Array, values: dict[str, Any]) -> Numbers:
     found = q.astype(object)
     for mimic in robot.mimics:
         if values.keys() & mimic.leaders.keys():
-            led = (by * values.get(name, robot.joint(name).value(q)) for name, by in mimic.leaders.items())
+            led = (
+                by * values.get(name, robot.joint(name).value(q))
+                for name, by in mimic.leaders.items()
+            )
             values[mimic.joint] = sum(led, start=mimic.offset)
     for name, value in values.items():
         joint = robot.joint(name)
@@ -195,7 +238,11 @@ def _configuration(robot: Robot, q: Array, values: dict[str, Any]) -> Numbers:
 
 def _tilted(block: ConstraintBlock, T: Numbers) -> ConstraintBlock:
     """What is held, where the ground is tilted; rows along all axes stay, as they hold the same."""
-    if block.axes_body >= 0 or (np.linalg.matrix_rank(block.forces) == 3 and not len(block.moments) and block.rebound is None):
+    if block.axes_body >= 0 or (
+        np.linalg.matrix_rank(block.forces) == 3
+        and not len(block.moments)
+        and block.rebound is None
+    ):
         return block
     rebound = None if block.rebound is None else block.rebound @ T
     return block._replace(forces=block.forces @ T, moments=block.moments @ T, rebound=rebound)

@@ -1,4 +1,6 @@
-"""The shock of a landing in many postures as maps from the strike, with their derivatives, by the names of places."""
+"""The shock of a landing in many postures as maps from the strike, with their derivatives, by the
+names of places.
+"""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -32,7 +34,8 @@ class WorstStrike(NamedTuple):
     Attributes:
         shock: (N,) that it causes [1].
         strike: (N,) its index.
-        gradient: (N, nv) of that shock by the tangent of q [1/m, 1/rad]; None where the maps have no derivatives.
+        gradient: (N, nv) of that shock by the tangent of q [1/m, 1/rad]; None where the maps have
+            no derivatives.
     """
 
     shock: Array
@@ -41,23 +44,29 @@ class WorstStrike(NamedTuple):
 
 
 class ShockMaps(NamedTuple):
-    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and speed is a product.
+    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and
+    speed is a product.
 
     Attributes:
         landing: of which these are postures.
         Q: (N, nq) configurations.
-        maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1 m/s along world x, y and z;
-            world axes, double precision [rad/s, m/s].
+        maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1
+            m/s along world x, y and z; world axes, double precision [rad/s, m/s].
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
         rank: (N,) number of independent contact and closure rows.
-        condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
-        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, rounding may show above 1e-9, or
-            joints move so fast that it may be singular, which `shock_profile` refuses.
-        columns: (N, 6, nv) twist that each unit joint velocity gives to the bodies behind it, world axes, about the base.
-        derivatives: (N, nb, 6, 3, nv) of the maps by the tangent of q, Pinocchio's layout: those of a floating base are in its
-            axes. A follower, a locked joint or one of a loop has a column too, in which the others stay. NaN in a singular posture,
-            where fewer rows are independent than beside it, and where a lowest point jumps. None if they were not asked for.
+        condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double
+            precision has no solution.
+        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly,
+            rounding may show above 1e-9, or joints move so fast that it may be singular, which
+            `shock_profile` refuses.
+        columns: (N, 6, nv) twist that each unit joint velocity gives to the bodies behind it, world
+            axes, about the base.
+        derivatives: (N, nb, 6, 3, nv) of the maps by the tangent of q, Pinocchio's layout: those of
+            a floating base are in its axes. A follower, a locked joint or one of a loop has a
+            column too, in which the others stay. NaN in a singular posture, where fewer rows are
+            independent than beside it, and where a lowest point jumps. None if they were not asked
+            for.
     """
 
     landing: Landing
@@ -90,55 +99,75 @@ class ShockMaps(NamedTuple):
         return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ r))
 
     def derivatives_at(self, place: str | int, point: Array | None = None) -> Array:
-        """Derivatives (N, 3, 3, nv) of the maps of a point, as `at`: the point stays where it is on its body.
+        """Derivatives (N, 3, 3, nv) of the maps of a point, as `at`: the point stays where it is on
+        its body.
 
         Raises:
             UnknownName: the robot has no frame of that name.
             StudyError: the maps have no derivatives, or a posture is singular.
         """
         if self.derivatives is None:
-            raise StudyError("these maps have no derivatives; compute them with shock_maps(landing, Q, derivatives=True)")
+            raise StudyError(
+                "these maps have no derivatives; compute them with shock_maps(landing, Q, "
+                "derivatives=True)"
+            )
         body, r = self._where(place, point)
         slopes = self.derivatives[:, body]
         if not np.isfinite(slopes).all():
             singular = np.flatnonzero(~np.isfinite(slopes).all(axis=(1, 2, 3)))
             raise StudyError(
-                f"posture {singular[0]} (of {len(singular)} such) has no derivatives: it is singular, or nearly, so that fewer "
-                "contact and closure rows are independent there than beside it, or several points are the lowest ones of a "
+                f"posture {singular[0]} (of {len(singular)} such) has no derivatives: it is "
+                f"singular, or nearly, so that fewer "
+                "contact and closure rows are independent there than beside it, or several points "
+                "are the lowest ones of a "
                 "contact, which jumps; leave it out, or take a posture beside it"
             )
         n, nv = len(slopes), slopes.shape[-1]
         r = self.rotation[:, body] @ r
         moved = jump_at(slopes.reshape(n, 6, -1), r).reshape(n, 3, 3, nv)
         # r turns with the body: Δω × (ω_k × r).
-        turned = cross(self.columns[:, :3].swapaxes(1, 2) * self.robot.ancestors[body][:, None], r[:, None])
-        return np.asarray(moved + cross(self.maps[:, body, :3].swapaxes(1, 2)[:, :, None], turned[:, None]).transpose(0, 3, 1, 2))
+        turned = cross(
+            self.columns[:, :3].swapaxes(1, 2) * self.robot.ancestors[body][:, None], r[:, None]
+        )
+        return np.asarray(
+            moved
+            + cross(self.maps[:, body, :3].swapaxes(1, 2)[:, :, None], turned[:, None]).transpose(
+                0, 3, 1, 2
+            )
+        )
 
     def delta_v(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:
         """Jumps (N, 3) of the velocity of a point, world axes [m/s].
 
         Args:
             place: as for `at`.
-            strike: (3,) or (N, 3) velocity of the robot before the impact, world axes [m/s]; that of the landing by default.
+            strike: (3,) or (N, 3) velocity of the robot before the impact, world axes [m/s]; that
+                of the landing by default.
 
         Raises:
             UnknownName: the robot has no frame of that name.
-            SceneError: before the landing the robot also rotates, or joints or contacts move: that is no strike along one vector.
+            SceneError: before the landing the robot also rotates, or joints or contacts move: that
+                is no strike along one vector.
         """
         return np.asarray((self.at(place) @ self._strike(strike)[..., None])[..., 0])
 
     def shock(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:
         """Shock |Δv| / v_in (N,) of a point (Eq. 2). Args and errors: as for `delta_v`."""
-        return np.asarray(np.linalg.norm(self.delta_v(place, strike), axis=-1) / np.linalg.norm(self._strike(strike), axis=-1))
+        return np.asarray(
+            np.linalg.norm(self.delta_v(place, strike), axis=-1)
+            / np.linalg.norm(self._strike(strike), axis=-1)
+        )
 
     def gradient(self, quantity: str, strike: Array | Sequence[float] | None = None) -> Array:
         """The derivatives of a quantity of a point by the tangent of q [its unit per m and rad].
 
         Args:
-            quantity: "shock@PLACE" (N, nv), "most_severe@PLACE" (N, nv), or "delta_v@PLACE" (N, 3, nv), world axes.
+            quantity: "shock@PLACE" (N, nv), "most_severe@PLACE" (N, nv), or "delta_v@PLACE" (N, 3,
+                nv), world axes.
             strike: as for `delta_v`.
 
-        Returns: NaN where a shock is zero, or the most severe strike is one of several: there it has a kink.
+        Returns: NaN where a shock is zero, or the most severe strike is one of several: there it
+            has a kink.
 
         Raises:
             StudyError: it is another quantity, or a posture has no derivatives.
@@ -146,7 +175,10 @@ class ShockMaps(NamedTuple):
         """
         key, _, place = quantity.partition("@")
         if key not in GRADIENTS or not place:
-            raise StudyError(f'maps have no gradient of "{quantity}"; valid are ' + ", ".join(f"{key}@PLACE" for key in GRADIENTS))
+            raise StudyError(
+                f'maps have no gradient of "{quantity}"; valid are '
+                + ", ".join(f"{key}@PLACE" for key in GRADIENTS)
+            )
         change = self.derivatives_at(place)
         if key == "most_severe":
             left, s, right = np.linalg.svd(self.at(place))
@@ -159,10 +191,13 @@ class ShockMaps(NamedTuple):
         with np.errstate(invalid="ignore"):
             jump = self.delta_v(place, v)
             unit = jump / np.linalg.norm(jump, axis=-1, keepdims=True)
-            return np.asarray(np.einsum("ni,nik->nk", unit, along) / np.linalg.norm(v, axis=-1, keepdims=True))
+            return np.asarray(
+                np.einsum("ni,nik->nk", unit, along) / np.linalg.norm(v, axis=-1, keepdims=True)
+            )
 
     def worst(self, place: str | int, strikes: Array | Sequence[Sequence[float]]) -> WorstStrike:
-        """The worst shock of a point over some strikes, with its gradient where the maps have derivatives.
+        """The worst shock of a point over some strikes, with its gradient where the maps have
+        derivatives.
 
         Args:
             place: as for `at`.
@@ -173,7 +208,10 @@ class ShockMaps(NamedTuple):
         """
         every = doubles("strikes", strikes)
         if every.ndim != 2 or every.shape[1] != 3 or not len(every):
-            raise SceneError(f"strikes have shape {every.shape}; give rows of three numbers, (S, 3), of at least one strike")
+            raise SceneError(
+                f"strikes have shape {every.shape}; give rows of three numbers, (S, 3), of at "
+                f"least one strike"
+            )
         shocks = np.stack([self.shock(place, strike) for strike in every], axis=1)
         k = shocks.argmax(axis=1)
         name = place if isinstance(place, str) else self.robot.bodies[place].name
@@ -181,7 +219,8 @@ class ShockMaps(NamedTuple):
         return WorstStrike(shocks.max(axis=1), k, slope)
 
     def joint_jumps(self, qd: Array | Sequence[float]) -> Array:
-        """Jumps Δq̇ (N, nv) of all joint velocities, the base's included, for whatever velocity before the impact.
+        """Jumps Δq̇ (N, nv) of all joint velocities, the base's included, for whatever velocity
+        before the impact.
 
         Args:
             qd: (nv,) or (N, nv) velocities before the impact, Pinocchio's layout [rad/s, m/s].
@@ -192,10 +231,11 @@ class ShockMaps(NamedTuple):
         return self._after(qd)[0]
 
     def impulse(self, qd: Array | Sequence[float]) -> Array:
-        """Impulses (N, c, 3) of the ground on the robot at the contacts, then the standing feet, world axes [N s].
+        """Impulses (N, c, 3) of the ground on the robot at the contacts, then the standing feet,
+        world axes [N s].
 
-        NaN where contact or closure rows depend on one another, so that the impulse is not determined. Args and errors: as for
-        `joint_jumps`.
+        NaN where contact or closure rows depend on one another, so that the impulse is not
+        determined. Args and errors: as for `joint_jumps`.
         """
         return self._after(qd)[1]
 
@@ -204,9 +244,14 @@ class ShockMaps(NamedTuple):
         landing, nv, n = self.landing, self.robot.model.nv, len(self.Q)
         rates = doubles("qd", qd)
         if rates.shape not in ((nv,), (n, nv)):
-            raise SceneError(f"qd has shape {rates.shape}; give velocities of shape ({nv},), or ({n}, {nv}) with one row a posture")
+            raise SceneError(
+                f"qd has shape {rates.shape}; give velocities of shape ({nv},), or ({n}, {nv}) "
+                f"with one row a posture"
+            )
         if any(contact.velocity is not None for contact in landing.contacts):
-            raise SceneError("a contact has a velocity, which is no joint velocity; leave it out of the scene")
+            raise SceneError(
+                "a contact has a velocity, which is no joint velocity; leave it out of the scene"
+            )
         rates, jumps, impulses = np.broadcast_to(rates, (n, nv)), np.empty((n, nv)), list[Array]()
         with one_thread(nv):
             for k in range(0, n, CHUNK):
@@ -224,7 +269,10 @@ class ShockMaps(NamedTuple):
             where = point_place(self.robot, point_at(self.robot, place))
             return where.body, where.r
         if place not in range(self.maps.shape[1]):
-            raise SceneError(f"there is no body {place}; give a frame, or the index of a body below {self.maps.shape[1]}")
+            raise SceneError(
+                f"there is no body {place}; give a frame, or the index of a body below "
+                f"{self.maps.shape[1]}"
+            )
         r = np.zeros(3) if point is None else doubles("point", point)
         if r.shape != (3,):
             raise SceneError(f"point has shape {r.shape}; give three numbers")
@@ -234,11 +282,15 @@ class ShockMaps(NamedTuple):
         if strike is not None:
             v = doubles("strike", strike)
             if v.shape not in ((3,), (len(self.Q), 3)) or not np.any(v, axis=-1).all():
-                raise SceneError(f"a strike is a velocity above zero, three numbers, or ({len(self.Q)}, 3) with one row a posture")
+                raise SceneError(
+                    f"a strike is a velocity above zero, three numbers, or ({len(self.Q)}, 3) with "
+                    f"one row a posture"
+                )
             return v
         if not self.landing.translates:
             raise SceneError(
-                "before the impact the robot also rotates, or joints or contacts move independently, so its strike is no single "
+                "before the impact the robot also rotates, or joints or contacts move "
+                "independently, so its strike is no single "
                 "velocity; give the strike, or joint_jumps the joint velocities"
             )
         return self.landing.before.velocity
@@ -256,17 +308,26 @@ def doubles(name: str, values: Any) -> Array:
         array = np.array(np.nan)
     if not np.isfinite(array).all():
         row = f"row {np.argwhere(~np.isfinite(array))[0, 0]} of " if array.ndim > 1 else ""
-        raise SceneError(f"{row}{name} holds a number that is not finite, or something else; give finite numbers")
+        raise SceneError(
+            f"{row}{name} holds a number that is not finite, or something else; give finite numbers"
+        )
     return array
 
 
 def _impulses(landing: Landing, equation: Equation, solution: Solution) -> Array:
-    """Impulses (N, c, 3) at the contacts and standing feet, world axes; NaN where they are not determined."""
+    """Impulses (N, c, 3) at the contacts and standing feet, world axes; NaN where they are not
+    determined.
+    """
     parts = []
     blocks = equation.blocks[: len(landing.contacts) + len(landing.stance)]
     for block, rows in zip(blocks, slices_of(blocks), strict=True):
         forces = slice(rows.start, rows.start + len(block.forces))
-        parts.append((solution.impulse[:, None, forces, 0] @ block_axes(equation.state, block)[:, : len(block.forces)])[:, 0])
+        parts.append(
+            (
+                solution.impulse[:, None, forces, 0]
+                @ block_axes(equation.state, block)[:, : len(block.forces)]
+            )[:, 0]
+        )
         for k, choice in solution.choices.items():
             if not choice.unique[forces].all():
                 parts[-1][k] = np.nan

@@ -1,4 +1,6 @@
-"""Step 3 for the bodies: centres and radii of percussion (shock paper, Eqs. 11 and 12), and shock over their geometry."""
+"""Step 3 for the bodies: centres and radii of percussion (shock paper, Eqs. 11 and 12), and shock
+over their geometry.
+"""
 
 from typing import Any
 
@@ -11,7 +13,14 @@ from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
-from shockpc.quantities.of_points import AT_CENTRE, DELTA_V, MOST_SEVERE, point_velocity, shock, world_position
+from shockpc.quantities.of_points import (
+    AT_CENTRE,
+    DELTA_V,
+    MOST_SEVERE,
+    point_velocity,
+    shock,
+    world_position,
+)
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
@@ -20,7 +29,8 @@ NEGLIGIBLE_ROTATION = 1e-12
 """Share of the strike's speed up to which a body is at rest."""
 
 ROUNDED = 1e-9
-"""Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
+"""Rotation that moves no point of the robot by more than this share of the strike is no rotation:
+files give angles and lengths
 with ten digits or so, and their rounding rotates bodies by as much."""
 
 STILL = "the body does not rotate in the plane"
@@ -41,21 +51,31 @@ def _normal(impact: Impact, places: Places) -> Any:
 
 @cached
 def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
-    """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more than the rounding of files."""
+    """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more
+    than the rounding of files.
+    """
     if not impact.has_values:  # then the centre of a body that does not rotate is infinite or NaN
         still = np.zeros((1, 1, len(places)), dtype=bool)
         return still, still
-    omega, v, normal = (part.astype(float) for part in (*_split(impact, places), _normal(impact, places)))
-    return translation(omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED)
+    omega, v, normal = (
+        part.astype(float) for part in (*_split(impact, places), _normal(impact, places))
+    )
+    return translation(
+        omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED
+    )
 
 
 @cached
 def _percussion(impact: Impact, places: Places) -> Percussion:
     """Centre, radius and pitch; NaN or infinite where a body does not rotate."""
     translates, still = translations(impact, places)
-    result = percussion(*_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still)
+    result = percussion(
+        *_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still
+    )
     copc = np.where(translates[..., None], np.nan, result.copc)
-    return Percussion(copc, np.where(translates, np.inf, result.ropc), np.where(still, np.nan, result.pitch))
+    return Percussion(
+        copc, np.where(translates, np.inf, result.ropc), np.where(still, np.nan, result.pitch)
+    )
 
 
 def _translates(impact: Impact, places: Places) -> Array:
@@ -72,7 +92,10 @@ def _translates(impact: Impact, places: Places) -> Array:
 def _copc_world(impact: Impact, places: Places) -> Any:
     bodies, copc = [place.body for place in places], _percussion(impact, places).copc
     turned = (impact.orientations(bodies)[:, None] @ copc[..., None])[..., 0]
-    world = turned + (impact.state.position[:, bodies] + impact.exact(impact.state.origin)[:, None])[:, None]
+    world = (
+        turned
+        + (impact.state.position[:, bodies] + impact.exact(impact.state.origin)[:, None])[:, None]
+    )
     return np.where(translations(impact, places)[0][..., None], np.nan, world)
 
 
@@ -80,15 +103,23 @@ def _off_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
     inertias, bodies = impact.inertias, [place.body for place in places]
     v_com = velocity_at(omega, v, impact.exact(inertias.com[:, None, bodies]))
-    gyration, at_rest = impact.exact(inertias.gyration[:, None, bodies]), NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None]
+    gyration, at_rest = (
+        impact.exact(inertias.gyration[:, None, bodies]),
+        NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None],
+    )
     return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 
 @cached
 def _extremes(impact: Impact, places: Places) -> Array:
-    """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps;
+    NaN without geometry.
+    """
     omega, v = (part.astype(float) for part in _split(impact, places))
-    v_in, pieces = impact.v_in.astype(float), _pieces(impact.landing.robot, *(place.body for place in places))
+    v_in, pieces = (
+        impact.v_in.astype(float),
+        _pieces(impact.landing.robot, *(place.body for place in places)),
+    )
     extremes = np.empty((2, *omega.shape[:3]))
     for k in np.ndindex(v_in.shape):
         extremes[:, *k] = shock_extremes(omega[k], v[k], pieces, float(v_in[k]))
@@ -101,7 +132,9 @@ def _least(impact: Impact, places: Places) -> Array:
 
 
 def _greatest(impact: Impact, places: Places) -> Array:
-    """Largest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
+    """Largest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by
+    body, which is faster.
+    """
     if impact.v_in.size == 1:
         return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))
@@ -112,47 +145,178 @@ def _greatest(impact: Impact, places: Places) -> Array:
 
 @memoized()
 def _pieces(robot: Robot, *bodies: int) -> Pieces:
-    return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]] for body in bodies])
+    return Pieces.of(
+        [
+            [(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]
+            for body in bodies
+        ]
+    )
 
 
 def _length(impact: Impact, values: Array) -> Any:
     """The robot's length, and the distance itself [m]."""
-    return impact.landing.length + np.nan_to_num(np.abs(values).max(axis=-1, keepdims=True), posinf=0.0)
+    return impact.landing.length + np.nan_to_num(
+        np.abs(values).max(axis=-1, keepdims=True), posinf=0.0
+    )
 
 
 def _pitch_size(impact: Impact, values: Array) -> Any:
     jumps = impact.strike_jumps.astype(float)
     spin = np.linalg.norm(jumps[..., :3], axis=-1)
-    return impact.landing.length + np.linalg.norm(jumps[..., 3:], axis=-1).max() / np.where(spin > 0.0, spin, 1.0).min()
+    return (
+        impact.landing.length
+        + np.linalg.norm(jumps[..., 3:], axis=-1).max() / np.where(spin > 0.0, spin, 1.0).min()
+    )
 
 
 BODIES = (
-    Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
-        p: world_position(i, [Place(place.name, place.body) for place in p]), reach, vector=True),
-    Quantity("delta_omega", "body", "Δω, body axes", "rad/s", "greater", lambda i, p: _split(i, p)[0], largest_jump, vector=True,
-        also=("friction",), linear=True),
-    Quantity("delta_v", "body", "Δv of the frame's origin, body axes", "m/s", "greater", lambda i, p: _split(i, p)[1],
-        largest_jump, vector=True, also=("friction",), linear=True),
-    Quantity("copc", "body", "CoPc, body coordinates", "m", "neither", lambda i, p: _percussion(i, p).copc, _length, STILL,
-        vector=True, also=("friction",)),
-    Quantity("copc_world", "body", "CoPc in the world", "m", "neither", _copc_world, lambda i, x: _length(i, x) + reach(i, x),
-        STILL, vector=True),
-    Quantity("ropc", "body", "radius of percussion", "m", "less", lambda i, p: _percussion(i, p).ropc,
-        reciprocal="1 / RoPc, the shock per metre", also=("friction",)),
-    Quantity("translates", "body", "no rotation in the plane", "1", "neither", _translates, flag=True),
-    Quantity("pitch", "body", "pitch of the screw", "m/rad", "neither", lambda i, p: _percussion(i, p).pitch, _pitch_size,
-        "the body does not rotate", signed=True),
-    Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
-    Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
-        also=("friction", "stiffness"), length_of=DELTA_V),
-    Quantity("shock_min", "body", "minimum shock over the body", "1", "greater", _least, missing=NO_GEOMETRY),
-    Quantity("shock_max", "body", "maximum shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY,
-        most_severe=MOST_SEVERE),
-    *(entry._replace(of="body", title=f"{entry.title}, at the centre of mass", also=()) for entry in AT_CENTRE),
-    Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
-        vector=True, linear=True),
-    Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater",
-        lambda health, places: [health.body_error_bounds[place.body] for place in places], needs_posture=True, on="health"),
-    Quantity("delta_v_max", "body", "maximum |Δv| over the body", "m/s", "greater", lambda i,
-        p: _greatest(i, p) * i.v_in.astype(float)[..., None], missing=NO_GEOMETRY),
-)  # fmt: skip
+    Quantity(
+        "position",
+        "body",
+        "origin of the frame in the world",
+        "m",
+        "neither",
+        lambda i, p: world_position(i, [Place(place.name, place.body) for place in p]),
+        reach,
+        vector=True,
+    ),
+    Quantity(
+        "delta_omega",
+        "body",
+        "Δω, body axes",
+        "rad/s",
+        "greater",
+        lambda i, p: _split(i, p)[0],
+        largest_jump,
+        vector=True,
+        also=("friction",),
+        linear=True,
+    ),
+    Quantity(
+        "delta_v",
+        "body",
+        "Δv of the frame's origin, body axes",
+        "m/s",
+        "greater",
+        lambda i, p: _split(i, p)[1],
+        largest_jump,
+        vector=True,
+        also=("friction",),
+        linear=True,
+    ),
+    Quantity(
+        "copc",
+        "body",
+        "CoPc, body coordinates",
+        "m",
+        "neither",
+        lambda i, p: _percussion(i, p).copc,
+        _length,
+        STILL,
+        vector=True,
+        also=("friction",),
+    ),
+    Quantity(
+        "copc_world",
+        "body",
+        "CoPc in the world",
+        "m",
+        "neither",
+        _copc_world,
+        lambda i, x: _length(i, x) + reach(i, x),
+        STILL,
+        vector=True,
+    ),
+    Quantity(
+        "ropc",
+        "body",
+        "radius of percussion",
+        "m",
+        "less",
+        lambda i, p: _percussion(i, p).ropc,
+        reciprocal="1 / RoPc, the shock per metre",
+        also=("friction",),
+    ),
+    Quantity(
+        "translates", "body", "no rotation in the plane", "1", "neither", _translates, flag=True
+    ),
+    Quantity(
+        "pitch",
+        "body",
+        "pitch of the screw",
+        "m/rad",
+        "neither",
+        lambda i, p: _percussion(i, p).pitch,
+        _pitch_size,
+        "the body does not rotate",
+        signed=True,
+    ),
+    Quantity(
+        "off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0
+    ),
+    Quantity(
+        "shock_com",
+        "body",
+        "shock at the centre of mass",
+        "1",
+        "greater",
+        shock,
+        largest_shock,
+        most_severe=MOST_SEVERE,
+        also=("friction", "stiffness"),
+        length_of=DELTA_V,
+    ),
+    Quantity(
+        "shock_min",
+        "body",
+        "minimum shock over the body",
+        "1",
+        "greater",
+        _least,
+        missing=NO_GEOMETRY,
+    ),
+    Quantity(
+        "shock_max",
+        "body",
+        "maximum shock over the body",
+        "1",
+        "greater",
+        _greatest,
+        missing=NO_GEOMETRY,
+        most_severe=MOST_SEVERE,
+    ),
+    *(
+        entry._replace(of="body", title=f"{entry.title}, at the centre of mass", also=())
+        for entry in AT_CENTRE
+    ),
+    Quantity(
+        "delta_v_com",
+        "body",
+        "Δv of the centre of mass, body axes",
+        "m/s",
+        "greater",
+        point_velocity,
+        largest_jump,
+        vector=True,
+        linear=True,
+    ),
+    Quantity(
+        "error_bound",
+        "body",
+        "proven error of the jump, relative to the motion",
+        "1",
+        "greater",
+        lambda health, places: [health.body_error_bounds[place.body] for place in places],
+        needs_posture=True,
+        on="health",
+    ),
+    Quantity(
+        "delta_v_max",
+        "body",
+        "maximum |Δv| over the body",
+        "m/s",
+        "greater",
+        lambda i, p: _greatest(i, p) * i.v_in.astype(float)[..., None],
+        missing=NO_GEOMETRY,
+    ),
+)

@@ -1,4 +1,6 @@
-"""What the joints go through: jumps of their rates, and the impulses that bearings and gearboxes carry."""
+"""What the joints go through: jumps of their rates, and the impulses that bearings and gearboxes
+carry.
+"""
 
 from typing import Any
 
@@ -25,9 +27,16 @@ def _columns(impact: Impact, places: Places) -> list[slice]:
 
 
 def _of_joints(impact: Impact, places: Places, qd: Any) -> Any:
-    """The rates (N, S, n) of joints among joint velocities (N, S, nv); the length of that of a ball joint."""
-    rates = [qd[..., v] if v.stop - v.start in (1, 3) else np.nan * qd[..., v] for v in _columns(impact, places)]
-    return np.stack([rate[..., 0] if rate.shape[-1] == 1 else norm(rate) for rate in rates], axis=-1)
+    """The rates (N, S, n) of joints among joint velocities (N, S, nv); the length of that of a ball
+    joint.
+    """
+    rates = [
+        qd[..., v] if v.stop - v.start in (1, 3) else np.nan * qd[..., v]
+        for v in _columns(impact, places)
+    ]
+    return np.stack(
+        [rate[..., 0] if rate.shape[-1] == 1 else norm(rate) for rate in rates], axis=-1
+    )
 
 
 def _delta_qd(impact: Impact, places: Places) -> Any:
@@ -36,7 +45,9 @@ def _delta_qd(impact: Impact, places: Places) -> Any:
 
 
 def _rate_after(impact: Impact, places: Places) -> Any:
-    """Rates (N, S, n) after the impact, which a motor has to follow: those before it and their jumps."""
+    """Rates (N, S, n) after the impact, which a motor has to follow: those before it and their
+    jumps.
+    """
     before = impact.exact(np.asarray(impact.landing.before.joint_rates))[..., None, :]
     return _of_joints(impact, places, before + impact.along(impact.delta_qd))
 
@@ -65,13 +76,19 @@ def _moment(impact: Impact, places: Places) -> Any:
 
 
 def _along(impact: Impact, places: Places) -> Any:
-    """The power (N, S, n) of the wrench in a unit rate of the joint: what its drive carries [N m s, N s]."""
+    """The power (N, S, n) of the wrench in a unit rate of the joint: what its drive carries [N m s,
+    N s].
+    """
     single = [v.stop - v.start == 1 for v in _columns(impact, places)]
-    return np.where(single, impact.joint_power([(place.body, place.number) for place in places]), np.nan)
+    return np.where(
+        single, impact.joint_power([(place.body, place.number) for place in places]), np.nan
+    )
 
 
 def _stop_impulse(impact: Impact, places: Places) -> Any:
-    """Impulses (N, S, n) of end stops along the axes of joints, in the direction of their coordinates [N m s, N s]."""
+    """Impulses (N, S, n) of end stops along the axes of joints, in the direction of their
+    coordinates [N m s, N s].
+    """
     impulse = impact.along(impact.impulse)
     if not impact.landing.scene.stops and not any(block.kind == "stop" for block in impact.blocks):
         return np.full((*impulse.shape[:2], len(places)), np.nan)
@@ -81,7 +98,9 @@ def _stop_impulse(impact: Impact, places: Places) -> Any:
         for k, place in enumerate(places):
             if block.kind == "stop" and block.frame.removeprefix(STOP) == place.name:
                 total[k] = total[k] + np.where(
-                    known[..., rows.start], side_of(impact.landing.robot, block) * impulse[..., rows.start], np.nan
+                    known[..., rows.start],
+                    side_of(impact.landing.robot, block) * impulse[..., rows.start],
+                    np.nan,
                 )
     return np.stack(total, axis=-1)
 
@@ -96,27 +115,121 @@ def _stop_acts(impact: Impact, places: Places) -> Array:
 def _size(impact: Impact, values: Array) -> float:
     """The largest part of a wrench through a joint [N s, N m s]."""
     places = joint_places(impact.landing.robot)
-    return float(max(np.abs(part(impact, places).astype(float)).max(initial=0.0) for part in (_force, _moment)))
+    return float(
+        max(
+            np.abs(part(impact, places).astype(float)).max(initial=0.0)
+            for part in (_force, _moment)
+        )
+    )
 
 
 JOINTS = (
-    Quantity("force", "joint", "impulse on the body, world axes", "N s", "greater", _force, _size, REDUNDANT, shared=True,
-        vector=True),
-    Quantity("moment", "joint", f"moment about {ORIGIN}, world axes", "N m s", "greater", _moment, _size, REDUNDANT, shared=True,
-        vector=True),
-    Quantity("along", "joint", "impulse along the joint's axis", "N m s, N s", "greater", _along, _size,
-        f"{MULTIAXIAL}; or {REDUNDANT}", shared=True, signed=True, also=("friction",)),
-    Quantity("delta_qd", "joint", "jump of the joint's rate", "rad/s, m/s", "greater", _delta_qd, lambda i,
-        x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), MULTIAXIAL, signed=True,
-        also=("friction", "stiffness"), linear=True),
-    Quantity("joint_impulse", "joint", "impulse through the joint", "N s", "greater", lambda i, p: norm(_force(i, p)), _size,
-        REDUNDANT, shared=True, also=("friction",)),
-    Quantity("joint_moment", "joint", f"impulsive moment through the joint, about {ORIGIN}", "N m s", "greater",
-        lambda i, p: norm(_moment(i, p)), _size, REDUNDANT, shared=True, also=("friction",)),
-    Quantity("stop_impulse", "joint", "impulse of the joint's end stop along its axis", "N m s, N s", "greater", _stop_impulse,
-        _size, "the scene leaves end stops out; or contacts, loops or stops are redundant", signed=True, also=("friction",)),
-    Quantity("stop_acts", "joint", "whether an end stop of the joint acts", "1", "greater", _stop_acts, also=("friction",),
-        flag=True),
-    Quantity("rate_after", "joint", "joint's rate after the impact", "rad/s, m/s", "greater", _rate_after, _fastest, MULTIAXIAL,
-        signed=True, also=("friction",)),
-)  # fmt: skip
+    Quantity(
+        "force",
+        "joint",
+        "impulse on the body, world axes",
+        "N s",
+        "greater",
+        _force,
+        _size,
+        REDUNDANT,
+        shared=True,
+        vector=True,
+    ),
+    Quantity(
+        "moment",
+        "joint",
+        f"moment about {ORIGIN}, world axes",
+        "N m s",
+        "greater",
+        _moment,
+        _size,
+        REDUNDANT,
+        shared=True,
+        vector=True,
+    ),
+    Quantity(
+        "along",
+        "joint",
+        "impulse along the joint's axis",
+        "N m s, N s",
+        "greater",
+        _along,
+        _size,
+        f"{MULTIAXIAL}; or {REDUNDANT}",
+        shared=True,
+        signed=True,
+        also=("friction",),
+    ),
+    Quantity(
+        "delta_qd",
+        "joint",
+        "jump of the joint's rate",
+        "rad/s, m/s",
+        "greater",
+        _delta_qd,
+        lambda i, x: float(np.abs(i.along(i.delta_qd).astype(float)).max()),
+        MULTIAXIAL,
+        signed=True,
+        also=("friction", "stiffness"),
+        linear=True,
+    ),
+    Quantity(
+        "joint_impulse",
+        "joint",
+        "impulse through the joint",
+        "N s",
+        "greater",
+        lambda i, p: norm(_force(i, p)),
+        _size,
+        REDUNDANT,
+        shared=True,
+        also=("friction",),
+    ),
+    Quantity(
+        "joint_moment",
+        "joint",
+        f"impulsive moment through the joint, about {ORIGIN}",
+        "N m s",
+        "greater",
+        lambda i, p: norm(_moment(i, p)),
+        _size,
+        REDUNDANT,
+        shared=True,
+        also=("friction",),
+    ),
+    Quantity(
+        "stop_impulse",
+        "joint",
+        "impulse of the joint's end stop along its axis",
+        "N m s, N s",
+        "greater",
+        _stop_impulse,
+        _size,
+        "the scene leaves end stops out; or contacts, loops or stops are redundant",
+        signed=True,
+        also=("friction",),
+    ),
+    Quantity(
+        "stop_acts",
+        "joint",
+        "whether an end stop of the joint acts",
+        "1",
+        "greater",
+        _stop_acts,
+        also=("friction",),
+        flag=True,
+    ),
+    Quantity(
+        "rate_after",
+        "joint",
+        "joint's rate after the impact",
+        "rad/s, m/s",
+        "greater",
+        _rate_after,
+        _fastest,
+        MULTIAXIAL,
+        signed=True,
+        also=("friction",),
+    ),
+)

@@ -1,4 +1,6 @@
-"""How far parts are from their ratings: margins by velocity change, by acceleration and by the torques of joints."""
+"""How far parts are from their ratings: margins by velocity change, by acceleration and by the
+torques of joints.
+"""
 
 import math
 from collections.abc import Callable
@@ -14,22 +16,42 @@ from shockpc.impact.impact import DoubleImpact, Impact, jumps_of
 from shockpc.impact.solve import solve_in_doubles
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
-from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_limits, torque_strength
+from shockpc.landing.ratings import (
+    Strength,
+    TorqueStrength,
+    strength,
+    torque_limits,
+    torque_strength,
+)
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.of_joints import MULTIAXIAL, REDUNDANT
-from shockpc.quantities.of_points import DELTA_V, NEEDS_PULSE, SHOCK, lacks_bandwidth, largest_reading, point_velocity, readings
+from shockpc.quantities.of_points import (
+    DELTA_V,
+    NEEDS_PULSE,
+    SHOCK,
+    lacks_bandwidth,
+    largest_reading,
+    point_velocity,
+    readings,
+)
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
 from shockpc.text.errors import SceneError, SolveError
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
 NO_TORQUE = "no torque or effort limit is known"
-NO_TIME = f"{NO_PULSE}, nor the part the duration of its torque; or the joint has a spring whose torque is not computed"
+NO_TIME = (
+    f"{NO_PULSE}, nor the part the duration of its torque; or the joint has a spring whose torque "
+    f"is not computed"
+)
 NEEDS_TORQUE, NEEDS_TIME = "needs a momentary torque", "needs a pulse, stiffness or duration"
 NEEDS_ROTOR, NEEDS_STIFFNESS = "needs the rotor of its spring", "needs a contact stiffness"
 REMEDIES = {
-    NEEDS_TORQUE: "; give the part a momentary_torque, because no effort limit above zero of its joint is read from the file",
+    NEEDS_TORQUE: (
+        "; give the part a momentary_torque, because no effort limit above zero of its joint is "
+        "read from the file"
+    ),
     NEEDS_TIME: "; give the scene a pulse or a contact stiffness, or the part a torque_duration",
     NEEDS_ROTOR: ", which decides the spring's torque; give it with --rotor, and a contact stiffness",
     NEEDS_STIFFNESS: ", because its spring gives its torque after the instant of the impact",
@@ -58,7 +80,9 @@ def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> 
         wanted = [k for k, place in enumerate(places) if (place.joint >= 0) == joints]
         if wanted and len(wanted) == len(places):
             return compute(impact, places)
-        values = compute(impact, [places[k] for k in wanted]) if wanted else np.zeros((1, 1, 0, *axes))
+        values = (
+            compute(impact, [places[k] for k in wanted]) if wanted else np.zeros((1, 1, 0, *axes))
+        )
         out = np.full((*values.shape[:2], len(places), *axes), np.nan, dtype=values.dtype)
         out[:, :, wanted] = values
         return out
@@ -67,7 +91,9 @@ def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> 
 
 
 def _of_joints(compute: Compute) -> Compute:
-    """A formula of parts of joints only, of the places of these joints as parts are: no value at the others."""
+    """A formula of parts of joints only, of the places of these joints as parts are: no value at
+    the others.
+    """
     return _of_points(compute, joints=True)
 
 
@@ -78,7 +104,10 @@ def _strengths(impact: Impact, places: Places) -> list[Strength]:
 def _torque_strengths(landing: PosedLanding, places: Places) -> list[TorqueStrength]:
     robot, parts = landing.robot, landing.scene.part
     joints = _joints(landing, places)
-    return [torque_strength(robot, parts[part.number], joint.name) for part, joint in zip(places, joints, strict=True)]
+    return [
+        torque_strength(robot, parts[part.number], joint.name)
+        for part, joint in zip(places, joints, strict=True)
+    ]
 
 
 def _joints(landing: PosedLanding, places: Places) -> list[Place]:
@@ -88,7 +117,9 @@ def _joints(landing: PosedLanding, places: Places) -> list[Place]:
 
 
 def _quotient(impact: Impact, critical: list[float], values: Any, size: float) -> Any:
-    """Critical values over actual ones (N, S, n); infinite where there is no load, NaN where one of the two is not known."""
+    """Critical values over actual ones (N, S, n); infinite where there is no load, NaN where one of
+    the two is not known.
+    """
     numbers, known = impact.rounded(values, lambda _: size), np.isfinite(np.array(critical))
     loaded = known & ~np.isnan(numbers) & (numbers != 0.0)
     quotient = impact.exact(np.where(known, critical, 0.0)) / np.where(loaded, values, 1.0)
@@ -97,35 +128,53 @@ def _quotient(impact: Impact, critical: list[float], values: Any, size: float) -
 
 def _velocity_margin(impact: Impact, places: Places) -> Any:
     """Critical velocity changes over |Δv| (N, S, n); infinite where a part does not move."""
-    critical, speed = [one.velocity_change for one in _strengths(impact, places)], norm(point_velocity(impact, places))
+    critical, speed = (
+        [one.velocity_change for one in _strengths(impact, places)],
+        norm(point_velocity(impact, places)),
+    )
     return _quotient(impact, critical, speed, largest_jump(impact, speed))
 
 
 def pulse_of_parts(landing: PosedLanding) -> Pulse | None:
-    """The scene's pulse, by which parts and torques are judged; None on contacts of finite stiffness, which give the peaks."""
+    """The scene's pulse, by which parts and torques are judged; None on contacts of finite
+    stiffness, which give the peaks.
+    """
     return landing.pulse if landing.scene.contact_stiffness is None else None
 
 
 def _peak(impact: Impact, places: Places) -> Any:
-    """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness in doubles [g]."""
+    """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness in
+    doubles [g].
+    """
     landing = impact.landing
     if landing.scene.contact_stiffness is not None:
         from shockpc.impact.stiffness import compliant_landing
 
         return point_peaks(compliant_landing(landing), places)[0][None, None] / GRAVITY
     speed = norm(point_velocity(impact, places))
-    return np.full(speed.shape, np.nan) if landing.pulse is None else peak_acceleration(speed, landing.pulse) / GRAVITY
+    return (
+        np.full(speed.shape, np.nan)
+        if landing.pulse is None
+        else peak_acceleration(speed, landing.pulse) / GRAVITY
+    )
 
 
 def _largest_peak(impact: Impact, values: Array) -> float:
     """The largest component of a jump of a body as a peak [g]."""
     pulse = pulse_of_parts(impact.landing)
-    return 0.0 if pulse is None else peak_acceleration(largest_jump(impact, values), pulse) / GRAVITY
+    return (
+        0.0 if pulse is None else peak_acceleration(largest_jump(impact, values), pulse) / GRAVITY
+    )
 
 
 def _acceleration_margin(impact: Impact, places: Places) -> Any:
     peak = _peak(impact, places)
-    return _quotient(impact, [one.acceleration for one in _strengths(impact, places)], peak, _largest_peak(impact, peak))
+    return _quotient(
+        impact,
+        [one.acceleration for one in _strengths(impact, places)],
+        peak,
+        _largest_peak(impact, peak),
+    )
 
 
 def _point_margin(impact: Impact, places: Places) -> Any:
@@ -133,39 +182,60 @@ def _point_margin(impact: Impact, places: Places) -> Any:
     velocity, acceleration = (impact.rounded(margin, lambda _: 0.0) for margin in margins)
     less = np.isnan(acceleration) | (velocity <= acceleration)
     both = np.array([one.both for one in _strengths(impact, places)])
-    return np.where(np.where(both, less, np.isnan(acceleration) | (velocity >= acceleration)), *margins)
+    return np.where(
+        np.where(both, less, np.isnan(acceleration) | (velocity >= acceleration)), *margins
+    )
 
 
 def _torque(impact: Impact, places: Places, durations: Array) -> Any:
     """Torques (N, S, n) along the axes of joints; NaN where they are not known [N m, N].
 
-    The torque is the peak on contacts of finite stiffness; else the impulse along the axis gives the peak of a pulse as the scene
-    has it, or the mean over a duration.
+    The torque is the peak on contacts of finite stiffness; else the impulse along the axis gives
+    the peak of a pulse as the scene has it, or the mean over a duration.
 
     Args:
         impact: the impact.
         places: the joints.
-        durations: (n,) for which a part says that a joint withstands its torque [s]; NaN where none does.
+        durations: (n,) for which a part says that a joint withstands its torque [s]; NaN where none
+            does.
     """
     if impact.landing.scene.contact_stiffness is not None:
         return PEAK_TORQUE.compute(impact, places)
     impulse, rates = ALONG.compute(impact, places), _rates(impact, durations)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
-    # A spring before a rotor gives no impulse in the instant of the impact, but a torque afterwards.
-    sprung = np.isfinite(impact.landing.joint_model.drive_stiffness)[[place.number for place in places]]
-    known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(rates) & ~sprung
-    return np.where(known, np.where(numbers < 0.0, -impulse, impulse) * impact.exact(np.nan_to_num(rates)), np.nan)
+    # A spring before a rotor gives no impulse in the instant of the impact, but a torque
+    # afterwards.
+    sprung = np.isfinite(impact.landing.joint_model.drive_stiffness)[
+        [place.number for place in places]
+    ]
+    known = (
+        impact.unique[:, None].all(axis=-1, keepdims=True)
+        & ~np.isnan(numbers)
+        & ~np.isnan(rates)
+        & ~sprung
+    )
+    return np.where(
+        known,
+        np.where(numbers < 0.0, -impulse, impulse) * impact.exact(np.nan_to_num(rates)),
+        np.nan,
+    )
 
 
 def _rates(impact: Impact, durations: Array) -> Array:
-    """Torque (n,) for an impulse of 1 along the axis [1/s]: of the scene's pulse, else the mean over a duration (n,) [s]."""
+    """Torque (n,) for an impulse of 1 along the axis [1/s]: of the scene's pulse, else the mean
+    over a duration (n,) [s].
+    """
     pulse = pulse_of_parts(impact.landing)
-    return 1.0 / durations if pulse is None else np.full(len(durations), peak_acceleration(1.0, pulse))
+    return (
+        1.0 / durations if pulse is None else np.full(len(durations), peak_acceleration(1.0, pulse))
+    )
 
 
 def _torque_size(impact: Impact, durations: Array, values: Array) -> float:
     """The natural size of torques: that of the largest load of a joint, with the shortest duration."""
-    return float(ALONG.size(impact, values) * np.nan_to_num(_rates(impact, durations)).max(initial=0.0))
+    return float(
+        ALONG.size(impact, values) * np.nan_to_num(_rates(impact, durations)).max(initial=0.0)
+    )
 
 
 def _part_durations(impact: Impact, places: Places) -> Array:
@@ -189,7 +259,11 @@ def _torque_margin(impact: Impact, places: Places) -> Any:
 
 def _part_margin(impact: Impact, places: Places) -> Any:
     of_joints = np.array([place.joint >= 0 for place in places])
-    return np.where(of_joints, _of_joints(_torque_margin)(impact, places), _of_points(_point_margin)(impact, places))
+    return np.where(
+        of_joints,
+        _of_joints(_torque_margin)(impact, places),
+        _of_points(_point_margin)(impact, places),
+    )
 
 
 def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
@@ -208,8 +282,9 @@ class MarginLost(NamedTuple):
     """Where a margin is lost.
 
     Attributes:
-        contact_stiffness: smallest stiffness of the contacts on which a part has a margin below 1, or a joint more than its torque
-            limit [N/m]; 0 if that is so on `SOFTEST`, infinite if not even on `STIFFEST`; NaN where it is not known.
+        contact_stiffness: smallest stiffness of the contacts on which a part has a margin below 1,
+            or a joint more than its torque limit [N/m]; 0 if that is so on `SOFTEST`, infinite if
+            not even on `STIFFEST`; NaN where it is not known.
         place: the name of that part or joint; empty if there is none.
         refused: why it is not known; empty if it is.
     """
@@ -220,10 +295,11 @@ class MarginLost(NamedTuple):
 
 
 def margin_lost(landing: PosedLanding) -> MarginLost | None:
-    """The contact stiffness from which on a margin is lost, of parts and of joints with a torque or an effort limit.
+    """The contact stiffness from which on a margin is lost, of parts and of joints with a torque or
+    an effort limit.
 
-    Contacts stick. Without springs in joints peaks are as the root of the stiffness, so that k times the squared margin is the
-    answer; with them it is the next value, which a bracket keeps.
+    Contacts stick. Without springs in joints peaks are as the root of the stiffness, so that k
+    times the squared margin is the answer; with them it is the next value, which a bracket keeps.
 
     Returns: None where there is neither a part nor a limit, or an end stop strikes.
     """
@@ -243,11 +319,19 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
         limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
         judged = ~np.isnan(limits) & ~stiff.joint_model.rotor_unknown
         joints = [p for p in stiff.places("joint") if p.number not in rated and judged[p.number]]
-        if not (joints or any(part.joint < 0 or not stiff.joint_model.rotor_unknown[part.joint] for part in stiff.parts)):
+        if not (
+            joints
+            or any(
+                part.joint < 0 or not stiff.joint_model.rotor_unknown[part.joint]
+                for part in stiff.parts
+            )
+        ):
             return None
 
         def least(k: float) -> tuple[float, str, int]:
-            changed = replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k)
+            changed = replace(
+                stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k
+            )
             varied = stiff if changed == stiff.scene else replace(stiff, scene=changed)
             impact = DoubleImpact(varied, equation, solution, jumps)
             with np.errstate(divide="ignore"):
@@ -255,14 +339,21 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
                 margins += [1.0 / _torque_share(impact, joints)[0, 0]] if joints else []
             known = np.nan_to_num(np.concatenate(margins).astype(float), nan=np.inf)
             worst = int(np.argmin(known))
-            return float(known[worst]), [*varied.parts, *joints][worst].name, len(compliant_landing(varied).motion.segments)
+            return (
+                float(known[worst]),
+                [*varied.parts, *joints][worst].name,
+                len(compliant_landing(varied).motion.segments),
+            )
 
         low, high, segments = SOFTEST, STIFFEST, 0
         for _ in range(STEPS):
             margin, name, more = least(k)
             segments += more
             if segments > MOST_SEGMENTS:
-                raise SolveError(f"the elements change {segments} times in the motions that were computed for it, too often")
+                raise SolveError(
+                    f"the elements change {segments} times in the motions that were computed for "
+                    f"it, too often"
+                )
             low, high = (k, high) if margin >= 1.0 else (low, k)
             if abs(margin - 1.0) < CLOSE or low == STIFFEST or high == SOFTEST:
                 break
@@ -270,7 +361,11 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
             k = k if low <= k <= high else math.sqrt(low * high)
     except (SceneError, SolveError) as refusal:
         return MarginLost(math.nan, "", str(refusal))
-    return MarginLost(0.0 if high == SOFTEST else math.inf if low == STIFFEST else k, "" if low == STIFFEST else name, "")
+    return MarginLost(
+        0.0 if high == SOFTEST else math.inf if low == STIFFEST else k,
+        "" if low == STIFFEST else name,
+        "",
+    )
 
 
 def _torque_share(impact: Impact, places: Places) -> Any:
@@ -278,7 +373,11 @@ def _torque_share(impact: Impact, places: Places) -> Any:
     limits, durations = (values[[p.number for p in places]] for values in _limits(impact))
     torque = _torque(impact, places, durations)
     known = ~np.isnan(torque.astype(float)) & ~np.isnan(limits)
-    return np.where(known, np.where(known, torque, 0.0) / impact.exact(np.where(np.isnan(limits), 1.0, limits)), np.nan)
+    return np.where(
+        known,
+        np.where(known, torque, 0.0) / impact.exact(np.where(np.isnan(limits), 1.0, limits)),
+        np.nan,
+    )
 
 
 def _limits(impact: Impact) -> tuple[Array, Array]:
@@ -287,34 +386,120 @@ def _limits(impact: Impact) -> tuple[Array, Array]:
 
 def _share_size(impact: Impact, values: Array) -> float:
     limits, durations = _limits(impact)
-    return float(ALONG.size(impact, values) * np.nan_to_num(_rates(impact, durations) / limits).max(initial=0.0))
+    return float(
+        ALONG.size(impact, values)
+        * np.nan_to_num(_rates(impact, durations) / limits).max(initial=0.0)
+    )
 
 
 PARTS = (
     *(
-        entry._replace(of="part", also=(), missing=OF_A_JOINT, carried="point", compute=_of_points(entry.compute, vector=vector))
+        entry._replace(
+            of="part",
+            also=(),
+            missing=OF_A_JOINT,
+            carried="point",
+            compute=_of_points(entry.compute, vector=vector),
+        )
         for entry, vector in ((DELTA_V, True), (SHOCK, False))
     ),
-    Quantity("velocity_margin", "part", "critical velocity change, of that of the part", "1", "less", _of_points(_velocity_margin),
-        missing=OF_A_JOINT, carried="point"),
-    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _of_points(_peak), _largest_peak,
-        f"{NO_PULSE}; or {OF_A_JOINT}", with_stiffness=True, carried="point",
-        lacks=lambda landing: "" if landing.pulse or landing.scene.contact_stiffness else f"{NEEDS_PULSE}, or a contact stiffness"),
-    Quantity("filtered_peak", "part", "peak acceleration behind the filter of an accelerometer", "g", "greater",
-        _of_points(lambda impact, places: readings(impact, places, parts=True)), largest_reading,
-        with_stiffness=True, carried="point", missing=f"the part has no bandwidth; or {OF_A_JOINT}", lacks=lacks_bandwidth),
-    Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less",
-        _of_points(_acceleration_margin), missing=f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}",
-        with_stiffness=True, carried="point"),
-    Quantity("along", "part", "impulse along the axis of the part's joint", "N m s, N s", "greater",
-        _of_joints(lambda impact, places: ALONG.compute(impact, _joints(impact.landing, places))), ALONG.size,
-        f"{ALONG.missing}; or {OF_A_POINT}", shared=True, signed=True, carried="joint"),
-    Quantity("torque", "part", "torque along the axis of the part's joint: peak, or mean over the duration of its rating", "N m, N",
-        "greater", _of_joints(_part_torque), _part_torque_size, f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}",
-        with_stiffness=True, carried="joint"),
-    Quantity("part_margin", "part", "margin of the part, by velocity change, acceleration or torque", "1", "less", _part_margin,
-        missing=f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}", with_stiffness=True),
-    Quantity("joint_torque_share", "joint", "torque along the axis, of the momentary torque or the effort limit", "1", "greater",
-        _torque_share, _share_size, f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the "
-        f"torque; or {REDUNDANT}", with_stiffness=True),
-)  # fmt: skip
+    Quantity(
+        "velocity_margin",
+        "part",
+        "critical velocity change, of that of the part",
+        "1",
+        "less",
+        _of_points(_velocity_margin),
+        missing=OF_A_JOINT,
+        carried="point",
+    ),
+    Quantity(
+        "peak_g",
+        "part",
+        "peak acceleration",
+        "g",
+        "greater",
+        _of_points(_peak),
+        _largest_peak,
+        f"{NO_PULSE}; or {OF_A_JOINT}",
+        with_stiffness=True,
+        carried="point",
+        lacks=lambda landing: (
+            ""
+            if landing.pulse or landing.scene.contact_stiffness
+            else f"{NEEDS_PULSE}, or a contact stiffness"
+        ),
+    ),
+    Quantity(
+        "filtered_peak",
+        "part",
+        "peak acceleration behind the filter of an accelerometer",
+        "g",
+        "greater",
+        _of_points(lambda impact, places: readings(impact, places, parts=True)),
+        largest_reading,
+        with_stiffness=True,
+        carried="point",
+        missing=f"the part has no bandwidth; or {OF_A_JOINT}",
+        lacks=lacks_bandwidth,
+    ),
+    Quantity(
+        "acceleration_margin",
+        "part",
+        "critical acceleration, of the peak at the part",
+        "1",
+        "less",
+        _of_points(_acceleration_margin),
+        missing=f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}",
+        with_stiffness=True,
+        carried="point",
+    ),
+    Quantity(
+        "along",
+        "part",
+        "impulse along the axis of the part's joint",
+        "N m s, N s",
+        "greater",
+        _of_joints(lambda impact, places: ALONG.compute(impact, _joints(impact.landing, places))),
+        ALONG.size,
+        f"{ALONG.missing}; or {OF_A_POINT}",
+        shared=True,
+        signed=True,
+        carried="joint",
+    ),
+    Quantity(
+        "torque",
+        "part",
+        "torque along the axis of the part's joint: peak, or mean over the duration of its rating",
+        "N m, N",
+        "greater",
+        _of_joints(_part_torque),
+        _part_torque_size,
+        f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}",
+        with_stiffness=True,
+        carried="joint",
+    ),
+    Quantity(
+        "part_margin",
+        "part",
+        "margin of the part, by velocity change, acceleration or torque",
+        "1",
+        "less",
+        _part_margin,
+        missing=f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}",
+        with_stiffness=True,
+    ),
+    Quantity(
+        "joint_torque_share",
+        "joint",
+        "torque along the axis, of the momentary torque or the effort limit",
+        "1",
+        "greater",
+        _torque_share,
+        _share_size,
+        f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of "
+        f"the "
+        f"torque; or {REDUNDANT}",
+        with_stiffness=True,
+    ),
+)

@@ -1,4 +1,6 @@
-"""What a point of a body feels: its jump of velocity, the shock, and the most and least severe impact directions."""
+"""What a point of a body feels: its jump of velocity, the shock, and the most and least severe
+impact directions.
+"""
 
 from typing import Any
 
@@ -11,22 +13,34 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
-from shockpc.landing.bandwidths import low_pass_of_part, low_passes_of, low_passes_of_points, scene_low_pass
+from shockpc.landing.bandwidths import (
+    low_pass_of_part,
+    low_passes_of,
+    low_passes_of_points,
+    scene_low_pass,
+)
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 
 NEEDS_BANDWIDTH = (
-    "what an accelerometer reads follows from its bandwidth, and the scene has none; give it an imu_bandwidth, such as 200Hz"
+    "what an accelerometer reads follows from its bandwidth, and the scene has none; give it an "
+    "imu_bandwidth, such as 200Hz"
 )
 NO_BANDWIDTH = "the scene gives no bandwidth of the accelerometer there"
-NEEDS_PULSE = 'peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"'
+NEEDS_PULSE = (
+    "peak_g needs the duration of the impact, and the scene has none; give it a pulse = "
+    '"half-sine:5ms"'
+)
 
 
 def _r(impact: Impact, places: Places) -> Any:
     """The points (N or 1, n, 3) in their bodies' frames [m]."""
     coms = impact.coms
-    return np.stack([coms[:, p.body] if p.centre else np.broadcast_to(p.r, (len(coms), 3)) for p in places], axis=1)
+    return np.stack(
+        [coms[:, p.body] if p.centre else np.broadcast_to(p.r, (len(coms), 3)) for p in places],
+        axis=1,
+    )
 
 
 def point_velocity(impact: Impact, places: Places) -> Any:
@@ -47,11 +61,16 @@ def shock(impact: Impact, places: Places) -> Any:
 
 def _peak(impact: Impact, places: Places) -> Any:
     speed, pulse = norm(point_velocity(impact, places)), impact.landing.pulse
-    return np.full(speed.shape, np.nan) if pulse is None else peak_acceleration(speed, pulse) / GRAVITY
+    return (
+        np.full(speed.shape, np.nan) if pulse is None else peak_acceleration(speed, pulse) / GRAVITY
+    )
 
 
 def low_passes(landing: PosedLanding, places: Places, parts: bool = False) -> list[LowPass | None]:
-    """The filters of the sensors at some points; None where none is known. Args: parts, whether these are parts of the scene."""
+    """The filters of the sensors at some points; None where none is known.
+
+    Args: parts, whether these are parts of the scene.
+    """
     scene = landing.scene
     if parts:
         return [low_pass_of_part(scene, place.number) for place in places]
@@ -74,7 +93,8 @@ def axis_jumps(impact: Impact, places: Places) -> Any:
 def readings(impact: Impact, places: Places, parts: bool = False, along: bool = False) -> Any:
     """Peaks that accelerometers at points read behind their filters, NaN without one [g].
 
-    On contacts of finite stiffness they are those of the motion, else of the pulse, else the bound for a pulse of any length.
+    On contacts of finite stiffness they are those of the motion, else of the pulse, else the bound
+    for a pulse of any length.
 
     Args:
         impact: the impact.
@@ -86,7 +106,9 @@ def readings(impact: Impact, places: Places, parts: bool = False, along: bool = 
     every = low_passes(landing, places, parts)
     if landing.scene.contact_stiffness is None:
         jumps = np.abs(_delta_v(impact, places)) if along else norm(point_velocity(impact, places))
-        scale = np.array([np.nan if one is None else peak_of(landing.pulse, one) / GRAVITY for one in every])
+        scale = np.array(
+            [np.nan if one is None else peak_of(landing.pulse, one) / GRAVITY for one in every]
+        )
         scale = scale[:, None] if along else scale
         return np.where(np.isnan(scale), np.nan, jumps * impact.exact(np.nan_to_num(scale)))
     from shockpc.impact.stiffness import compliant_landing
@@ -107,7 +129,9 @@ def largest_reading(impact: Impact, values: Array) -> float:
 
 
 def lacks_bandwidth(landing: PosedLanding) -> str:
-    """What a landing lacks for readings of accelerometers; nothing where it gives the bandwidth of one."""
+    """What a landing lacks for readings of accelerometers; nothing where it gives the bandwidth of
+    one.
+    """
     return "" if low_passes_of(landing.scene) else NEEDS_BANDWIDTH
 
 
@@ -119,15 +143,21 @@ def world_position(impact: Impact, places: Places) -> Any:
 
 @cached
 def directions(impact: Impact, places: Places) -> ExtremeDirections:
-    """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15 of the largest shock."""
+    """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15
+    of the largest shock.
+    """
     maps = _maps(impact, places)
     parts = extreme_directions(maps.reshape(-1, 3, 3), impact.landing.up)
-    return ExtremeDirections(*(part.reshape(len(maps), 1, len(places), *part.shape[1:]) for part in parts))
+    return ExtremeDirections(
+        *(part.reshape(len(maps), 1, len(places), *part.shape[1:]) for part in parts)
+    )
 
 
 @cached
 def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
-    """The most severe of them (N, 1, n, 3) and the shocks there (N, 1, n), without the others in many postures."""
+    """The most severe of them (N, 1, n, 3) and the shocks there (N, 1, n), without the others in
+    many postures.
+    """
     maps = _maps(impact, places)
     if len(maps) == 1:
         return directions(impact, places)[:2]
@@ -136,48 +166,169 @@ def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
 
 
 def _maps(impact: Impact, places: Places) -> Array:
-    """Jumps (N, n, 3, 3) of the velocities of points for unit strikes along x, y and z, axes of their bodies' frames."""
+    """Jumps (N, n, 3, 3) of the velocities of points for unit strikes along x, y and z, axes of
+    their bodies' frames.
+    """
     jumps = impact.maps_of([place.body for place in places])
     r = np.broadcast_to(_r(impact, places), (*jumps.shape[:2], 3)).reshape(-1, 3)
     maps = jump_at(jumps.reshape(-1, 6, 3), impact.exact(r))
-    maps = impact.rounded(maps, lambda values: np.abs(values).max(axis=(1, 2), keepdims=True) + 1e-300)
+    maps = impact.rounded(
+        maps, lambda values: np.abs(values).max(axis=(1, 2), keepdims=True) + 1e-300
+    )
     return np.asarray(maps.reshape(*jumps.shape[:2], 3, 3))
 
 
-DELTA_V = Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True,
-    also=("friction", "stiffness"), linear=True)  # fmt: skip
-MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", lambda i,
-    p: _most_severe(i, p)[1])  # fmt: skip
-SHOCK = Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
-    also=("friction", "stiffness"), length_of=DELTA_V)  # fmt: skip
+DELTA_V = Quantity(
+    "delta_v",
+    "point",
+    "Δv, axes of the frame",
+    "m/s",
+    "greater",
+    _delta_v,
+    largest_jump,
+    vector=True,
+    also=("friction", "stiffness"),
+    linear=True,
+)
+MOST_SEVERE = Quantity(
+    "most_severe",
+    "point",
+    "shock of the most severe strike",
+    "1",
+    "greater",
+    lambda i, p: _most_severe(i, p)[1],
+)
+SHOCK = Quantity(
+    "shock",
+    "point",
+    "shock",
+    "1",
+    "greater",
+    shock,
+    largest_shock,
+    most_severe=MOST_SEVERE,
+    also=("friction", "stiffness"),
+    length_of=DELTA_V,
+)
 AT_CENTRE = (
-    Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", lambda i,
-        p: _most_severe(i, p)[0], vector=True),
+    Quantity(
+        "most_severe_direction",
+        "point",
+        "most severe strike, world axes",
+        "1",
+        "neither",
+        lambda i, p: _most_severe(i, p)[0],
+        vector=True,
+    ),
     MOST_SEVERE,
-    Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", lambda i,
-        p: directions(i, p).least_severe, vector=True),
-    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", lambda i,
-        p: directions(i, p).least_severe_shock),
-    Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse",
-        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",), length_of=DELTA_V),
-)  # fmt: skip
+    Quantity(
+        "least_severe_direction",
+        "point",
+        "least severe strike, world axes",
+        "1",
+        "neither",
+        lambda i, p: directions(i, p).least_severe,
+        vector=True,
+    ),
+    Quantity(
+        "least_severe",
+        "point",
+        "shock of the least severe strike",
+        "1",
+        "greater",
+        lambda i, p: directions(i, p).least_severe_shock,
+    ),
+    Quantity(
+        "peak_g",
+        "point",
+        "peak acceleration",
+        "g",
+        "greater",
+        _peak,
+        missing="the scene gives no pulse",
+        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "",
+        also=("friction",),
+        length_of=DELTA_V,
+    ),
+)
 """What bodies have too, at their centres of mass."""
 
 POINTS = (
     DELTA_V,
     SHOCK,
     *AT_CENTRE,
-    Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True,
-        fixed=lambda place: place.r),
-    Quantity("filtered_peak", "point", "peak acceleration behind the filter of an accelerometer", "g", "greater", readings,
-        largest_reading, missing=NO_BANDWIDTH, lacks=lacks_bandwidth, also=("friction",), with_stiffness=True),
-    Quantity("filtered_peak_axes", "point", "the same along each axis of the frame", "g", "greater",
-        lambda i, p: readings(i, p, along=True), largest_reading, missing=NO_BANDWIDTH, vector=True, lacks=lacks_bandwidth,
-        also=("friction",), with_stiffness=True),
-    Quantity("shock_free", "point", "shock with free joints", "1", "greater", shock, largest_shock,
-        "not solvable with free joints", needs_posture=True, on="free"),
-    Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", shock, largest_shock,
-        "not solvable with locked joints", needs_posture=True, on="locked"),
-    Quantity("shock_springs_free", "point", "shock with locked joints but those with springs", "1", "greater", shock,
-        largest_shock, "no joint has a spring, or not solvable", needs_posture=True, on="springs_free"),
-)  # fmt: skip
+    Quantity(
+        "position",
+        "point",
+        "position in the world",
+        "m",
+        "neither",
+        world_position,
+        reach,
+        vector=True,
+        fixed=lambda place: place.r,
+    ),
+    Quantity(
+        "filtered_peak",
+        "point",
+        "peak acceleration behind the filter of an accelerometer",
+        "g",
+        "greater",
+        readings,
+        largest_reading,
+        missing=NO_BANDWIDTH,
+        lacks=lacks_bandwidth,
+        also=("friction",),
+        with_stiffness=True,
+    ),
+    Quantity(
+        "filtered_peak_axes",
+        "point",
+        "the same along each axis of the frame",
+        "g",
+        "greater",
+        lambda i, p: readings(i, p, along=True),
+        largest_reading,
+        missing=NO_BANDWIDTH,
+        vector=True,
+        lacks=lacks_bandwidth,
+        also=("friction",),
+        with_stiffness=True,
+    ),
+    Quantity(
+        "shock_free",
+        "point",
+        "shock with free joints",
+        "1",
+        "greater",
+        shock,
+        largest_shock,
+        "not solvable with free joints",
+        needs_posture=True,
+        on="free",
+    ),
+    Quantity(
+        "shock_locked",
+        "point",
+        "shock with locked joints",
+        "1",
+        "greater",
+        shock,
+        largest_shock,
+        "not solvable with locked joints",
+        needs_posture=True,
+        on="locked",
+    ),
+    Quantity(
+        "shock_springs_free",
+        "point",
+        "shock with locked joints but those with springs",
+        "1",
+        "greater",
+        shock,
+        largest_shock,
+        "no joint has a spring, or not solvable",
+        needs_posture=True,
+        on="springs_free",
+    ),
+)

@@ -20,37 +20,50 @@ class Quantity(NamedTuple):
     """A number, or a vector, of a landing.
 
     Attributes:
-        key: its name in JSON, budgets, sweeps and comparisons; unique among those of one kind of place.
+        key: its name in JSON, budgets, sweeps and comparisons; unique among those of one kind of
+            place.
         of: the kind of place that it belongs to.
         title: as a table heads it.
         unit: SI, but g; "1" for a ratio.
         worse: which change makes a design worse.
-        compute: values (N, S, n) or (N, S, n, 3) at n places in N postures for S strikes, NaN where there is none; in the
-            arithmetic of the impact. Of a profile's health values (n,).
-        size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough: of an impact and the values.
+        compute: values (N, S, n) or (N, S, n, 3) at n places in N postures for S strikes, NaN where
+            there is none; in the arithmetic of the impact. Of a profile's health values (n,).
+        size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough:
+            of an impact and the values.
         missing: why a value may be missing.
         vector: whether a value is a vector (3,), whose length is taken where one number is needed.
-        needs_posture: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
-        in_doubles: whether double precision has it nevertheless where it is clear, and NaN elsewhere.
-        with_stiffness: whether it needs a posture and is unproven where the contacts have a finite stiffness.
+        needs_posture: whether it is computed in one posture at a time, with a proof, because double
+            precision cannot decide it.
+        in_doubles: whether double precision has it nevertheless where it is clear, and NaN
+            elsewhere.
+        with_stiffness: whether it needs a posture and is unproven where the contacts have a finite
+            stiffness.
         unproven: whether it is computed in one posture at a time, but in double precision.
-        shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of minimum norm.
-        signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
-        on: what it is computed of: the impact of the scene, that of the same landing with joints of another model (as
-            `ShockProfile.proof_with` names them), or the profile's health.
+        shared: whether it is one of many where contact or closure rows are redundant: that of the
+            impulses of minimum norm.
+        signed: whether a value, or a component of a vector, may be negative; then "greater" means
+            farther from zero.
+        on: what it is computed of: the impact of the scene, that of the same landing with joints of
+            another model (as `ShockProfile.proof_with` names them), or the profile's health.
         lacks: what a landing lacks for it, as a message; empty where it exists.
         fixed: its value at a point that is fixed to the world, which nothing moves.
         strikes: whether only contacts that strike have it, and no standing foot.
         carried: of which parts it is: of those at a "point", or those of a "joint"; empty for all.
-        most_severe: of a shock: that of the most severe strike at the same place, to which errors of it are relative.
-        reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the quantity itself.
-        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides, and so is
-            "tilt", of a landing that a tilt makes feasible; "pull" is above zero where a contact would have to be pulled, and
-            "gain" where the impact would make energy.
-        also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
+        most_severe: of a shock: that of the most severe strike at the same place, to which errors
+            of it are relative.
+        reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the
+            quantity itself.
+        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where
+            a proof decides, and so is "tilt", of a landing that a tilt makes feasible; "pull" is
+            above zero where a contact would have to be pulled, and "gain" where the impact would
+            make energy.
+        also: for what else it exists: the impact with friction, and the jumps on contacts of finite
+            stiffness.
         flag: whether it is 1 or 0, which documents write as true or false.
-        linear: whether it is linear in the jumps and impulses, by coefficients that do not change with the posture or the strike.
-        length_of: a quantity of that kind of which it is the length, but for a factor that does not change with them either.
+        linear: whether it is linear in the jumps and impulses, by coefficients that do not change
+            with the posture or the strike.
+        length_of: a quantity of that kind of which it is the length, but for a factor that does not
+            change with them either.
     """
 
     key: str
@@ -91,11 +104,16 @@ class Quantity(NamedTuple):
         return self.needs_posture or (self.with_stiffness and scene.contact_stiffness is not None)
 
     def of_ground(self, scene: Scene) -> bool:
-        """Whether it depends on the friction or on the contact stiffness of a scene: it is then computed in double precision."""
+        """Whether it depends on the friction or on the contact stiffness of a scene: it is then
+        computed in double precision.
+        """
         return self.unproven or (self.with_stiffness and scene.contact_stiffness is not None)
 
     def title_at(self, place: str, component: str = "") -> str:
-        """The title with the name of a place, such as "largest shock over base" or "shock at imu". Args: component, x, y or z."""
+        """The title with the name of a place, such as "largest shock over base" or "shock at imu".
+
+        Args: component, x, y or z.
+        """
         title, comma, frame = self.title.partition(",")
         along = f" along {component}" if component else ""
         if self.of in ("body", "joint"):
@@ -108,7 +126,9 @@ class Quantity(NamedTuple):
     @property
     def text(self) -> str:
         """Title, unit, and why there may be no value."""
-        return f"{self.title} [{self.unit}]" + (f"; no value: {self.missing}" if self.missing else "")
+        return f"{self.title} [{self.unit}]" + (
+            f"; no value: {self.missing}" if self.missing else ""
+        )
 
     @property
     def note(self) -> str:
@@ -122,12 +142,17 @@ class Quantity(NamedTuple):
             "of minimum norm where rows are redundant": self.shared,
         }
         return "; ".join(
-            [*(text for text, holds in remarks.items() if holds), *([f"no value: {self.missing}"] if self.missing else [])]
+            [
+                *(text for text, holds in remarks.items() if holds),
+                *([f"no value: {self.missing}"] if self.missing else []),
+            ]
         )
 
 
 def cached(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
-    """A formula that several quantities share, computed once for an impact and places; its arrays cannot be written to."""
+    """A formula that several quantities share, computed once for an impact and places; its arrays
+    cannot be written to.
+    """
 
     @functools.wraps(compute)
     def remembered(impact: Impact, places: Places) -> T:
@@ -148,7 +173,9 @@ def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
     Raises:
         PrecisionError: the impact is in balls, and they are too wide.
     """
-    return impact.rounded(quantity.compute(impact, places), functools.partial(quantity.size, impact))
+    return impact.rounded(
+        quantity.compute(impact, places), functools.partial(quantity.size, impact)
+    )
 
 
 def largest_jump(impact: Impact, values: Array) -> float:
@@ -165,4 +192,10 @@ def largest_shock(impact: Impact, values: Array) -> Any:
 def reach(impact: Impact, values: Array) -> float:
     """How far from the world's origin something of the robot is, at least [m]."""
     del values
-    return float(np.abs(impact.state.origin.astype(float)).max() + np.abs(impact.state.position.astype(float)).max()) + 1e-3
+    return (
+        float(
+            np.abs(impact.state.origin.astype(float)).max()
+            + np.abs(impact.state.position.astype(float)).max()
+        )
+        + 1e-3
+    )

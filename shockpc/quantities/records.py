@@ -1,4 +1,6 @@
-"""The records of a profile: what there is at one place of a kind, by name; their fields are quantities of that kind."""
+"""The records of a profile: what there is at one place of a kind, by name; their fields are
+quantities of that kind.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -19,11 +21,15 @@ R = TypeVar("R", bound="NamedTuple")
 
 
 def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
-    """A record of one place: its fields are quantities of a kind by key, None without a value, whose titles document them."""
+    """A record of one place: its fields are quantities of a kind by key, None without a value,
+    whose titles document them.
+    """
 
     def described(record: type[R]) -> type[R]:
         entries = [entry for entry in quantities_of(kind) if entry.key in record._fields]
-        record.__doc__ = f"{record.__doc__}" + "".join(f"    {entry.key}: {entry.text}.\n    " for entry in entries)
+        record.__doc__ = f"{record.__doc__}" + "".join(
+            f"    {entry.key}: {entry.text}.\n    " for entry in entries
+        )
         return record
 
     return described
@@ -57,7 +63,8 @@ class PartMargin(NamedTuple):
         body: the body it is fixed to, or that its joint carries.
         joint: its joint; empty for a part at a point.
         strength: its damage boundary; of a part of a joint the torque.
-        governed_by: which margin is that of the part: by "velocity change", "acceleration" or "torque"; empty if it has none.
+        governed_by: which margin is that of the part: by "velocity change", "acceleration" or
+            "torque"; empty if it has none.
         missing: why it has none; empty if it has one.
     """
 
@@ -143,8 +150,10 @@ class Bracket(NamedTuple):
         place: a body (its centre of mass), or a sensor.
         free: no reflected inertia; None if massless bodies then make it unsolvable.
         as_modelled: as the scene says.
-        locked: every joint holds; None if there is no verdict then, because the contact cannot move as the impact asks.
-        springs_free: every joint holds but those with a spring, which yield; None without springs, or if there is no verdict.
+        locked: every joint holds; None if there is no verdict then, because the contact cannot move
+            as the impact asks.
+        springs_free: every joint holds but those with a spring, which yield; None without springs,
+            or if there is no verdict.
     """
 
     place: str
@@ -160,10 +169,13 @@ class Health(NamedTuple):
     Attributes:
         rank: number of independent contact and closure rows.
         rows: number of these rows.
-        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
+        error_bound: proven error of the reported jumps, relative to each body's motion, the largest
+            over the bodies [1].
         body_error_bounds: the same for every body.
-        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
-        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
+        double_error: true error of the solution in double precision, the largest over the bodies
+            [1]; inf if it has none.
+        data_sensitivity: how far the result moves when every datum changes in its last digit, the
+            largest over the bodies [1].
         bits: precision of the ball arithmetic.
         warnings: each with its consequence.
     """
@@ -182,15 +194,18 @@ class Unknown(NamedTuple):
     """Something that a landing takes for granted; `str` gives it in words, with what to give.
 
     Attributes:
-        kind: what it is about: "drives", "inertia", "geometry", "springs", "contact", "posture", "base" or "duration".
-        status: "unknown" or "simulation model" of drives that nobody knows, "implausible" of inertias,
-            and "missing" of geometry; "published", "derived" or "identified" of drives that are known,
-            and "chosen" or "assumed" of the rest.
+        kind: what it is about: "drives", "inertia", "geometry", "springs", "contact", "posture",
+            "base" or "duration".
+        status: "unknown" or "simulation model" of drives that nobody knows, "implausible" of
+            inertias, and "missing" of geometry; "published", "derived" or "identified" of drives
+            that are known, and "chosen" or "assumed" of the rest.
         subjects: names of the joints, links or contacts.
-        deciding: those of the joints that decide about the first number of the answer, the ones that count most first.
+        deciding: those of the joints that decide about the first number of the answer, the ones
+            that count most first.
         text: what is not known, or was chosen; of contacts without their names.
         remedy: what to give, or to change.
-        effect: largest over smallest value of the first number that what is known allows [1]; 1 where that is not computed.
+        effect: largest over smallest value of the first number that what is known allows [1]; 1
+            where that is not computed.
     """
 
     kind: str
@@ -226,13 +241,23 @@ class Valued(Protocol):
 
 
 def records(
-    record: type[R], profile: Valued, kind: PlaceKind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
+    record: type[R],
+    profile: Valued,
+    kind: PlaceKind,
+    places: Sequence[Place] | None = None,
+    **given: str | Sequence[Any],
 ) -> tuple[R, ...]:
-    """A record for each place: its first field is the place's name, others are given, or quantities by their or given keys."""
+    """A record for each place: its first field is the place's name, others are given, or quantities
+    by their or given keys.
+    """
     names = [place.name for place in (profile.places(kind) if places is None else places)]
-    columns: dict[str, Any] = {field: field for field in record._fields} | {record._fields[0]: names} | given
+    columns: dict[str, Any] = (
+        {field: field for field in record._fields} | {record._fields[0]: names} | given
+    )
     values = {
-        field: map(_number, profile.values(quantity(kind, column), places)) if isinstance(column, str) else column
+        field: map(_number, profile.values(quantity(kind, column), places))
+        if isinstance(column, str)
+        else column
         for field, column in columns.items()
     }
     return tuple(map(record._make, zip(*values.values(), strict=True)))

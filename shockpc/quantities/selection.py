@@ -1,4 +1,6 @@
-"""The table of all quantities, and how a text names one: KEY, KIND.KEY, and KEY.x for a component of a vector."""
+"""The table of all quantities, and how a text names one: KEY, KIND.KEY, and KEY.x for a component
+of a vector.
+"""
 
 import functools
 from collections.abc import Mapping
@@ -21,7 +23,17 @@ from shockpc.quantities.ranges import RANGES
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
 
-QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *RANGES, *PARTS, *BENDING)
+QUANTITIES: tuple[Quantity, ...] = (
+    *POINTS,
+    *BODIES,
+    *JOINTS,
+    *CONTACTS,
+    *ROBOT,
+    *GROUND,
+    *RANGES,
+    *PARTS,
+    *BENDING,
+)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
 _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}
@@ -44,18 +56,25 @@ class Selection(NamedTuple):
         return select, (self.name,)
 
     def scalar(self, values: Any) -> Any:
-        """Values (...) of the selection, doubles or balls. Args: values (...) or (..., 3) of the quantity."""
+        """Values (...) of the selection, doubles or balls.
+
+        Args: values (...) or (..., 3) of the quantity.
+        """
         if not self.quantity.vector:
             return values
         return np.asarray(norm(values) if self.axis is None else values[..., self.axis])
 
     def worse(self, values: Any) -> Any:
-        """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
+        """How severe values (n,) are: greater is worse; −∞ where there is none.
+
+        Of signed ones the magnitudes count.
 
         Of a quantity that is not worse in either direction the largest value counts as the worst.
         """
         sizes = np.abs(values) if self.signed else values
-        return np.nan_to_num(-sizes if self.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf)
+        return np.nan_to_num(
+            -sizes if self.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf
+        )
 
     @property
     def signed(self) -> bool:
@@ -76,13 +95,16 @@ def quantity(kind: PlaceKind, key: str) -> Quantity:
     """
     if (kind, key) not in _BY_KEY:
         known = [f"{of}.{name}" for of, name in _BY_KEY]
-        raise UnknownName("quantity", f"{kind}.{key}", known, "the table of quantities", "shockpc quantities")
+        raise UnknownName(
+            "quantity", f"{kind}.{key}", known, "the table of quantities", "shockpc quantities"
+        )
     return _BY_KEY[kind, key]
 
 
 @checked
 def select(text: str) -> Selection:
-    """The selection that a text means: KEY, or KIND.KEY where several kinds have it; .x, .y or .z after it for a component.
+    """The selection that a text means: KEY, or KIND.KEY where several kinds have it; .x, .y or .z
+    after it for a component.
 
     Raises:
         UnknownName: there is none; the text names the nearest, and the command that lists all.

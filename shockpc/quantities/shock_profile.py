@@ -1,4 +1,6 @@
-"""What an analysis gives back: a landing and its proof; every other number is a quantity, computed when it is read."""
+"""What an analysis gives back: a landing and its proof; every other number is a quantity, computed
+when it is read.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -55,7 +57,9 @@ T = TypeVar("T")
 
 
 class _Of(cached_property[T]):
-    """A property of a profile: what is made of the values of the quantity that has its name, at all places of a kind."""
+    """A property of a profile: what is made of the values of the quantity that has its name, at all
+    places of a kind.
+    """
 
     def __init__(self, kind: PlaceKind, made: Callable[[Array], T]) -> None:
         def read(profile: "ShockProfile") -> T:
@@ -68,7 +72,10 @@ class _Of(cached_property[T]):
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         super().__set_name__(owner, name)
-        self.__doc__ = f"{quantity(self.kind, name).text} (of {'the' if self.kind == 'robot' else 'each'} {self.kind})."
+        self.__doc__ = (
+            f"{quantity(self.kind, name).text} (of {'the' if self.kind == 'robot' else 'each'} "
+            f"{self.kind})."
+        )
 
 
 def _each(values: Array) -> Array:
@@ -97,14 +104,17 @@ class Judge(NamedTuple):
 
 @frozen()
 class ShockProfile(OfLanding):
-    """The shock of one landing; index i of an array over the bodies is body i of the robot. Its arrays cannot be written to.
+    """The shock of one landing; index i of an array over the bodies is body i of the robot.
 
-    The reported numbers are those of the proof: midpoints of enclosures, rounded to doubles. All are computed when they are first
-    read.
+    Its arrays cannot be written to.
+
+    The reported numbers are those of the proof: midpoints of enclosures, rounded to doubles. All
+    are computed when they are first read.
 
     Attributes:
         landing: the scene resolved on the robot.
-        double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates, as in `Proof`.
+        double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates,
+            as in `Proof`.
         proof: enclosures of the exact solution.
         trace: collects what each part cost.
         judge: says how far to trust the numbers.
@@ -117,12 +127,16 @@ class ShockProfile(OfLanding):
     judge: Judge
 
     def __repr__(self) -> str:
-        return f"ShockProfile(landing={self.landing!r}, unknowns={[str(one) for one in self.unknowns]})"
+        return (
+            f"ShockProfile(landing={self.landing!r}, "
+            f"unknowns={[str(one) for one in self.unknowns]})"
+        )
 
     _repr_html_ = shown_by("studies.analyze.report:landing_report")
 
     def show(self) -> None:
-        """Show the landing in three dimensions, as in report.html: in the cell of a notebook, else in a browser.
+        """Show the landing in three dimensions, as in report.html: in the cell of a notebook, else
+        in a browser.
 
         Raises:
             OutputError: Plotly is not installed, or no browser is found.
@@ -131,7 +145,9 @@ class ShockProfile(OfLanding):
 
     @cached_property
     def scene(self) -> Scene:
-        """What lands, with every default filled in; in place of a posture that is computed the values of its joints."""
+        """What lands, with every default filled in; in place of a posture that is computed the
+        values of its joints.
+        """
         return spelled_out(self.landing.scene, self.robot)
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
@@ -139,12 +155,19 @@ class ShockProfile(OfLanding):
         return self.landing.places(kind)
 
     def values(self, wanted: Quantity, places: Sequence[Place] | None = None) -> Array:
-        """The values (n,) or (n, 3) of a quantity at some places, by default all of its kind; NaN where there is none.
+        """The values (n,) or (n, 3) of a quantity at some places, by default all of its kind; NaN
+        where there is none.
 
         A point that is fixed to the world does not move.
         """
         where = self.places(wanted.of) if places is None else places
-        key = (wanted.of, wanted.key, None if places is None else tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places))
+        key = (
+            wanted.of,
+            wanted.key,
+            None
+            if places is None
+            else tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places),
+        )
         if key not in self._cache:
             values = np.full((len(where), 3) if wanted.vector else len(where), np.nan)
             fixed = [k for k, place in enumerate(where) if wanted.of == "point" and place.body < 0]
@@ -154,8 +177,16 @@ class ShockProfile(OfLanding):
                     values[fixed] = [wanted.fixed(where[k]) for k in fixed]
                 if moving and wanted.on == "health":
                     values[moving] = wanted.compute(self.health, [where[k] for k in moving])
-                elif moving and (proof := self.proof if wanted.on == "scene" else self.proof_with(wanted.on)) is not None:
-                    values[moving] = proof.read(wanted.compute, [where[k] for k in moving], size=wanted.size)[0, 0]
+                elif (
+                    moving
+                    and (
+                        proof := self.proof if wanted.on == "scene" else self.proof_with(wanted.on)
+                    )
+                    is not None
+                ):
+                    values[moving] = proof.read(
+                        wanted.compute, [where[k] for k in moving], size=wanted.size
+                    )[0, 0]
             self._cache[key] = read_only(values)
         return self._cache[key]
 
@@ -164,13 +195,21 @@ class ShockProfile(OfLanding):
         return self.values(quantity(kind, key))
 
     def numbers(self, selection: Selection, places: Sequence[Place]) -> Array:
-        """The numbers (n,) of a selection at some places; NaN where there is none, or redundant rows leave it undetermined."""
+        """The numbers (n,) of a selection at some places; NaN where there is none, or redundant
+        rows leave it undetermined.
+        """
         numbers = selection.scalar(self.values(selection.quantity, places))
-        return np.full(len(places), np.nan) if selection.quantity.shared and self.redundant else numbers
+        return (
+            np.full(len(places), np.nan)
+            if selection.quantity.shared and self.redundant
+            else numbers
+        )
 
     @property
     def redundant(self) -> bool:
-        """Whether contact or closure rows depend on one another, so that their impulses are one solution of many."""
+        """Whether contact or closure rows depend on one another, so that their impulses are one
+        solution of many.
+        """
         return len(self.choice.rows) < len(self.proof.impulse)
 
     @cached_property
@@ -178,7 +217,8 @@ class ShockProfile(OfLanding):
         return {}
 
     def proof_with(self, name: str) -> Proof | None:
-        """The proof of the same landing with "free" or "locked" joints, or with "springs_free" and all other joints locked.
+        """The proof of the same landing with "free" or "locked" joints, or with "springs_free" and
+        all other joints locked.
 
         Returns: None where that has no verdict, or the landing no springs.
         """
@@ -187,7 +227,9 @@ class ShockProfile(OfLanding):
 
     @property
     def unsolved_joints(self) -> dict[str, str]:
-        """Why there is no solution with "free" joints, "locked" ones or "springs_free", as in `proof_with`, by these names."""
+        """Why there is no solution with "free" joints, "locked" ones or "springs_free", as in
+        `proof_with`, by these names.
+        """
         return {name: proof for name, proof in self._other_joints.items() if isinstance(proof, str)}
 
     @cached_property
@@ -195,13 +237,17 @@ class ShockProfile(OfLanding):
         joints, model = self.robot.actuated_dofs, self.landing.joint_model
         proofs: dict[str, Proof | str | None] = {"springs_free": None}
         models = {"free": np.zeros_like(joints), "locked": joints}
-        for name, locked in (models | ({"springs_free": joints & ~model.springs} if model.springs.any() else {})).items():
+        for name, locked in (
+            models | ({"springs_free": joints & ~model.springs} if model.springs.any() else {})
+        ).items():
             if model.name == name or not (locked.any() or name == "free"):
                 proofs[name] = self.proof if model.name == name else proofs["free"]
                 continue
             state = dynamics(self.robot, self.landing.q[None])
             bare = self.landing.without_stops
-            changed = replace(bare, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
+            changed = replace(
+                bare, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state
+            )
             try:
                 changed = with_own_faces(changed)
                 changed = with_stops(changed) if self.scene.stops else changed
@@ -223,7 +269,9 @@ class ShockProfile(OfLanding):
 
     @property
     def joint_model(self) -> str:
-        """The model: "free" (no reflected inertia), "geared" (every joint has some), "locked" (every joint holds) or "mixed"."""
+        """The model: "free" (no reflected inertia), "geared" (every joint has some), "locked"
+        (every joint holds) or "mixed".
+        """
         return self.landing.joint_model.name
 
     @property
@@ -259,9 +307,14 @@ class ShockProfile(OfLanding):
 
     @property
     def reference_velocities(self) -> Array:
-        """(k, 3) velocities before the impact of which the fastest has the speed `v_in`: contacts or centre of mass [m/s]."""
+        """(k, 3) velocities before the impact of which the fastest has the speed `v_in`: contacts
+        or centre of mass [m/s].
+        """
         return read_only(
-            self.proof.read(lambda impact: impact.reference_velocities[0, 0], size=lambda *_: self.landing.fastest_approach)
+            self.proof.read(
+                lambda impact: impact.reference_velocities[0, 0],
+                size=lambda *_: self.landing.fastest_approach,
+            )
         )
 
     @property
@@ -281,7 +334,9 @@ class ShockProfile(OfLanding):
 
     @property
     def maps(self) -> Array:
-        """(nb, 6, 3) jump (Δω, Δv) of every body for a strike of 1 m/s along world x, y and z, body axes."""
+        """(nb, 6, 3) jump (Δω, Δv) of every body for a strike of 1 m/s along world x, y and z, body
+        axes.
+        """
         return self.proof.jumps[..., :3]
 
     @property
@@ -305,7 +360,9 @@ class ShockProfile(OfLanding):
     @cached_property
     def rotation(self) -> Array:
         """(nb, 3, 3) of the body frames, body to world."""
-        return read_only(self.proof.read(lambda impact: impact.state.rotation[0], size=lambda *_: 1.0))
+        return read_only(
+            self.proof.read(lambda impact: impact.state.rotation[0], size=lambda *_: 1.0)
+        )
 
     @cached_property
     def directions(self) -> ExtremeDirections:
@@ -323,33 +380,65 @@ class ShockProfile(OfLanding):
     @cached_property
     def parts(self) -> tuple[PartMargin, ...]:
         """Margins of the scene's parts."""
-        places, names = self.landing.parts, {place.number: place.name for place in self.places("joint")}
-        strengths, governed, missing, joints = [], [], [], [names.get(place.joint, "") for place in places]
-        margins = zip(self.value("part_margin", "part"), self.value("velocity_margin", "part"), strict=True)
+        places, names = (
+            self.landing.parts,
+            {place.number: place.name for place in self.places("joint")},
+        )
+        strengths, governed, missing, joints = (
+            [],
+            [],
+            [],
+            [names.get(place.joint, "") for place in places],
+        )
+        margins = zip(
+            self.value("part_margin", "part"), self.value("velocity_margin", "part"), strict=True
+        )
         for place, joint, (margin, by_velocity) in zip(places, joints, margins, strict=True):
             given, known = self.scene.part[place.number], not np.isnan(margin)
-            strengths.append(torque_strength(self.robot, given, joint) if joint else strength(given))
-            by = "torque" if joint else "velocity change" if margin == by_velocity else "acceleration"
+            strengths.append(
+                torque_strength(self.robot, given, joint) if joint else strength(given)
+            )
+            by = (
+                "torque"
+                if joint
+                else "velocity change"
+                if margin == by_velocity
+                else "acceleration"
+            )
             governed.append(by if known else "")
             missing.append("" if known else not_judged(self.landing, place, self.redundant))
         carriers = [self.bodies[place.body] for place in places]
         return records(
-            PartMargin, self, "part", body=carriers, joint=joints, strength=strengths, governed_by=governed, missing=missing
+            PartMargin,
+            self,
+            "part",
+            body=carriers,
+            joint=joints,
+            strength=strengths,
+            governed_by=governed,
+            missing=missing,
         )
 
     @cached_property
     def margin_lost(self) -> MarginLost | None:
-        """From which contact stiffness on a margin is lost; None without parts, or without limits and a contact stiffness."""
-        return margin_lost(self.landing) if self.landing.parts or self.stiffness is not None else None
+        """From which contact stiffness on a margin is lost; None without parts, or without limits
+        and a contact stiffness.
+        """
+        return (
+            margin_lost(self.landing) if self.landing.parts or self.stiffness is not None else None
+        )
 
     @cached_property
     def contacts(self) -> tuple[ContactImpulse, ...]:
         """Impulses, friction and effective masses of the contacts."""
-        return records(ContactImpulse, self, "contact", frame=self._feet)[: len(self.landing.contacts)]
+        return records(ContactImpulse, self, "contact", frame=self._feet)[
+            : len(self.landing.contacts)
+        ]
 
     @cached_property
     def effective_mass(self) -> float:
-        """Effective mass of all contacts together along the ground's normal [kg]; NaN if they differ in normal or restitution.
+        """Effective mass of all contacts together along the ground's normal [kg]; NaN if they
+        differ in normal or restitution.
 
         It is the impulse of the ground for an approach of 1 m/s along the normal, without rebound.
         """
@@ -357,7 +446,9 @@ class ShockProfile(OfLanding):
 
     @cached_property
     def normal_mass(self) -> float:
-        """Effective mass of all contacts together along the normal if none has friction (Khatib) [kg]; NaN as `effective_mass`."""
+        """Effective mass of all contacts together along the normal if none has friction (Khatib)
+        [kg]; NaN as `effective_mass`.
+        """
         landing, upright = self.landing, list[ConstraintBlock]()
         for block in landing.contacts:
             n = block.normal
@@ -370,7 +461,9 @@ class ShockProfile(OfLanding):
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:
         """Impulses of the standing feet."""
-        return records(StanceImpulse, self, "contact", frame=self._feet)[len(self.landing.contacts) :]
+        return records(StanceImpulse, self, "contact", frame=self._feet)[
+            len(self.landing.contacts) :
+        ]
 
     @property
     def _feet(self) -> list[str]:
@@ -380,22 +473,32 @@ class ShockProfile(OfLanding):
     def loads(self) -> tuple[JointLoad, ...]:
         """Impulses through the joints between bodies, and jumps of their rates.
 
-        Where rows depend on one another (redundant contacts, a planar loop closed in space) they are those of the contact impulses
-        of minimum norm.
+        Where rows depend on one another (redundant contacts, a planar loop closed in space) they
+        are those of the contact impulses of minimum norm.
         """
         return records(JointLoad, self, "joint")
 
     @cached_property
     def bracket(self) -> tuple[Bracket, ...]:
-        """Shock with other models of the joints: at the heaviest body's centre of mass and at every sensor and point."""
+        """Shock with other models of the joints: at the heaviest body's centre of mass and at every
+        sensor and point.
+        """
         return records(
-            Bracket, self, "point", self.bracketed, free="shock_free", as_modelled="shock", locked="shock_locked",
+            Bracket,
+            self,
+            "point",
+            self.bracketed,
+            free="shock_free",
+            as_modelled="shock",
+            locked="shock_locked",
             springs_free="shock_springs_free",
-        )  # fmt: skip
+        )
 
     @cached_property
     def spring_time(self) -> float:
-        """Time after the impact from which on the first spring has an effect, as `spring_times` [s]; infinite without springs."""
+        """Time after the impact from which on the first spring has an effect, as `spring_times`
+        [s]; infinite without springs.
+        """
         if not self.landing.joint_model.springs.any():
             return math.inf
         from shockpc.impact.springs import spring_times
@@ -404,12 +507,18 @@ class ShockProfile(OfLanding):
 
     @cached_property
     def bending(self) -> Bending | str | None:
-        """When links can be taken as rigid, on the contact stiffness, for the pulse, or where a margin of a part is lost.
+        """When links can be taken as rigid, on the contact stiffness, for the pulse, or where a
+        margin of a part is lost.
 
         Returns: why that is not known, as a text; None where it makes no difference.
         """
         k, lost = self.scene.contact_stiffness, None
-        if k is None and self.landing.pulse is None and self.landing.parts and (lost := self.margin_lost) is not None:
+        if (
+            k is None
+            and self.landing.pulse is None
+            and self.landing.parts
+            and (lost := self.margin_lost) is not None
+        ):
             k = lost.contact_stiffness if 0.0 < lost.contact_stiffness < math.inf else None
         if k is None and self.landing.pulse is None:
             return None
@@ -449,7 +558,9 @@ class ShockProfile(OfLanding):
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """What the landing takes for granted: what is not known first, and of that what changes the answer most."""
+        """What the landing takes for granted: what is not known first, and of that what changes the
+        answer most.
+        """
         with self.trace.stage("what is taken for granted"):
             return self.judge.unknowns(self)
 
@@ -461,15 +572,23 @@ class ShockProfile(OfLanding):
 
     @property
     def impact_length(self) -> float | None:
-        """How long the impact lasts, by a contact stiffness or the pulse of the scene [s]; None where neither is given."""
+        """How long the impact lasts, by a contact stiffness or the pulse of the scene [s]; None
+        where neither is given.
+        """
         if self.stiffness is not None:
             return float(self.stiffness.duration.max())
         return None if self.landing.pulse is None else self.landing.pulse.length
 
     @property
     def main_body(self) -> int:
-        """The index of the body that an answer is about: the heaviest; with a fixed base the landing's `trunk`."""
-        return self.landing.trunk if self.landing.base == "fixed" else int(np.argmax(self.robot.masses))
+        """The index of the body that an answer is about: the heaviest; with a fixed base the
+        landing's `trunk`.
+        """
+        return (
+            self.landing.trunk
+            if self.landing.base == "fixed"
+            else int(np.argmax(self.robot.masses))
+        )
 
     @property
     def bracketed(self) -> list[Place]:
@@ -496,7 +615,9 @@ class ShockProfile(OfLanding):
         points = place.offset + np.asarray(r, dtype=float) @ place.rotation.T
         if place.body < 0:
             return np.zeros(points.shape[:-1])
-        return np.asarray(shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in))
+        return np.asarray(
+            shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in)
+        )
 
     def _directions(self, kind: PlaceKind) -> ExtremeDirections:
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
@@ -508,12 +629,16 @@ def mass_of_contacts(landing: PosedLanding, impulse: Array) -> float:
 
     Args:
         landing: the landing.
-        impulse: (nc, 3 or 4) impulses along all rows, whose first columns are those for 1 m/s along world x, y and z [N s].
+        impulse: (nc, 3 or 4) impulses along all rows, whose first columns are those for 1 m/s along
+            world x, y and z [N s].
     """
     blocks = landing.contacts
     ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
     if len(ends) > 1 or blocks[0].kind == "stop":
         return math.nan
     up, along = landing.up, impulse[:, :3] @ -landing.up
-    pushed = [(block.forces @ up) @ along[rows][: len(block.forces)] for block, rows in zip(blocks, slices_of(blocks), strict=True)]
+    pushed = [
+        (block.forces @ up) @ along[rows][: len(block.forces)]
+        for block, rows in zip(blocks, slices_of(blocks), strict=True)
+    ]
     return float(sum(pushed)) / (1.0 + blocks[0].restitution)

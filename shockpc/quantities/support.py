@@ -1,4 +1,6 @@
-"""Whether a robot stands over its feet: where its centre of mass is beside their support, and how fast that changes."""
+"""Whether a robot stands over its feet: where its centre of mass is beside their support, and how
+fast that changes.
+"""
 
 from typing import NamedTuple
 
@@ -17,7 +19,9 @@ from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 
 BESIDE = 0.1
-"""Distance of the centre of mass from the support of three feet or more, as a share of its height, up to which they carry it."""
+"""Distance of the centre of mass from the support of three feet or more, as a share of its height,
+up to which they carry it.
+"""
 
 
 class Support(NamedTuple):
@@ -41,19 +45,32 @@ class Support(NamedTuple):
 @memoized()
 def standing_feet(robot: Robot) -> tuple[Frame, ...]:
     """The feet of a robot that end legs; a wheel ends none."""
-    return tuple(robot.frames[name] for name in each_foot(robot) if ends_leg(robot, name, wheels=False))
+    return tuple(
+        robot.frames[name] for name in each_foot(robot) if ends_leg(robot, name, wheels=False)
+    )
 
 
 def stands(landing: Landing) -> bool:
-    """Whether a robot has feet, under a base that is free and that nobody turned, on ground that is level."""
+    """Whether a robot has feet, under a base that is free and that nobody turned, on ground that is
+    level.
+    """
     posture = landing.scene.posture
     turned = posture.base_rpy_deg is not None or posture.base_quaternion is not None
-    return bool(standing_feet(landing.robot)) and not turned and landing.base != "fixed" and bool(landing.up[2] >= 1.0 - 1e-9)
+    return (
+        bool(standing_feet(landing.robot))
+        and not turned
+        and landing.base != "fixed"
+        and bool(landing.up[2] >= 1.0 - 1e-9)
+    )
 
 
 def support(landing: Landing, state: Dynamics) -> Support:
-    """The centre of mass over the feet, in the postures of a state; in doubles, of a state in balls too."""
-    rotation, position = (part.astype(float, copy=False) for part in (state.rotation, state.position))
+    """The centre of mass over the feet, in the postures of a state; in doubles, of a state in balls
+    too.
+    """
+    rotation, position = (
+        part.astype(float, copy=False) for part in (state.rotation, state.position)
+    )
     state = state._replace(rotation=rotation, position=position)
     feet, places = standing_feet(landing.robot), _places(landing, state)
     com = _centre_of_mass(landing.robot, state)
@@ -63,7 +80,9 @@ def support(landing: Landing, state: Dynamics) -> Support:
     # The nearest points of the segments between all feet, (N, k, k, 2).
     start, along = points[:, :, None], points[:, None] - points[:, :, None]
     to_com = com[:, None, None, :2] - start
-    share = np.clip(np.sum(to_com * along, axis=3) / np.maximum(np.sum(along**2, axis=3), 1e-300), 0.0, 1.0)
+    share = np.clip(
+        np.sum(to_com * along, axis=3) / np.maximum(np.sum(along**2, axis=3), 1e-300), 0.0, 1.0
+    )
     away = (to_com - share[..., None] * along).reshape(len(com), -1, 2)
     every = np.arange(len(com))
     nearest = np.linalg.norm(away, axis=2).argmin(axis=1)
@@ -72,20 +91,32 @@ def support(landing: Landing, state: Dynamics) -> Support:
     # The centre of mass is outside where all feet are behind the nearest point.
     behind = np.sum((points - com[:, None, :2]) * towards[:, None], axis=2)
     beside = np.linalg.norm(towards, axis=1) * (behind < 0.0).all(axis=1)
-    unit = np.where(beside[:, None] > 0.0, towards / np.where(beside > 0.0, beside, 1.0)[:, None], 0.0)
+    unit = np.where(
+        beside[:, None] > 0.0, towards / np.where(beside > 0.0, beside, 1.0)[:, None], 0.0
+    )
     ends = np.stack(np.unravel_index(nearest, (len(feet), len(feet))), axis=1)
-    return Support(beside, com[:, 2] - low[:, 2], unit, ends, share.reshape(len(com), -1)[every, nearest])
+    return Support(
+        beside, com[:, 2] - low[:, 2], unit, ends, share.reshape(len(com), -1)[every, nearest]
+    )
 
 
 def most_beside(feet: int) -> float:
-    """Distance from the support of some feet, as a share of the height, up to which they carry the centre of mass."""
+    """Distance from the support of some feet, as a share of the height, up to which they carry the
+    centre of mass.
+    """
     return BESIDE if feet > 2 else 1.0
 
 
 OVERHANG = Quantity(
-    "overhang", "robot", "distance of the centre of mass beside the support, beyond what feet carry", "m", "neither",
-    lambda impact, places: _overhang(impact.landing, support(impact.landing, impact.state))[:, None, None],
-)  # fmt: skip
+    "overhang",
+    "robot",
+    "distance of the centre of mass beside the support, beyond what feet carry",
+    "m",
+    "neither",
+    lambda impact, places: _overhang(impact.landing, support(impact.landing, impact.state))[
+        :, None, None
+    ],
+)
 """At most zero where the feet carry the robot; a constraint can follow it."""
 
 
@@ -96,7 +127,8 @@ def _overhang(landing: Landing, here: Support) -> Array:
 def overhang_rates(landing: Landing, state: Dynamics, twists: Array) -> tuple[Array, Array]:
     """`OVERHANG` (N,) in N postures, and how fast (N, d) it changes.
 
-    The distance d = n · (c − (1 − s) p_i − s p_j) changes as its points move along n; the share s is the best one.
+    The distance d = n · (c − (1 − s) p_i − s p_j) changes as its points move along n; the share s
+    is the best one.
 
     Args:
         landing: names the robot.
@@ -120,14 +152,18 @@ def overhang_rates(landing: Landing, state: Dynamics, twists: Array) -> tuple[Ar
 
 
 def _velocities(points: Array, twists: Array) -> Array:
-    """Velocities (N, k, 3, d) v + ω × p of points (N, k, 3), for twists (N, k, 6, d) about the base."""
+    """Velocities (N, k, 3, d) v + ω × p of points (N, k, 3), for twists (N, k, 6, d) about the
+    base.
+    """
     return np.asarray(twists[..., 3:, :] + np.cross(twists[..., :3, :], points[..., None], axis=2))
 
 
 def _places(landing: Landing, state: Dynamics) -> Array:
     """The frames (N, k, 3) of the feet, world axes, from the base [m]."""
     feet = standing_feet(landing.robot)
-    places = [(state.rotation[:, foot.body] @ foot.offset) + state.position[:, foot.body] for foot in feet]
+    places = [
+        (state.rotation[:, foot.body] @ foot.offset) + state.position[:, foot.body] for foot in feet
+    ]
     return np.stack(places, axis=1)
 
 
@@ -139,7 +175,9 @@ def _centre_of_mass(robot: Robot, state: Dynamics) -> Array:
 
 
 def _lowest_of_feet(landing: Landing, state: Dynamics) -> Array:
-    """The lowest points of the bodies of the feet, and the numbers of these bodies, (N, 4); a foot without shapes is a point."""
+    """The lowest points of the bodies of the feet, and the numbers of these bodies, (N, 4); a foot
+    without shapes is a point.
+    """
     robot, places = landing.robot, _places(landing, state)
     bodies = [foot.body for foot in standing_feet(robot)]
     low, found = lowest_points(landing, state, bodies), list[Array]()
@@ -148,6 +186,8 @@ def _lowest_of_feet(landing: Landing, state: Dynamics) -> Array:
     for k, foot in enumerate(standing_feet(robot)):
         own = of_shape == foot.body
         points = low[:, own] if own.any() else places[:, k : k + 1]
-        found.append(np.concatenate([points, np.full((*points.shape[:2], 1), float(foot.body))], axis=2))
+        found.append(
+            np.concatenate([points, np.full((*points.shape[:2], 1), float(foot.body))], axis=2)
+        )
     points = np.concatenate(found, axis=1)
     return np.asarray(points[np.arange(len(points)), points[..., 2].argmin(axis=1)])

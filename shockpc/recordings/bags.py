@@ -1,4 +1,6 @@
-"""Bags of ROS 1 and ROS 2 and MCAP files: the joints and the base of a robot from messages of the usual types, as columns."""
+"""Bags of ROS 1 and ROS 2 and MCAP files: the joints and the base of a robot from messages of the
+usual types, as columns.
+"""
 
 from array import array
 from collections.abc import Callable, Sequence
@@ -23,7 +25,9 @@ NamedNumbers = tuple[tuple[str, ...], Sequence[float]]
 
 
 class _Kind(NamedTuple):
-    """A type of message: what it gives, names of the usual topics, best first, and how its numbers are read."""
+    """A type of message: what it gives, names of the usual topics, best first, and how its numbers
+    are read.
+    """
 
     gives: str
     usual: tuple[str, ...]
@@ -39,9 +43,11 @@ class _Series(NamedTuple):
 
 
 def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str, np.ndarray]:
-    """The columns of a bag: time_ns of the headers of messages, q_JOINT, qd_JOINT, and those of the base, as in recorded tables.
+    """The columns of a bag: time_ns of the headers of messages, q_JOINT, qd_JOINT, and those of the
+    base, as in recorded tables.
 
-    The clock is that of the joints. Of slower topics the samples stand at the nearest times of it, and between these is NaN.
+    The clock is that of the joints. Of slower topics the samples stand at the nearest times of it,
+    and between these is NaN.
 
     Args:
         path: of the file, or of the folder of ROS 2.
@@ -49,21 +55,33 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
         remarks: what was chosen and what was left out is added to it.
 
     Raises:
-        StudyError: it cannot be read, has no messages of these types, or several topics among which no name is usual.
+        StudyError: it cannot be read, has no messages of these types, or several topics among which
+            no name is usual.
     """
     try:
         from rosbags.highlevel import AnyReader  # an extra
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        raise StudyError('bags need the package "rosbags"; install it with: pip install rosbags, or give a CSV file') from None
-    # What is no file would be waited for, or read without end; what is no bag, or its description, may be read as one line.
-    for file in [part for part in sorted(path.iterdir()) if part.exists() and not part.is_dir()] if path.is_dir() else [path]:
+        raise StudyError(
+            'bags need the package "rosbags"; install it with: pip install rosbags, or give a CSV '
+            "file"
+        ) from None
+    # What is no file would be waited for, or read without end; what is no bag, or its description,
+    # may be read as one line.
+    for file in (
+        [part for part in sorted(path.iterdir()) if part.exists() and not part.is_dir()]
+        if path.is_dir()
+        else [path]
+    ):
         if file.suffix == ".yaml":
             read_file(file, "description of a bag", StudyError)
         with open_file(file, "bag", StudyError) as bag:
             begin = BAGS.get(file.suffix.casefold(), b"")
             if bag.read(len(begin)) != begin:
-                raise StudyError(f'"{file}" cannot be read: it is no {file.suffix} file, or damaged, as it begins otherwise')
+                raise StudyError(
+                    f'"{file}" cannot be read: it is no {file.suffix} file, or damaged, as it '
+                    f"begins otherwise"
+                )
     series: dict[tuple[str, tuple[str, ...]], _Series] = {}
     try:
         # Bags of ROS 2 may be without the definitions of their types.
@@ -74,57 +92,91 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
                 stamp = message.header.stamp
                 names, numbers = KINDS[connection.msgtype].read(message)
                 if names and len(names) == len(numbers):
-                    record = series.setdefault((connection.topic, names), _Series(names, array("q"), array("d")))
+                    record = series.setdefault(
+                        (connection.topic, names), _Series(names, array("q"), array("d"))
+                    )
                     record.stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
                     record.numbers.extend(numbers)
     except ShockError:
         raise
     except Exception as refusal:  # of many kinds, because whatever is in a damaged file is read
         text = visible(str(refusal))[:200]
-        raise StudyError(f'bag "{path}" cannot be read: {text or "it is damaged"} ({type(refusal).__name__})') from None
+        raise StudyError(
+            f'bag "{path}" cannot be read: {text or "it is damaged"} ({type(refusal).__name__})'
+        ) from None
     if not series:
-        raise StudyError(f'bag "{path}": topics {listed(topic.topic for topic in chosen)} have no messages with numbers')
+        raise StudyError(
+            f'bag "{path}": topics {listed(topic.topic for topic in chosen)} have no messages with '
+            f"numbers"
+        )
     return _on_one_clock(list(series.values()), remarks)
 
 
 def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str]) -> list[Any]:
-    """The connections that are read: those asked for, else of what each type gives the one of the most usual name."""
+    """The connections that are read: those asked for, else of what each type gives the one of the
+    most usual name.
+    """
     known = [connection for connection in connections if connection.msgtype in KINDS]
     names = list(dict.fromkeys(connection.topic for connection in known))
     if not known:
         kinds = listed(sorted({connection.msgtype for connection in connections}), 8)
-        raise StudyError(f"no topic is of a type that is read ({listed(KINDS)}); the bag has {kinds or 'none'}")
+        raise StudyError(
+            f"no topic is of a type that is read ({listed(KINDS)}); the bag has {kinds or 'none'}"
+        )
     if unknown := [topic for topic in topics if topic not in names]:
         raise UnknownName("topic", unknown[0], names, "this bag, of the types that are read", "")
     chosen = list(topics)
     for gives in () if topics else dict.fromkeys(kind.gives for kind in KINDS.values()):
         usable = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
-        order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in sorted({(c.topic, c.msgtype) for c in usable})}
+        order = {
+            topic: _usual(topic, KINDS[msgtype].usual)
+            for topic, msgtype in sorted({(c.topic, c.msgtype) for c in usable})
+        }
         best = [topic for topic, place in order.items() if place == min(order.values())]
         if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
             if best:
                 remarks.append(
-                    f"gyro and accelerometer of {listed(best)} are not read beside a pose; name both topics with --topic"
+                    f"gyro and accelerometer of {listed(best)} are not read beside a pose; name "
+                    f"both topics with --topic"
                 )
             continue
         if len(best) > 1:
-            raise StudyError(f"several topics give the {gives}: {listed(best, 12)}; name the ones to be read with --topic")
+            raise StudyError(
+                f"several topics give the {gives}: {listed(best, 12)}; name the ones to be read "
+                f"with --topic"
+            )
         chosen += best
         if len(order) > 1:
-            remarks.append(f"the {gives}: of {listed(best)}, not of {listed(topic for topic in order if topic not in best)}")
+            remarks.append(
+                f"the {gives}: of {listed(best)}, not of "
+                f"{listed(topic for topic in order if topic not in best)}"
+            )
         if gives == "attitude" and best:
-            remarks.append(f"the attitude of the base is that of {listed(best)}, whose axes are taken for those of the base")
+            remarks.append(
+                f"the attitude of the base is that of {listed(best)}, whose axes are taken for "
+                f"those of the base"
+            )
     return [connection for connection in known if connection.topic in chosen]
 
 
 def _usual(topic: str, usual: Sequence[str]) -> int:
     """The place of a topic among the usual names; their number if it has none of them."""
-    return next((place for place, name in enumerate(usual) if f"/{topic}".endswith(f"/{name}")), len(usual))
+    return next(
+        (place for place, name in enumerate(usual) if f"/{topic}".endswith(f"/{name}")), len(usual)
+    )
 
 
 def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.ndarray]:
-    """The columns of several series at the times of the one that has the joints, or else most samples."""
-    series.sort(key=lambda record: (any(name.startswith("q_") for name in record.names), len(record.stamps)), reverse=True)
+    """The columns of several series at the times of the one that has the joints, or else most
+    samples.
+    """
+    series.sort(
+        key=lambda record: (
+            any(name.startswith("q_") for name in record.names),
+            len(record.stamps),
+        ),
+        reverse=True,
+    )
     start = series[0].stamps[0]
     clock = np.unique(np.array(series[0].stamps) - start)
     columns: dict[str, np.ndarray] = {}
@@ -135,16 +187,24 @@ def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.nda
         values = np.array(record.numbers).reshape(-1, len(record.names))[first]
         if len(stamps) < 2:
             continue
-        # A quaternion and its opposite are one rotation, and no straight line leads from one to the other.
+        # A quaternion and its opposite are one rotation, and no straight line leads from one to the
+        # other.
         turned = [record.names.index(name) for name in QUATERNION if name in record.names]
-        flips = np.concatenate([[False], np.sum(values[1:, turned] * values[:-1, turned], axis=1) < 0.0])
+        flips = np.concatenate(
+            [[False], np.sum(values[1:, turned] * values[:-1, turned], axis=1) < 0.0]
+        )
         values[:, turned] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
-        nearest = clock[np.clip(np.searchsorted(0.5 * (clock[1:] + clock[:-1]), stamps), 0, len(clock) - 1)]
+        nearest = clock[
+            np.clip(np.searchsorted(0.5 * (clock[1:] + clock[:-1]), stamps), 0, len(clock) - 1)
+        ]
         at = np.unique(nearest[(nearest >= stamps[0]) & (nearest <= stamps[-1])])
         rows = np.searchsorted(clock, at)
         for k, name in enumerate(record.names):
             if name in columns and np.isfinite(columns[name][rows]).any():
-                remarks.append(f"{name} is given by several series of messages; that with most samples is taken")
+                remarks.append(
+                    f"{name} is given by several series of messages; that with most samples is "
+                    f"taken"
+                )
                 continue
             column = columns.setdefault(name, np.full(len(clock), np.nan))
             column[rows] = np.interp(at, stamps, values[:, k])
@@ -157,7 +217,10 @@ def _joints(message: Any) -> NamedNumbers:
     names = tuple(f"q_{name}" for name in message.name)
     if len(message.velocity) != len(names):
         return names, message.position.tolist()
-    return (*names, *(f"qd_{name}" for name in message.name)), [*message.position.tolist(), *message.velocity.tolist()]
+    return (*names, *(f"qd_{name}" for name in message.name)), [
+        *message.position.tolist(),
+        *message.velocity.tolist(),
+    ]
 
 
 def _pose(pose: Any) -> NamedNumbers:
@@ -172,7 +235,14 @@ def _odometry(message: Any) -> NamedNumbers:
 
 def _twist(twist: Any, suffix: str = "") -> NamedNumbers:
     v, w = twist.linear, twist.angular
-    return tuple(f"{kind}{axis}{suffix}" for kind in "vw" for axis in "xyz"), (v.x, v.y, v.z, w.x, w.y, w.z)
+    return tuple(f"{kind}{axis}{suffix}" for kind in "vw" for axis in "xyz"), (
+        v.x,
+        v.y,
+        v.z,
+        w.x,
+        w.y,
+        w.z,
+    )
 
 
 def _imu(message: Any) -> NamedNumbers:
@@ -194,8 +264,15 @@ def _imu(message: Any) -> NamedNumbers:
 KINDS = {
     "sensor_msgs/msg/JointState": _Kind("joints", ("joint_states", "joint_state"), _joints),
     "nav_msgs/msg/Odometry": _Kind("pose", ("odom", "odometry", "state_estimate"), _odometry),
-    "geometry_msgs/msg/PoseStamped": _Kind("pose", ("pose", "base_pose"), lambda message: _pose(message.pose)),
-    "geometry_msgs/msg/TwistStamped": _Kind("twist", ("twist", "base_twist"), lambda message: _twist(message.twist)),
+    "geometry_msgs/msg/PoseStamped": _Kind(
+        "pose", ("pose", "base_pose"), lambda message: _pose(message.pose)
+    ),
+    "geometry_msgs/msg/TwistStamped": _Kind(
+        "twist", ("twist", "base_twist"), lambda message: _twist(message.twist)
+    ),
     "sensor_msgs/msg/Imu": _Kind("attitude", ("imu", "imu/data", "data"), _imu),
 }
-"""The messages that are read. The twist of Odometry is in the axes of the base, that of TwistStamped in those of the world."""
+"""The messages that are read.
+
+The twist of Odometry is in the axes of the base, that of TwistStamped in those of the world.
+"""

@@ -31,11 +31,18 @@ def empty_cells(cells: np.ndarray) -> np.ndarray:
     """Which cells hold nothing, or say that they hold no number."""
     if cells.dtype.kind not in "UO":
         return np.asarray(np.isnan(cells.astype(float)))
-    texts = np.array([cell.strip().casefold() if isinstance(cell, str) else "" for cell in cells.ravel().tolist()])
+    texts = np.array(
+        [
+            cell.strip().casefold() if isinstance(cell, str) else ""
+            for cell in cells.ravel().tolist()
+        ]
+    )
     return np.isin(texts, ("", "nan", "none", "null", "na", "n/a")).reshape(cells.shape)
 
 
-def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool = False, advice: str = "") -> Array:
+def numbers(
+    name: str, values: np.ndarray, messages: RowMessages, missing: bool = False, advice: str = ""
+) -> Array:
     """A column of numbers, (n,) or (n, k); zero where there is none, and a row therefore refused.
 
     Args:
@@ -50,24 +57,37 @@ def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool 
     """
     if values.dtype.kind not in (*NUMERIC, "U", "O"):
         raise StudyError(f"column {name} has to hold numbers")
-    found = np.array([_number(cell) for cell in values.ravel().tolist()]) if values.dtype.kind in "UO" else values.astype(float)
+    found = (
+        np.array([_number(cell) for cell in values.ravel().tolist()])
+        if values.dtype.kind in "UO"
+        else values.astype(float)
+    )
     found, cells = found.reshape(len(values), -1), values.reshape(len(values), -1)
     known = np.isfinite(found) | (np.isnan(found) & empty_cells(cells) if missing else False)
 
     def reason(i: int) -> str:
         cell = cells[i, int(np.argmin(known[i]))]
         if isinstance(cell, str):
-            return f'column {name}: "{cell}" is not a number' if cell else f"column {name} is empty{advice}"
+            return (
+                f'column {name}: "{cell}" is not a number'
+                if cell
+                else f"column {name} is empty{advice}"
+            )
         if cell is None:
             return f"column {name} is empty{advice}"
         no_number = (cells.dtype.kind != "O" or isinstance(cell, float)) and bool(np.isnan(cell))
-        return f"column {name}: {cell} is not a finite number{EMPTY * no_number}{advice * no_number}"
+        return (
+            f"column {name}: {cell} is not a finite number{EMPTY * no_number}{advice * no_number}"
+        )
 
     messages.refuse(~known.all(axis=1), reason)
     far = np.abs(found) > LARGEST_NUMBER
     messages.refuse(
         (known & far).any(axis=1),
-        lambda i: f"column {name}: {np.abs(found[i]).max():g} is beyond {LARGEST_NUMBER:g}, whatever the unit",
+        lambda i: (
+            f"column {name}: {np.abs(found[i]).max():g} is beyond {LARGEST_NUMBER:g}, whatever the "
+            f"unit"
+        ),
     )
     return np.asarray(np.where(known & ~far, found, 0.0).reshape(values.shape))
 
@@ -83,8 +103,17 @@ def _number(cell: Any) -> float:
 
 
 def unit_quaternions(what: str, quaternions: Array, messages: RowMessages) -> Array:
-    """Quaternions (n, 4) of length 1; where one is none, the row is refused. Args: what, their name in messages."""
+    """Quaternions (n, 4) of length 1; where one is none, the row is refused.
+
+    Args: what, their name in messages.
+    """
     length = np.linalg.norm(quaternions, axis=1)
     wrong = np.abs(length - 1.0) > UNIT_LENGTH
-    messages.refuse(wrong, lambda i: f"{what} has length {length[i]:.6g}; a rotation's quaternion has length 1")
-    return np.where(wrong[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions / np.where(wrong, 1.0, length)[:, None])
+    messages.refuse(
+        wrong, lambda i: f"{what} has length {length[i]:.6g}; a rotation's quaternion has length 1"
+    )
+    return np.where(
+        wrong[:, None],
+        np.array([0.0, 0.0, 0.0, 1.0]),
+        quaternions / np.where(wrong, 1.0, length)[:, None],
+    )

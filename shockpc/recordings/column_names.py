@@ -1,10 +1,11 @@
 """What the columns of recorded landings and of logs mean, by their names.
 
-Joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw … qz, or roll, pitch, yaw) and position
-(x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body, in those of the base; vx@FRAME … is the
-velocity of a contact, where it is not empty; effort_JOINT the torque of a motor, for contacts of finite stiffness;
-after_… is measured after the impact. Arrays qpos and qvel are MuJoCo's, the arrays name, position, velocity and effort those of
-ROS's JointState.
+Joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw … qz, or
+roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world
+axes or, with _body, in those of the base; vx@FRAME … is the velocity of a contact, where it is not
+empty; effort_JOINT the torque of a motor, for contacts of finite stiffness; after_… is measured
+after the impact. Arrays qpos and qvel are MuJoCo's, the arrays name, position, velocity and effort
+those of ROS's JointState.
 """
 
 import re
@@ -17,8 +18,13 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 
-LABELS = {"row": ("name", "landing", "event", "id"), "time": ("time", "stamp", "timestamp", "t", "__time")}
-"""Columns that name a row, and that are carried through to the results; the first of each that the table has."""
+LABELS = {
+    "row": ("name", "landing", "event", "id"),
+    "time": ("time", "stamp", "timestamp", "t", "__time"),
+}
+"""Columns that name a row, and that are carried through to the results; the first of each that the
+table has.
+"""
 
 FRICTION = ("friction", "mu")
 
@@ -41,7 +47,8 @@ ROS = (
     (re.compile(r".*twist/linear/([xyz])"), "base_v{}_body"),
     (re.compile(r".*twist/angular/([xyz])"), "base_w{}_body"),
 )
-"""Columns of recorded ROS messages JointState and Odometry, whose twist is in the axes of the base. A name that ends otherwise is
+"""Columns of recorded ROS messages JointState and Odometry, whose twist is in the axes of the base.
+A name that ends otherwise is
 left at once, so that the time is linear in its length."""
 
 
@@ -55,7 +62,8 @@ class ColumnName(NamedTuple):
         rate: whether it is a rate.
         effort: whether it is the torque of a motor.
         degrees: whether it is in degrees.
-        base: "qw" … "qz", "roll", "pitch", "yaw", "x", "y", "z", "vx" … "vz" or "wx" … "wz" of the base; empty if it is not of it.
+        base: "qw" … "qz", "roll", "pitch", "yaw", "x", "y", "z", "vx" … "vz" or "wx" … "wz" of the
+            base; empty if it is not of it.
         in_body: whether that velocity is in axes of the base.
     """
 
@@ -70,7 +78,9 @@ class ColumnName(NamedTuple):
 
 
 def column_name(name: str, robot: Robot) -> ColumnName | None:
-    """What the name of a column says, where that of a joint is meant before anything else; None if it is empty."""
+    """What the name of a column says, where that of a joint is meant before anything else; None if
+    it is empty.
+    """
     if name in robot.joint_names:
         return ColumnName(name)
     form = COLUMN.fullmatch(name)
@@ -79,8 +89,16 @@ def column_name(name: str, robot: Robot) -> ColumnName | None:
     target, degrees = form["name"], form["deg"] or ""
     if form["effort"] or target + degrees in robot.joint_names:
         target, degrees = target + degrees, ""
-    base = None if form["effort"] or form["rate"] == "qd_" or target in robot.joint_names else BASE.fullmatch(target)
-    key = "" if base is None else base["quaternion"] or base["angle"] or base["place"] or base["twist"]
+    base = (
+        None
+        if form["effort"] or form["rate"] == "qd_" or target in robot.joint_names
+        else BASE.fullmatch(target)
+    )
+    key = (
+        ""
+        if base is None
+        else base["quaternion"] or base["angle"] or base["place"] or base["twist"]
+    )
     return ColumnName(
         target,
         after=bool(form["after"]),
@@ -93,55 +111,83 @@ def column_name(name: str, robot: Robot) -> ColumnName | None:
     )
 
 
-def named_columns(columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """Columns by the names that are used here: those of ROS and numbered ones expanded, then renamed as for `rows_of`."""
+def named_columns(
+    columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]
+) -> dict[str, np.ndarray]:
+    """Columns by the names that are used here: those of ROS and numbered ones expanded, then
+    renamed as for `rows_of`.
+    """
     return _renamed(_expanded(columns, robot), rename)
 
 
 class StateColumns(NamedTuple):
-    """Columns of a table by the names that `rows_of` knows: positions, rates, and those that are not of the robot's state."""
+    """Columns of a table by the names that `rows_of` knows: positions, rates, and those that are
+    not of the robot's state.
+    """
 
     positions: dict[str, np.ndarray]
     rates: dict[str, np.ndarray]
     others: dict[str, np.ndarray]
 
 
-def state_columns(columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]) -> StateColumns:
+def state_columns(
+    columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]
+) -> StateColumns:
     """Tell the columns that hold the state of a robot from the other ones.
 
-    The arguments and errors are those of `rows_of`, but that a column may name nothing in the robot.
+    The arguments and errors are those of `rows_of`, but that a column may name nothing in the
+    robot.
     """
     sorted_out, joints = StateColumns({}, {}, {}), set(robot.joint_names)
     for name, values in named_columns(columns, robot, rename).items():
         column, kind = column_name(name, robot), sorted_out.others
         if name in ("qpos", "qvel") and name not in joints:
             kind = sorted_out.positions if name == "qpos" else sorted_out.rates
-        elif column is not None and not (column.after or column.effort) and (column.base or column.target in joints):
-            kind = sorted_out.rates if column.rate or column.base[:1] in ("v", "w") else sorted_out.positions
+        elif (
+            column is not None
+            and not (column.after or column.effort)
+            and (column.base or column.target in joints)
+        ):
+            kind = (
+                sorted_out.rates
+                if column.rate or column.base[:1] in ("v", "w")
+                else sorted_out.positions
+            )
         kind[name] = values
     return sorted_out
 
 
 def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """The columns by their new names. A name of a joint also renames its position, its rate and its measurements."""
+    """The columns by their new names.
+
+    A name of a joint also renames its position, its rate and its measurements.
+    """
     renamed: dict[str, np.ndarray] = {}
     used = set()
     for name, values in columns.items():
         new = name
         for old, wanted in rename.items():
             pattern = "(.*)".join(map(re.escape, old.split("*", 1)))
-            match = re.fullmatch(rf"((?:q_|qd_|before_|effort_|after(?:[\d.]+ms)?_)?){pattern}(_deg)?", name)
+            match = re.fullmatch(
+                rf"((?:q_|qd_|before_|effort_|after(?:[\d.]+ms)?_)?){pattern}(_deg)?", name
+            )
             if match is not None:
                 used.add(old)
                 prefix, *star, suffix = match.groups()
-                new = prefix + wanted.replace("*", star[0] if star else "*") + (suffix or "") if wanted else ""
+                new = (
+                    prefix + wanted.replace("*", star[0] if star else "*") + (suffix or "")
+                    if wanted
+                    else ""
+                )
                 break
         if new in renamed:
             raise twice(f'"{new}"')
         if new:
             renamed[new] = values
     if unused := [old for old in rename if old not in used]:
-        raise StudyError(f'--map: the table has no column for "{unused[0]}"; its columns: {listed(columns, 12)}')
+        raise StudyError(
+            f'--map: the table has no column for "{unused[0]}"; its columns: {listed(columns, 12)}'
+        )
     return renamed
 
 
@@ -154,7 +200,8 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
             values = columns.pop(key, np.zeros((0, len(names))))
             if values.ndim != 2 or values.shape[1] != len(names):
                 raise StudyError(
-                    f"{key} has shape {values.shape}, and name has {len(names)} joints; they have to be rows of as many"
+                    f"{key} has shape {values.shape}, and name has {len(names)} joints; they have "
+                    f"to be rows of as many"
                 )
             columns |= {prefix + name: values[:, k] for k, name in enumerate(names) if values.size}
     expanded: dict[str, Any] = {}
@@ -163,14 +210,26 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
         if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?([0-9]{1,9})\]?", name):
             numbered.setdefault(match[1], {})[int(match[2])] = values
         else:
-            expanded[next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)] = values
+            expanded[
+                next(
+                    (form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))),
+                    name,
+                )
+            ] = values
     for name, parts in numbered.items():
-        if sorted(parts) != list(range(len(parts))) or len({part.shape for part in parts.values()}) > 1:
-            raise StudyError(f"the columns of {name} have to be numbered from 0 without gaps, and of one length")
+        if (
+            sorted(parts) != list(range(len(parts)))
+            or len({part.shape for part in parts.values()}) > 1
+        ):
+            raise StudyError(
+                f"the columns of {name} have to be numbered from 0 without gaps, and of one length"
+            )
         expanded[name] = np.stack([parts[k] for k in range(len(parts))], axis=1)
     return expanded
 
 
 def twice(what: str) -> StudyError:
     """The error for two columns that mean the same."""
-    return StudyError(f"two columns of the table mean {what}; leave one of them out with --map COLUMN=")
+    return StudyError(
+        f"two columns of the table mean {what}; leave one of them out with --map COLUMN="
+    )

@@ -1,7 +1,8 @@
 """Where a foot that falls is stopped: kinks of its height over time.
 
-Before and behind each sample a straight line is fitted to the heights. A touchdown is where the slope of the line ahead exceeds
-that of the line behind by more than noise explains, the foot fell and then does not, had been up, and stays down.
+Before and behind each sample a straight line is fitted to the heights. A touchdown is where the
+slope of the line ahead exceeds that of the line behind by more than noise explains, the foot fell
+and then does not, had been up, and stays down.
 """
 
 import math
@@ -16,16 +17,21 @@ WINDOW, FEWEST = 6e-3, 3
 """Time [s] and samples that a line is fitted to, whichever is longer."""
 
 WIDEST = 25e-3
-"""The same at most, where the heights are so noisy that the smallest jump would not be significant [s]."""
+"""The same at most, where the heights are so noisy that the smallest jump would not be significant
+[s].
+"""
 
 LEAST_JUMP, SIGNIFICANT = 0.15, 5.0
-"""Smallest jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the heights."""
+"""Smallest jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the
+heights.
+"""
 
 STILL_FALLING = 0.5
 """Share of the slope before a kink that may be left after it."""
 
 FULL_FALL = 0.9
-"""Share of the slope with which a foot fell, with which it still falls: the last such sample is that of the touchdown. The force of
+"""Share of the slope with which a foot fell, with which it still falls: the last such sample is
+that of the touchdown. The force of
 the ground takes some milliseconds to stop the foot, so that the lines cross later."""
 
 CLEARANCE = 5e-3
@@ -35,16 +41,20 @@ REST, SHORTEST = 40e-3, 20e-3
 """Time for which a foot has to stay down, and at the end of a log at least [s]."""
 
 REBOUND, SINKING = 10e-3, 0.25
-"""How much it may rise in that time beyond noise [m]; and sink, as a share of the speed with which it fell."""
+"""How much it may rise in that time beyond noise [m]; and sink, as a share of the speed with which
+it fell.
+"""
 
 NOISE = 6.0
 """Standard deviations beyond which a height is more than noise."""
 
 
 def line_slopes(t: Array, x: Array, n: int) -> tuple[Array, Array]:
-    """Slopes (N,) of the straight lines through the n intervals behind each sample, and ahead of it; fewer at the ends, NaN of one.
+    """Slopes (N,) of the straight lines through the n intervals behind each sample, and ahead of
+    it; fewer at the ends, NaN of one.
 
-    The weights of the samples are those of least squares for equal intervals; the slopes are exact for any intervals of a line.
+    The weights of the samples are those of least squares for equal intervals; the slopes are exact
+    for any intervals of a line.
 
     Args:
         t: (N,) times, rising [s].
@@ -66,12 +76,17 @@ def _slopes_behind(t: Array, x: Array, n: int) -> Array:
 
 
 def noise(x: Array) -> float:
-    """Standard deviation of the noise of a smooth signal (N,): of third differences, which have 20 times its variance."""
+    """Standard deviation of the noise of a smooth signal (N,): of third differences, which have 20
+    times its variance.
+    """
     return float(1.4826 * np.median(np.abs(np.diff(x, 3))) / np.sqrt(20.0)) if len(x) > 3 else 0.0
 
 
 def slope_noise(sigma: float, period: float, n: int) -> float:
-    """Standard deviation of a slope through n intervals. Args: sigma of the values; period of the samples [s]."""
+    """Standard deviation of a slope through n intervals.
+
+    Args: sigma of the values; period of the samples [s].
+    """
     return sigma / (period * math.sqrt(n * (n + 1) * (n + 2) / 12.0))
 
 
@@ -90,7 +105,8 @@ class FootLanding(NamedTuple):
 
 
 def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootLanding], list[int]]:
-    """The landings of a foot, and the samples at which it is stopped but does not stay, so that it may bounce.
+    """The landings of a foot, and the samples at which it is stopped but does not stay, so that it
+    may bounce.
 
     Args:
         t: (N,) times without gaps, rising [s].
@@ -100,7 +116,9 @@ def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootL
     if len(t) < 2 * FEWEST:
         return [], []
     lowest, sigma = heights.min(axis=1), max(map(noise, heights.T))
-    stops = sorted((stop.sample, p, stop) for p, height in enumerate(heights.T) for stop in _stops(t, height))
+    stops = sorted(
+        (stop.sample, p, stop) for p, height in enumerate(heights.T) for stop in _stops(t, height)
+    )
     landings, rebounds, since = list[FootLanding](), list[int](), 0
     for sample, p, stop in stops:
         if landings and t[sample] - t[landings[-1].sample] <= together:
@@ -125,7 +143,9 @@ def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootL
 
 
 class _Stop(NamedTuple):
-    """A point that fell and does not any more: last sample before, sample of the kink, and speed of the fall [m/s]."""
+    """A point that fell and does not any more: last sample before, sample of the kink, and speed of
+    the fall [m/s].
+    """
 
     sample: int
     kink: int
@@ -144,21 +164,35 @@ def _stops(t: Array, height: Array) -> Iterator[_Stop]:
     threshold, n = max(LEAST_JUMP, best[0]), best[1]
     behind, ahead = line_slopes(t, height, n)
     kink = np.nan_to_num(ahead - behind, nan=-np.inf)
-    stops = (kink >= threshold) & (behind <= -0.5 * np.maximum(kink, threshold)) & (ahead >= STILL_FALLING * behind)
+    stops = (
+        (kink >= threshold)
+        & (behind <= -0.5 * np.maximum(kink, threshold))
+        & (ahead >= STILL_FALLING * behind)
+    )
     kink = np.where(stops, kink, -np.inf)
     for k in np.flatnonzero(stops).tolist():
         if kink[k] == kink[max(k - n, 0) : k + n + 1].max():
             fall = float(np.nanmin(behind[max(k - n, 0) : k + 1]))
             # As few intervals as noise permits.
-            m = next((m for m in range(1, n) if 2.0 * slope_noise(sigma, period, m) <= (1.0 - FULL_FALL) * -fall), n)
+            m = next(
+                (
+                    m
+                    for m in range(1, n)
+                    if 2.0 * slope_noise(sigma, period, m) <= (1.0 - FULL_FALL) * -fall
+                ),
+                n,
+            )
             near = slice(max(k - 2 * n, 0), k + n + 1)
             local = (height[near][m:] - height[near][:-m]) / (t[near][m:] - t[near][:-m])
             falls = np.flatnonzero(local <= FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m))
-            yield _Stop(near.start + m - m // 2 + int(falls[-1]) if len(falls) else max(k - n, 0), k, -fall)
+            yield _Stop(
+                near.start + m - m // 2 + int(falls[-1]) if len(falls) else max(k - n, 0), k, -fall
+            )
 
 
 def _scatter(slope: Array, n: int) -> float:
-    """Standard deviation of slopes about smooth ones: by second differences of those that share no sample (6 times its variance).
+    """Standard deviation of slopes about smooth ones: by second differences of those that share no
+    sample (6 times its variance).
 
     It also shows what wanders from sample to sample, such as an estimated position.
 
@@ -168,9 +202,14 @@ def _scatter(slope: Array, n: int) -> float:
     """
     apart = slope[2 : len(slope) - 2]
     second = apart[: -2 * n - 2] - 2.0 * apart[n + 1 : -n - 1] + apart[2 * n + 2 :]
-    return float(1.4826 * np.median(np.abs(second)) / math.sqrt(6.0)) if len(second) > 40 * n else 0.0
+    return (
+        float(1.4826 * np.median(np.abs(second)) / math.sqrt(6.0)) if len(second) > 40 * n else 0.0
+    )
 
 
 def intervals(t: Array, window: float) -> int:
-    """Number of intervals in a window [s], at least those between the fewest samples. Args: t (N,) times [s]."""
+    """Number of intervals in a window [s], at least those between the fewest samples.
+
+    Args: t (N,) times [s].
+    """
     return max(FEWEST - 1, round(window / float(np.median(np.diff(t)))))

@@ -1,7 +1,9 @@
-"""Logs: time series of a robot's motion from tables with a column of times, and from bags of ROS 1, ROS 2 and MCAP files.
+"""Logs: time series of a robot's motion from tables with a column of times, and from bags of ROS 1,
+ROS 2 and MCAP files.
 
-What was sampled at different times is brought to the times of one clock, by straight lines between neighbouring samples. Nothing is
-made up over a gap: there the samples are missing, and the log is in several segments.
+What was sampled at different times is brought to the times of one clock, by straight lines between
+neighbouring samples. Nothing is made up over a gap: there the samples are missing, and the log is
+in several segments.
 """
 
 import re
@@ -26,7 +28,9 @@ GAP = 5.0
 """Time between neighbouring samples, in median ones, from which it is a gap."""
 
 COMPLETE = 0.8
-"""Share of samples with a velocity of the base from which on samples without one are left out; with fewer, the velocity is."""
+"""Share of samples with a velocity of the base from which on samples without one are left out; with
+fewer, the velocity is.
+"""
 
 SLOWEST, FASTEST = 20.0, 1e6
 """Rates below and above which times are taken for those of another unit [Hz]."""
@@ -37,13 +41,17 @@ SAME_TIME = 1e-9
 SENSOR = re.compile(r"[aw][xyz]@.+")
 """Columns of an accelerometer or a gyro at a frame."""
 
-PARTS = dict.fromkeys((*QUATERNION, "roll", "pitch", "yaw"), "attitude") | dict.fromkeys("xyz", "position")
+PARTS = dict.fromkeys((*QUATERNION, "roll", "pitch", "yaw"), "attitude") | dict.fromkeys(
+    "xyz", "position"
+)
 """What of the base a column of positions is of."""
 
 CLOCK = re.compile(rf"({'|'.join(LABELS['time'])})(?:_(s|ms|us|ns))?")
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 EPOCH = 1e8
-"""Seconds since 1970 above which a time without a unit is a date: in s, or a thousand, a million or a milliard times that."""
+"""Seconds since 1970 above which a time without a unit is a date: in s, or a thousand, a million or
+a milliard times that.
+"""
 
 
 class Log(NamedTuple):
@@ -52,11 +60,14 @@ class Log(NamedTuple):
     Attributes:
         start: time of the first sample [s].
         time: (n,) since then, rising [s].
-        positions: columns (n,) or (n, k) of the joints and the base by the names of recorded tables, finite.
+        positions: columns (n,) or (n, k) of the joints and the base by the names of recorded
+            tables, finite.
         rates: the same of their rates.
-        sensors: (n,) of accelerometers and gyros, [aw][xyz]@FRAME; NaN where there is no sample [m/s², rad/s].
+        sensors: (n,) of accelerometers and gyros, [aw][xyz]@FRAME; NaN where there is no sample
+            [m/s², rad/s].
         others: all other columns.
-        period: median time between samples of each column of positions, rates and sensors, as they were recorded [s].
+        period: median time between samples of each column of positions, rates and sensors, as they
+            were recorded [s].
         segment: (n,) number of the segment of each sample; between two of them the clock has a gap.
         remarks: what was left out or assumed.
     """
@@ -72,12 +83,17 @@ class Log(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str], topics: Sequence[str] = ()) -> Log:
+def read_log(
+    source: Path | Mapping[str, np.ndarray],
+    robot: Robot,
+    rename: Mapping[str, str],
+    topics: Sequence[str] = (),
+) -> Log:
     """Read a time series.
 
     Args:
-        source: a table with a column of times (CSV, Parquet, NPZ), a bag (.bag, .mcap, .db3, or the folder of one of ROS 2), or the
-            columns of a table by name.
+        source: a table with a column of times (CSV, Parquet, NPZ), a bag (.bag, .mcap, .db3, or the
+            folder of one of ROS 2), or the columns of a table by name.
         robot: whose state it is.
         rename: other names for columns, as in `rows_of`.
         topics: the only topics of a bag that are read, if any are given.
@@ -101,23 +117,34 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     clock = min((name for name in others if CLOCK.fullmatch(name)), key=_preference, default=None)
     if clock is None:
         raise StudyError(
-            f"a log has a column of times, called {listed(LABELS['time'])}, with the unit after it if it is not s, such as "
+            f"a log has a column of times, called {listed(LABELS['time'])}, with the unit after it "
+            f"if it is not s, such as "
             f"time_ms; this one has {listed(columns, 12)}; give it a new name with --map NAME=time"
         )
     if not positions:
         raise StudyError(
-            f'this log has no positions of robot "{robot.name}": its columns are {listed(columns, 12)}, and the robot\'s joints '
+            f'this log has no positions of robot "{robot.name}": its columns are '
+            f"{listed(columns, 12)}, and the robot's joints "
             f"{listed(robot.joint_names, 12)}; give columns new names with --map"
         )
-    if len({len(values) for values in (*positions.values(), *rates.values(), *others.values())}) > 1:
-        raise StudyError("the columns of this log differ in length; each has to have a cell for every sample")
+    if (
+        len({len(values) for values in (*positions.values(), *rates.values(), *others.values())})
+        > 1
+    ):
+        raise StudyError(
+            "the columns of this log differ in length; each has to have a cell for every sample"
+        )
     start, time, rows = _rising(clock, others.pop(clock), remarks)
     sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
     if unknown := sorted({name[3:] for name in sensors if bag and name[3:] not in robot.frames}):
-        remarks.append(f"gyro and accelerometer at {listed(unknown)} are left out, because the robot has no such frame")
+        remarks.append(
+            f"gyro and accelerometer at {listed(unknown)} are left out, because the robot has no "
+            f"such frame"
+        )
         sensors = {name: values for name, values in sensors.items() if name[3:] not in unknown}
     positions, rates, sensors = (
-        {name: _numbers(name, x)[rows] for name, x in part.items()} for part in (positions, rates, sensors)
+        {name: _numbers(name, x)[rows] for name, x in part.items()}
+        for part in (positions, rates, sensors)
     )
     remarks += without_repeats(_measured_together(robot, positions, rates, sensors), time)
     rates |= _gyro_of_base(robot, sensors, rates)
@@ -125,23 +152,34 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     if empty := [name for name, between in period.items() if np.isinf(between)]:
         remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
         positions, rates, sensors = (
-            {name: x for name, x in part.items() if name not in empty} for part in (positions, rates, sensors)
+            {name: x for name, x in part.items() if name not in empty}
+            for part in (positions, rates, sensors)
         )
     for part in (positions, rates, sensors):
         _fill(time, part, period)
-    of_base = {name: x for name, x in rates.items() if (one := column_name(name, robot)) is not None and one.base}
+    of_base = {
+        name: x
+        for name, x in rates.items()
+        if (one := column_name(name, robot)) is not None and one.base
+    }
     needed = positions | {name: x for name, x in of_base.items() if _known(x).mean() >= COMPLETE}
     lacking = {name: ~_known(x) for name, x in needed.items() if not _known(x).all()}
     whole = ~np.any([*lacking.values(), np.zeros(len(time), dtype=bool)], axis=0)
     if lacking:
-        remarks.append(f"{np.sum(~whole)} of {len(whole)} samples are left out, with no number near them in {listed(lacking, 6)}")
+        remarks.append(
+            f"{np.sum(~whole)} of {len(whole)} samples are left out, with no number near them in "
+            f"{listed(lacking, 6)}"
+        )
     if whole.sum() < 3 or not positions:
         number = int(whole.sum()) if positions else 0
         raise StudyError(
-            f"this log has {number} samples with a number for each of {listed(positions or empty, 12)}; at least 3 are needed"
+            f"this log has {number} samples with a number for each of "
+            f"{listed(positions or empty, 12)}; at least 3 are needed"
         )
     time, rows = time[whole], rows[whole]
-    positions, rates, sensors = ({name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors))
+    positions, rates, sensors = (
+        {name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors)
+    )
     if broken := [name for name, x in rates.items() if not _known(x).all()]:
         remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
     rates = {name: x for name, x in rates.items() if name not in broken}
@@ -161,14 +199,19 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
 
 
 def _measured_together(
-    robot: Robot, positions: dict[str, np.ndarray], rates: dict[str, np.ndarray], sensors: dict[str, np.ndarray]
+    robot: Robot,
+    positions: dict[str, np.ndarray],
+    rates: dict[str, np.ndarray],
+    sensors: dict[str, np.ndarray],
 ) -> Iterator[tuple[str, dict[str, np.ndarray], list[str]]]:
     """The columns (n,) that one sensor measures, with its name and what they are in."""
     alike: dict[tuple[bool, str], list[str]] = {}
     for name, values in (positions | rates).items():
         column = column_name(name, robot)
         if values.ndim == 1 and column is not None:
-            alike.setdefault((name in positions, PARTS.get(column.base, column.base[:1])), []).append(name)
+            alike.setdefault(
+                (name in positions, PARTS.get(column.base, column.base[:1])), []
+            ).append(name)
     yield "the encoders of the joints", positions, alike.get((True, ""), [])
     yield "the attitude of the base", positions, alike.get((True, "attitude"), [])
     yield "the position of the base", positions, alike.get((True, "position"), [])
@@ -176,17 +219,31 @@ def _measured_together(
     yield "the gyro", rates, alike.get((False, "w"), [])
     for kind, what in (("a", "accelerometer"), ("w", "gyro")):
         for frame in dict.fromkeys(name.partition("@")[2] for name in sensors if name[0] == kind):
-            yield f'the {what} at "{visible(frame)}"', sensors, [name for name in sensors if name[0] == kind and name[3:] == frame]
+            yield (
+                f'the {what} at "{visible(frame)}"',
+                sensors,
+                [name for name in sensors if name[0] == kind and name[3:] == frame],
+            )
 
 
-def _gyro_of_base(robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none where the log has some."""
+def _gyro_of_base(
+    robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none
+    where the log has some.
+    """
     of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
-    frames = {name[3:] for name in sensors if name[0] == "w"} if robot.free_base and not of_base & {"wx", "wy", "wz"} else set()
+    frames = (
+        {name[3:] for name in sensors if name[0] == "w"}
+        if robot.free_base and not of_base & {"wx", "wy", "wz"}
+        else set()
+    )
     for frame in sorted(frames):
         names = [f"w{axis}@{frame}" for axis in "xyz"]
         if robot.frame(frame).body == 0 and sensors.keys() >= set(names):
-            turning = np.stack([sensors[name] for name in names], axis=1) @ robot.frame(frame).rotation.T
+            turning = (
+                np.stack([sensors[name] for name in names], axis=1) @ robot.frame(frame).rotation.T
+            )
             return {f"w{axis}_body": turning[:, k] for k, axis in enumerate("xyz")}
     return {}
 
@@ -203,9 +260,11 @@ def _period(time: Array, values: Array) -> float:
 
 
 def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, float]) -> None:
-    """Fill what is missing between neighbouring samples of slower columns (n,), along straight lines, except over gaps.
+    """Fill what is missing between neighbouring samples of slower columns (n,), along straight
+    lines, except over gaps.
 
-    A quaternion and its opposite are one rotation: their signs are made continuous first, and their length 1 afterwards.
+    A quaternion and its opposite are one rotation: their signs are made continuous first, and their
+    length 1 afterwards.
     """
     whole = [columns[name] for name in QUATERNION if columns.get(name, np.zeros((0, 0))).ndim == 1]
     if len(whole) == len(QUATERNION):
@@ -220,10 +279,13 @@ def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, floa
         after = np.clip(np.searchsorted(known, np.arange(len(time))), 0, len(known) - 1)
         before = known[np.maximum(after - (known[after] != np.arange(len(time))), 0)]
         filled = np.interp(time, time[known], columns[name][known], left=np.nan, right=np.nan)
-        columns[name] = np.where(time[known[after]] - time[before] <= GAP * period[name], filled, np.nan)
+        columns[name] = np.where(
+            time[known[after]] - time[before] <= GAP * period[name], filled, np.nan
+        )
     if len(whole) == len(QUATERNION) and set(slow) & set(QUATERNION):
         length = np.sqrt(sum(columns[name] ** 2 for name in QUATERNION))
-        # Of a straight line between two quaternions; another length is that of the file, and an error.
+        # Of a straight line between two quaternions; another length is that of the file, and an
+        # error.
         length = np.where(length > 0.9, length, 1.0)
         columns |= {name: columns[name] / length for name in QUATERNION}
 
@@ -242,13 +304,16 @@ def _numbers(name: str, values: np.ndarray) -> Array:
     """
     if values.dtype.kind not in "fiub":
         first = next((text for text in values.ravel().tolist() if str(text).strip()), "")
-        raise StudyError(f'column {name} has to hold numbers, and holds "{visible(str(first))[:40]}"')
+        raise StudyError(
+            f'column {name} has to hold numbers, and holds "{visible(str(first))[:40]}"'
+        )
     numbers = values.astype(float)
     if (far := np.abs(numbers) > LARGEST_NUMBER).any():
         row = int(np.argmax(far.reshape(len(numbers), -1).any(axis=1)))
         number = np.abs(numbers[row]).max()
         raise StudyError(
-            f"column {name} is {number:g} in row {row}, beyond {LARGEST_NUMBER:g}; leave the cell empty where there is no sample"
+            f"column {name} is {number:g} in row {row}, beyond {LARGEST_NUMBER:g}; leave the cell "
+            f"empty where there is no sample"
         )
     return numbers
 
@@ -257,11 +322,14 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     """The first time, the times since then of the samples that are kept [s], and which they are.
 
     Raises:
-        StudyError: they are no times, run back, are too few, or too far apart for the motion of a leg.
+        StudyError: they are no times, run back, are too few, or too far apart for the motion of a
+            leg.
     """
     unit = (CLOCK.fullmatch(name) or {2: None})[2]
     if values.ndim != 1 or values.dtype.kind not in "fiuM":
-        raise StudyError(f"column {name} has to hold times, and is {values.dtype} of shape {values.shape}")
+        raise StudyError(
+            f"column {name} has to hold times, and is {values.dtype} of shape {values.shape}"
+        )
     missing = np.isnat(values) if values.dtype.kind == "M" else ~np.isfinite(values.astype(float))
     known = np.flatnonzero(~missing)
     if len(known) < 2:
@@ -272,7 +340,12 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     first = times[0]
     if unit is None:
         unit = next(
-            (unit for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True) if float(first) < 1e3 * EPOCH * size), "ns"
+            (
+                unit
+                for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True)
+                if float(first) < 1e3 * EPOCH * size
+            ),
+            "ns",
         )
     # The difference first: nanoseconds since 1970 have more digits than a double.
     time, start = (times - first).astype(float) * UNITS[unit], float(first) * UNITS[unit]
@@ -280,11 +353,15 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     if (steps < 0.0).any():
         row = int(np.argmax(steps < 0.0)) + 1
         raise StudyError(
-            f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one clock, so sort its "
+            f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one "
+            f"clock, so sort its "
             "rows, or give the recordings one by one"
         )
     distinct = np.concatenate([[True], steps > SAME_TIME])
-    for count, what in ((int(missing.sum()), "no time"), (int((~distinct).sum()), "the time of the sample before them")):
+    for count, what in (
+        (int(missing.sum()), "no time"),
+        (int((~distinct).sum()), "the time of the sample before them"),
+    ):
         if count:
             remarks.append(f"{count} of {len(values)} samples have {what}, and are left out")
     if not (steps > 0.0).any():
@@ -292,7 +369,8 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     period = float(np.median(steps[distinct[1:] if distinct[1:].any() else steps > 0.0]))
     if not 1.0 / FASTEST <= period <= 1.0 / SLOWEST:
         raise StudyError(
-            f"the samples are {period:.3g} s apart, too {'near' if period < 1.0 / FASTEST else 'far'} for the motion of a leg; if "
+            f"the samples are {period:.3g} s apart, too "
+            f"{'near' if period < 1.0 / FASTEST else 'far'} for the motion of a leg; if "
             f"column {name} is not in seconds, name it {name}_ms, {name}_us or {name}_ns"
         )
     return start, time[distinct], known[distinct]

@@ -1,4 +1,6 @@
-"""The velocity of a base by its standing feet: they stay where they are while the joints move, so the base moves."""
+"""The velocity of a base by its standing feet: they stay where they are while the joints move, so
+the base moves.
+"""
 
 from collections.abc import Sequence
 
@@ -11,10 +13,14 @@ from shockpc.landing.motion import Motion, twist_before
 from shockpc.recordings.logged_motion import TWIST, LoggedMotion
 
 DETERMINED = 0.02
-"""Smallest singular value, in largest ones, with which the feet determine a motion: of feet nearly on a line it is smaller."""
+"""Smallest singular value, in largest ones, with which the feet determine a motion: of feet nearly
+on a line it is smaller.
+"""
 
 SLIP = 0.15
-"""Speed with which standing feet move against each other from which no motion of the base follows from them [m/s]."""
+"""Speed with which standing feet move against each other from which no motion of the base follows
+from them [m/s].
+"""
 
 
 def base_velocity(
@@ -22,8 +28,8 @@ def base_velocity(
 ) -> tuple[dict[str, float], str]:
     """The velocities of the base by name, as `TWIST`, in world axes, and why they are NaN.
 
-    The rows of all standing feet in all samples have no speed, in the sense of least squares. The angular velocity is that of the
-    gyro or of the attitude where the log has one.
+    The rows of all standing feet in all samples have no speed, in the sense of least squares. The
+    angular velocity is that of the gyro or of the attitude where the log has one.
 
     Args:
         motion: of the log.
@@ -42,7 +48,9 @@ def base_velocity(
     for name, rate in zip(motion.joints, motion.velocities("joints", begin, end), strict=True):
         rates[robot.joint(name).v] = rate
     for mimic in robot.mimics:
-        rates[robot.joint(mimic.joint).v] = sum(k * rates[robot.joint(leader).v] for leader, k in mimic.leaders.items())
+        rates[robot.joint(mimic.joint).v] = sum(
+            k * rates[robot.joint(leader).v] for leader, k in mimic.leaders.items()
+        )
     state = dynamics(robot, motion.Q[samples])
     legs = Motion(np.zeros(3), np.zeros(3), rates)
     rows, speeds = [], []
@@ -52,7 +60,11 @@ def base_velocity(
         rows.append(wrenches.reshape(-1, 6))
         speeds.append((wrenches @ twist_before(state, legs, block.body)[..., None]).ravel())
     A, b = np.concatenate(rows), -np.concatenate(speeds)
-    known, plane, planar = motion.turning(begin, end, before), motion.landing.plane, motion.landing.base == "planar"
+    known, plane, planar = (
+        motion.turning(begin, end, before),
+        motion.landing.plane,
+        motion.landing.base == "planar",
+    )
     turns, moves = np.eye(6)[:, :3], np.eye(6)[:, 3:]
     if planar:
         turns, moves = turns @ plane.normal[:, None], moves @ np.stack([plane.e1, plane.e2], axis=1)
@@ -64,5 +76,9 @@ def base_velocity(
         return unknown, f"{feet} too few without a gyro (columns wx_body, wy_body and wz_body)"
     twist = given + basis @ x
     if (slips := float(np.abs(A @ twist - b).max())) > SLIP:
-        return unknown, f"the standing feet move against each other by {slips:.2g} m/s: one slips, or positions are noisy"
+        return (
+            unknown,
+            f"the standing feet move against each other by {slips:.2g} m/s: one slips, or "
+            f"positions are noisy",
+        )
     return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), ""

@@ -1,4 +1,6 @@
-"""Predicted jumps of what recorded landings measured, for values of what is unknown, and the norm in which errors count."""
+"""Predicted jumps of what recorded landings measured, for values of what is unknown, and the norm
+in which errors count.
+"""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -33,20 +35,33 @@ COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 
 def predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
-    """The columns that predict what was measured, by its key, with all components of the base's jump.
+    """The columns that predict what was measured, by its key, with all components of the base's
+    jump.
 
     Args:
         study: the landings.
         friction: whether they have friction, and the jumps are those with it.
     """
     base, kinds = body_places(study.robot)[0], {"v": "delta_v", "w": "delta_omega"}
-    columns = {kind + axis: Column(select(f"body.{key}.{axis}"), base) for kind, key in kinds.items() for axis in "xyz"}
-    for key in dict.fromkeys(measured.key for measured in study.table.measured if "@" in measured.key):
+    columns = {
+        kind + axis: Column(select(f"body.{key}.{axis}"), base)
+        for kind, key in kinds.items()
+        for axis in "xyz"
+    }
+    for key in dict.fromkeys(
+        measured.key for measured in study.table.measured if "@" in measured.key
+    ):
         selection, places = selected(study.first, key)
         if len(places) != 1:
-            raise StudyError(f"after_{key} is one column, and means {len(places)} places; name one of them")
+            raise StudyError(
+                f"after_{key} is one column, and means {len(places)} places; name one of them"
+            )
         columns[key] = Column(selection, places[0])
-    return {key: _with_friction(key, column) for key, column in columns.items()} if friction else columns
+    return (
+        {key: _with_friction(key, column) for key, column in columns.items()}
+        if friction
+        else columns
+    )
 
 
 def _with_friction(key: str, column: Column) -> Column:
@@ -57,14 +72,20 @@ def _with_friction(key: str, column: Column) -> Column:
     name = selection.name.replace(selection.quantity.key, f"{selection.quantity.key}_friction")
     if name not in selections():
         raise StudyError(
-            f"after_{key} cannot be predicted with friction, because {selection.name} does not exist with it; leave the column out "
+            f"after_{key} cannot be predicted with friction, because {selection.name} does not "
+            f"exist with it; leave the column out "
             f"with --map after_{key}=, or the friction"
         )
     return column._replace(selection=select(name))
 
 
-def base_in_world(study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
-    """The jumps (n,) by key, those of the base in world axes. Args: columns (n,) by name, those of the base in body axes."""
+def base_in_world(
+    study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]
+) -> dict[str, Array]:
+    """The jumps (n,) by key, those of the base in world axes.
+
+    Args: columns (n,) by name, those of the base in body axes.
+    """
     jumps = {key: columns[column.name] for key, column in predicting.items()}
     for kind in "vw":
         in_body = np.stack([jumps[kind + axis] for axis in "xyz"], axis=-1)
@@ -79,13 +100,16 @@ def _rotations(study: RecordedLandings) -> Array:
 
     if not study.robot.free_base:
         return np.broadcast_to(study.first.state.rotation[0, 0], (study.rows, 3, 3))
-    return np.asarray(Rotation.from_quat(study.table.Q[:, 3:7]).as_matrix() @ study.robot.bodies[0].rotation)
+    return np.asarray(
+        Rotation.from_quat(study.table.Q[:, 3:7]).as_matrix() @ study.robot.bodies[0].rotation
+    )
 
 
 def predicted_later(
     study: RecordedLandings, by_key: Mapping[str, Column], timed: Sequence[Measured]
 ) -> tuple[list[Array], dict[int, str]]:
-    """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness, and failures by row.
+    """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness,
+    and failures by row.
 
     Args:
         study: the landings.
@@ -98,35 +122,53 @@ def predicted_later(
     }
     wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
     results = Evaluation(study, tuple(wanted.values()), prove=0).table().without_defects()
-    messages, jumps = dict(results.messages), {time: base_in_world(study, one, results.columns) for time, one in at_times.items()}
+    messages, jumps = (
+        dict(results.messages),
+        {time: base_in_world(study, one, results.columns) for time, one in at_times.items()},
+    )
     later = [jumps[measured.time][measured.key] for measured in timed if measured.time]
     for measured, values in zip(timed, later, strict=True):
         for i in set(np.flatnonzero(np.isnan(values)).tolist()) - messages.keys():
-            messages[i] = f"{measured.key} at a time after contact does not follow from velocities, or has no value"
+            messages[i] = (
+                f"{measured.key} at a time after contact does not follow from velocities, or has "
+                f"no value"
+            )
     return later, dict(sorted(messages.items()))
 
 
 def mobilities(study: RecordedLandings) -> Array:
-    """W = H⁻¹ (n, nv, nv) of the landings, of a free base in the world's components of its velocity and angular velocity.
+    """W = H⁻¹ (n, nv, nv) of the landings, of a free base in the world's components of its velocity
+    and angular velocity.
 
-    Joints are free, and followers follow; along what the base cannot move, and of rows without a landing, W is zero or NaN.
+    Joints are free, and followers follow; along what the base cannot move, and of rows without a
+    landing, W is zero or NaN.
     """
     robot = study.robot
-    W, locked = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan), np.zeros(robot.model.nv, dtype=bool)
+    W, locked = (
+        np.full((study.rows, robot.model.nv, robot.model.nv), np.nan),
+        np.zeros(robot.model.nv, dtype=bool),
+    )
     for k, (first, _) in enumerate(study.chunks):
         for group in study.chunk(k, study.data(k)).groups:
             if isinstance(group, Refusal):
                 continue
             landing = group.landing
             state = dynamics(robot, group.Q, landing.joint_model)
-            moved, G = _velocities(robot, state), free_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked)
-            moved, H = (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)
+            moved, G = (
+                _velocities(robot, state),
+                free_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked),
+            )
+            moved, H = (
+                (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)
+            )
             W[first + group.postures] = moved @ solve_inertia(H, moved.swapaxes(1, 2))
     return W
 
 
 def _velocities(robot: Robot, state: Dynamics) -> Array:
-    """The velocities (N, nv, nv) of which `mobilities` are, for unit joint velocities in N postures."""
+    """The velocities (N, nv, nv) of which `mobilities` are, for unit joint velocities in N
+    postures.
+    """
     velocities = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
     if robot.free_base:
         velocities[:, :6, :6] = state.J[:, [3, 4, 5, 0, 1, 2], :6]
@@ -137,11 +179,16 @@ def coordinate(measured: Measured, robot: Robot) -> int:
     """Which row of `mobilities` a measured velocity has; −1 for another quantity."""
     if measured.key in COMPONENTS:
         return COMPONENTS.index(measured.key)
-    return robot.joint(measured.name).v.start if measured.group in ("joint rates", "sliding rates") else -1
+    return (
+        robot.joint(measured.name).v.start
+        if measured.group in ("joint rates", "sliding rates")
+        else -1
+    )
 
 
 def energy_roots(W: Array, chosen: np.ndarray) -> Array:
-    """Matrices R (n, k, k): ‖R δ‖² is the smallest ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
+    """Matrices R (n, k, k): ‖R δ‖² is the smallest ΔᵀHΔ of all motions Δ in which some velocities
+    jump by δ.
 
     Args:
         W: (n, nv, nv) mobilities.
@@ -172,7 +219,8 @@ SCALE = "scale:before"
 """An unknown: the factor by which the velocities before the impact were measured too small."""
 
 MOST_PROBLEMS = 16
-"""Values of all but friction, restitution and scale of which what does not depend on these is kept."""
+"""Values of all but friction, restitution and scale of which what does not depend on these is kept.
+"""
 
 MOST_KNOWN = 500
 """Values of which the predictions are kept."""
@@ -199,7 +247,9 @@ class Predicted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Predictor:
-    """Jumps of measured velocities, for values of unknown quantities. What does not depend on friction and restitution is kept.
+    """Jumps of measured velocities, for values of unknown quantities.
+
+    What does not depend on friction and restitution is kept.
 
     Attributes:
         rows: the landings.
@@ -219,13 +269,17 @@ class Predictor:
         return np.array([coordinate(column, self.robot) for column in self.measured])
 
     def study(self, values: tuple[float, ...] | None) -> RecordedLandings:
-        """The landings with values of the unknowns. Args: values (p,) in their units; None for the landings as they are given.
+        """The landings with values of the unknowns.
+
+        Args: values (p,) in their units; None for the landings as they are given.
 
         Raises:
             ShockError: a value is not possible.
         """
         rows, robot, scenes = self.rows, self.robot, list(self.rows.scenes)
-        for one, value in zip(self.unknowns, values if values is not None else (), strict=values is not None):
+        for one, value in zip(
+            self.unknowns, values if values is not None else (), strict=values is not None
+        ):
             if one.subject == SCALE:
                 before = Motion(*(value * part for part in rows.before))
                 rows = rows._replace(before=before, contact_velocity=value * rows.contact_velocity)
@@ -240,21 +294,33 @@ class Predictor:
     def __call__(self, values: tuple[float, ...] | None) -> Predicted:
         """The jumps for values (p,) of the unknowns; None for the landings as they are given."""
         scale = self.by_subject(values).get(SCALE, 1.0)
-        measured = np.stack([column.jump for column in self.measured], axis=1) + (1.0 - scale) * self._before
+        measured = (
+            np.stack([column.jump for column in self.measured], axis=1)
+            + (1.0 - scale) * self._before
+        )
         try:
             jumps, messages = self._jumps(self.study(values), values)
         except DefectError:
             raise
         except ShockError as error:
-            jumps, messages = np.full(measured.shape, np.nan), dict.fromkeys(range(len(measured)), str(error))
+            jumps, messages = (
+                np.full(measured.shape, np.nan),
+                dict.fromkeys(range(len(measured)), str(error)),
+            )
         jumps[list(messages)] = np.nan
         return Predicted(jumps, measured, messages)
 
     def by_subject(self, values: tuple[float, ...] | None) -> dict[str, float]:
         """The values of the unknowns by their subjects."""
-        return {} if values is None else {one.subject: value for one, value in zip(self.unknowns, values, strict=True)}
+        return (
+            {}
+            if values is None
+            else {one.subject: value for one, value in zip(self.unknowns, values, strict=True)}
+        )
 
-    def _jumps(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
+    def _jumps(
+        self, study: RecordedLandings, values: tuple[float, ...] | None
+    ) -> tuple[Array, dict[int, str]]:
         stiff = study.scene.contact_stiffness is not None and self.measured[0].time is not None
         if not stiff and not np.isnan(study.table.friction).all():
             return self._with_friction(study, values)
@@ -265,14 +331,22 @@ class Predictor:
         computed = tuple({column.name: column for column in keys.values()}.values())
         table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table().without_defects()
         by_key = base_in_world(study, keys, table.columns)
-        return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(table.messages)
+        return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(
+            table.messages
+        )
 
-    def _with_friction(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
-        """The jumps with friction, of which only the impulses of the contacts depend on friction, restitution and scale."""
+    def _with_friction(
+        self, study: RecordedLandings, values: tuple[float, ...] | None
+    ) -> tuple[Array, dict[int, str]]:
+        """The jumps with friction, of which only the impulses of the contacts depend on friction,
+        restitution and scale.
+        """
         by_subject, others = self.by_subject(values), {"friction": 0.0, SCALE: 1.0}
         if all(contact.kind != "flat" for scene in study.table.scenes for contact in scene.contact):
             others["restitution"] = 0.0
-        problems, refused = self.problems(None if values is None else tuple(others.get(name, x) for name, x in by_subject.items()))
+        problems, refused = self.problems(
+            None if values is None else tuple(others.get(name, x) for name, x in by_subject.items())
+        )
         jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict(refused)
         friction = np.nan_to_num(study.table.friction, nan=STICKS)
         for rows, problem, to_measured in problems:
@@ -284,11 +358,16 @@ class Predictor:
 
     @memoized(MOST_PROBLEMS)
     def problems(self, values: tuple[float, ...] | None) -> Problems:
-        """The landings with friction for values of the unknowns: rows (m,), their problem, and the measured velocities (m, k, ny).
+        """The landings with friction for values of the unknowns: rows (m,), their problem, and the
+        measured velocities (m, k, ny).
 
         These are for unit free velocities. And why others have none.
         """
-        study, problems, messages = self.study(values), list[tuple[np.ndarray, FrictionProblem, Array]](), dict[int, str]()
+        study, problems, messages = (
+            self.study(values),
+            list[tuple[np.ndarray, FrictionProblem, Array]](),
+            dict[int, str](),
+        )
         for k, (first, _) in enumerate(study.chunks):
             for group in study.chunk(k, study.data(k)).groups:
                 rows = first + group.postures
@@ -299,7 +378,9 @@ class Predictor:
                 equation, unclear = block.equation, list(block.solution.choices)
                 if shared := friction_problems(block.landing, equation, equation.b[:, None, :, 3]):
                     clear = np.delete(np.arange(len(rows)), unclear)
-                    problems.append((rows[clear], shared[0].part(clear), self.to_measured(equation)[clear]))
+                    problems.append(
+                        (rows[clear], shared[0].part(clear), self.to_measured(equation)[clear])
+                    )
                 for row in rows[unclear].tolist() if shared else rows.tolist():
                     try:
                         landing = study.landing(row)
@@ -312,7 +393,10 @@ class Predictor:
         for one in problems:
             alike.setdefault((one[1].stops, *one[1].by_impulse.shape[1:]), []).append(one)
         whole = [tuple(zip(*ones, strict=True)) for ones in alike.values()]
-        return [(np.concatenate(rows), joined(parts), np.concatenate(measured)) for rows, parts, measured in whole], messages
+        return [
+            (np.concatenate(rows), joined(parts), np.concatenate(measured))
+            for rows, parts, measured in whole
+        ], messages
 
     def to_measured(self, equation: Equation) -> Array:
         """The measured velocities (N, k, ny) for unit free velocities in N postures."""
@@ -330,21 +414,38 @@ class Predictor:
 
     @functools.cached_property
     def strike_energy(self) -> Array:
-        """Kinetic energy (n,) that each impact takes if its contacts stick without restitution: ½ v_inᵀ Λ v_in [J].
+        """Kinetic energy (n,) that each impact takes if its contacts stick without restitution: ½
+        v_inᵀ Λ v_in [J].
 
-        It does not depend on what was measured after the impact. NaN where there is no such landing.
+        It does not depend on what was measured after the impact. NaN where there is no such
+        landing.
         """
         scenes = tuple(_sticking(scene) for scene in self.rows.scenes)
         rows = self.rows._replace(scenes=scenes, friction=np.full(len(self.rows.Q), np.nan))
         lost = Column(select("energy_lost"), Place(self.robot.name))
-        table = Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0).table().without_defects()
+        table = (
+            Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0)
+            .table()
+            .without_defects()
+        )
         return np.asarray(table.columns[lost.name])
 
 
 def _sticking(scene: Scene) -> Scene:
-    """The scene on contacts that stick without restitution, of no finite stiffness, nor what counts on one alone."""
+    """The scene on contacts that stick without restitution, of no finite stiffness, nor what counts
+    on one alone.
+    """
     contact = tuple(replace(contact, restitution=0.0) for contact in scene.contact)
     return replace(
-        scene, contact=contact, friction=None, contact_stiffness=None, tangential_stiffness=None, contact_damping=None,
-        contact_law=None, stop_stiffness=None, flex={}, gravity=True, joints=replace(scene.joints, torque={}, motors=None),
-    )  # fmt: skip
+        scene,
+        contact=contact,
+        friction=None,
+        contact_stiffness=None,
+        tangential_stiffness=None,
+        contact_damping=None,
+        contact_law=None,
+        stop_stiffness=None,
+        flex={},
+        gravity=True,
+        joints=replace(scene.joints, torque={}, motors=None),
+    )

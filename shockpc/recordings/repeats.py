@@ -8,14 +8,18 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 FEWEST_NEW, REGULAR = 20, 0.8
-"""New values from which a pattern is one, and the share of them that have to be repeated alike: a coarse encoder, or a robot at
+"""New values from which a pattern is one, and the share of them that have to be repeated alike: a
+coarse encoder, or a robot at
 rest, repeats values irregularly."""
 
 Columns: TypeAlias = MutableMapping[str, Array]
 
 
 def repetitions(values: Array) -> int:
-    """How often every sample is there, 1 if samples are not repeated regularly. Args: values (n, k), finite."""
+    """How often every sample is there, 1 if samples are not repeated regularly.
+
+    Args: values (n, k), finite.
+    """
     new = np.flatnonzero((np.diff(values, axis=0) != 0.0).any(axis=1))
     lengths = np.diff(new)
     if len(lengths) < FEWEST_NEW:
@@ -24,11 +28,14 @@ def repetitions(values: Array) -> int:
     return usual if usual > 1 and np.mean(lengths == usual) >= REGULAR else 1
 
 
-def without_repeats(groups: Iterable[tuple[str, Columns, Sequence[str]]], time: Array) -> Iterator[str]:
+def without_repeats(
+    groups: Iterable[tuple[str, Columns, Sequence[str]]], time: Array
+) -> Iterator[str]:
     """Replace repeated samples by NaN, and say so.
 
     Args:
-        groups: what a sensor measures: its name for the remark, the columns, and which of them (n,) have its numbers.
+        groups: what a sensor measures: its name for the remark, the columns, and which of them (n,)
+            have its numbers.
         time: (n,) of the samples [s].
     """
     for what, columns, names in groups:
@@ -46,6 +53,7 @@ def without_repeats(groups: Iterable[tuple[str, Columns, Sequence[str]]], time: 
             columns[name][repeated] = np.nan
         rate = 1.0 / float(np.median(np.diff(time[known])))
         yield (
-            f"each sample of {what} is there {times} times: a new one comes {rate / times:.0f} times a second in {rate:.0f} "
+            f"each sample of {what} is there {times} times: a new one comes {rate / times:.0f} "
+            f"times a second in {rate:.0f} "
             "samples, and the others are left out"
         )

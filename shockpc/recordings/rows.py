@@ -1,4 +1,6 @@
-"""Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured."""
+"""Recorded landings as rows: configurations, motions before the impact, contacts, and what was
+measured.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -17,9 +19,11 @@ class Measured(NamedTuple):
     Attributes:
         name: of its column, without its beginning.
         time: after the touchdown [ms]; None where no time is given.
-        group: quantities of one unit that are compared together: "joint rates", "sliding rates" (of prismatic joints),
-            "base velocity", "base angular velocity", of components of a vector its key, or its name.
-        key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" … "wz".
+        group: quantities of one unit that are compared together: "joint rates", "sliding rates" (of
+            prismatic joints), "base velocity", "base angular velocity", of components of a vector
+            its key, or its name.
+        key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" …
+            "wz".
         unit: of the values; empty where it is that of the quantity.
         jump: (n,) after the impact less before it; NaN where it was not measured.
     """
@@ -36,14 +40,17 @@ class RecordedRows(NamedTuple):
     """The rows of a table.
 
     Attributes:
-        labels: (n,) each: "name", by default the numbers of the rows; "contact", what strikes; and "time", if the table has it.
+        labels: (n,) each: "name", by default the numbers of the rows; "contact", what strikes; and
+            "time", if the table has it.
         Q: (n, nq) configurations; what the table does not give is the scene's.
         before: motions before the impact, one for each row.
         scenes: landings of which the rows are, in whatever posture and motion.
         scene: (n,) which of them each row is of.
-        contact_velocity: (n, c, 3) of the contacts before the impact, world axes; NaN where it is that of the robot's motion [m/s].
+        contact_velocity: (n, c, 3) of the contacts before the impact, world axes; NaN where it is
+            that of the robot's motion [m/s].
         friction: (n,) coefficients of friction; NaN where there are none.
-        effort: (n, nv) torques of motors during the landing; NaN where they are the scene's [N m, N].
+        effort: (n, nv) torques of motors during the landing; NaN where they are the scene's [N m,
+            N].
         joints: names of the joints whose positions the table gives.
         rates: names of those whose rates it gives.
         given: what the table gives, in words.
@@ -77,7 +84,9 @@ class RecordedRows(NamedTuple):
         return self.labels["name"]
 
     def key(self, row: int) -> tuple[int, float | None]:
-        """What decides the landing of a row, whatever its posture and motion: the number of its scene, and its friction."""
+        """What decides the landing of a row, whatever its posture and motion: the number of its
+        scene, and its friction.
+        """
         mu = float(self.friction[row])
         return int(self.scene[row]), None if np.isnan(mu) else mu
 
@@ -97,5 +106,8 @@ class RecordedRows(NamedTuple):
 
 
 def contacts_of(scenes: Sequence[Scene], index: np.ndarray) -> np.ndarray:
-    """What strikes in rows (n,), as `contact_name` has it. Args: index, (n,) which of the scenes each row is of."""
+    """What strikes in rows (n,), as `contact_name` has it.
+
+    Args: index, (n,) which of the scenes each row is of.
+    """
     return np.asarray(np.array([contact_name(scene) for scene in scenes])[index])

@@ -1,10 +1,13 @@
-"""Accelerometers and gyros of a log, jumps of velocity that they measured, and samples that a log repeats.
+"""Accelerometers and gyros of a log, jumps of velocity that they measured, and samples that a log
+repeats.
 
-Columns ax@FRAME, ay@FRAME, az@FRAME are what an accelerometer at a frame reads, in its axes [m/s²]: it reads the acceleration less
-that of gravity, 9.81 upwards at rest. Columns wx@FRAME … are those of a gyro [rad/s].
+Columns ax@FRAME, ay@FRAME, az@FRAME are what an accelerometer at a frame reads, in its axes [m/s²]:
+it reads the acceleration less that of gravity, 9.81 upwards at rest. Columns wx@FRAME … are those
+of a gyro [rad/s].
 
-A jump of velocity is that of the integral of an accelerometer until a time after the touchdown, less the straight line on which the
-integral ran before. The line contains gravity and the motion that goes on, and the axes are taken to turn little in that time.
+A jump of velocity is that of the integral of an accelerometer until a time after the touchdown,
+less the straight line on which the integral ran before. The line contains gravity and the motion
+that goes on, and the axes are taken to turn little in that time.
 """
 
 import functools
@@ -22,13 +25,17 @@ from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 
 LINE = 20e-3
-"""Time before a touchdown through which the line of the motion goes that is no jump [s]; at least half of it has to be there."""
+"""Time before a touchdown through which the line of the motion goes that is no jump [s]; at least
+half of it has to be there.
+"""
 
 GOOD = 500.0
 """Rate below which an accelerometer has few samples in an impact [Hz]."""
 
 SATURATES, FASTEST_TURN = 19.6, 35.0
-"""Smallest acceleration at which a range may end [m/s²], and angular velocity above the range of usual gyros [rad/s]."""
+"""Smallest acceleration at which a range may end [m/s²], and angular velocity above the range of
+usual gyros [rad/s].
+"""
 
 
 class Sensors:
@@ -45,28 +52,47 @@ class Sensors:
             kind, frame = name[0], name[3:]
             place = point_place(robot, Point(frame=frame))
             if place.body < 0:
-                raise StudyError(f'column {name}: frame "{frame}" is fixed to the world, so it measures no landing')
+                raise StudyError(
+                    f'column {name}: frame "{frame}" is fixed to the world, so it measures no '
+                    f"landing"
+                )
             kinds[kind][frame] = place
         self.accelerometers = kinds["a"]
         for kind, frames in kinds.items():
             for frame in frames:
-                if absent := [f"{kind}{axis}@{frame}" for axis in "xyz" if f"{kind}{axis}@{frame}" not in log.sensors]:
-                    raise StudyError(f'a sensor at "{frame}" has three axes; the log lacks {listed(absent)}')
+                if absent := [
+                    f"{kind}{axis}@{frame}"
+                    for axis in "xyz"
+                    if f"{kind}{axis}@{frame}" not in log.sensors
+                ]:
+                    raise StudyError(
+                        f'a sensor at "{frame}" has three axes; the log lacks {listed(absent)}'
+                    )
         # Rates of turning (n, 3) of bodies in their axes, by a gyro on each.
-        self.turning = {place.body: self._samples("w", frame) @ place.axes.T for frame, place in kinds["w"].items()}
+        self.turning = {
+            place.body: self._samples("w", frame) @ place.axes.T
+            for frame, place in kinds["w"].items()
+        }
         if motion.gyro is not None:
             self.turning.setdefault(0, motion.gyro)
-        self.points = [place for place in point_places(robot, motion.landing.scene.point) if place.name not in self.accelerometers]
+        self.points = [
+            place
+            for place in point_places(robot, motion.landing.scene.point)
+            if place.name not in self.accelerometers
+        ]
         measured = {place.body for place in self.accelerometers.values()}
         self.warnings = [
-            f'the accelerometer at "{frame}" has {rate:.0f} samples a second: its integral is right if it averages between them'
-            for frame in self.accelerometers if (rate := (1.0 + 1e-3) / log.period[f"ax@{frame}"]) < GOOD
-        ]  # fmt: skip
+            f'the accelerometer at "{frame}" has {rate:.0f} samples a second: its integral is '
+            f"right if it averages between them"
+            for frame in self.accelerometers
+            if (rate := (1.0 + 1e-3) / log.period[f"ax@{frame}"]) < GOOD
+        ]
         self.warnings += self._doubts()
         self.warnings += [
             f'no jump of "{place.name}": an accelerometer is on its body, and no gyro'
-            for place in self.points if place.body in measured - self.turning.keys()
-        ]  # fmt: skip
+            for place in self.points
+            if place.body in measured - self.turning.keys()
+        ]
 
     def _samples(self, kind: str, frame: str) -> Array:
         return np.stack([self.log.sensors[f"{kind}{axis}@{frame}"] for axis in "xyz"], axis=1)
@@ -88,17 +114,24 @@ class Sensors:
 
     @functools.cached_property
     def _velocities(self) -> Mapping[str, Array]:
-        """Integrals (n, 3) of the accelerometers by frame, in its axes, by trapezoids [m/s]; NaN where a sample is missing."""
+        """Integrals (n, 3) of the accelerometers by frame, in its axes, by trapezoids [m/s]; NaN
+        where a sample is missing.
+        """
         step, velocities = np.diff(self.log.time)[:, None], {}
         for frame in self.accelerometers:
             a = self._samples("a", frame)
             known = np.where(np.isfinite(a), a, 0.0)
-            v = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * step * (known[1:] + known[:-1]), axis=0)])
+            v = np.concatenate(
+                [np.zeros((1, 3)), np.cumsum(0.5 * step * (known[1:] + known[:-1]), axis=0)]
+            )
             velocities[frame] = np.where(np.isfinite(a), v, np.nan)
         return velocities
 
-    def jumps(self, since: int, first: int, last: int, time: float, window: float) -> dict[str, float]:
-        """Jumps by quantity, of the points that accelerometers and gyros tell and of the rates of turning; NaN where unknown.
+    def jumps(
+        self, since: int, first: int, last: int, time: float, window: float
+    ) -> dict[str, float]:
+        """Jumps by quantity, of the points that accelerometers and gyros tell and of the rates of
+        turning; NaN where unknown.
 
         Args:
             since: first sample of the motion before.
@@ -109,7 +142,11 @@ class Sensors:
         """
         found, robot = dict[str, Array](), self.motion.robot
         begin, end = self.motion.around(self.log.time[last] + time, window)
-        rows = (since, first, begin, end) if last < begin and end <= self.motion.run(first)[1] else None
+        rows = (
+            (since, first, begin, end)
+            if last < begin and end <= self.motion.run(first)[1]
+            else None
+        )
         turned = {body: self._jump(w, rows) for body, w in self.turning.items()}
         moved = {frame: self._jump(v, rows) for frame, v in self._velocities.items()}
         for body, jump in turned.items():
@@ -117,17 +154,24 @@ class Sensors:
         for frame, jump in moved.items():
             found[f"delta_v@{frame}"] = jump
         for place in self.points:
-            if place.body in turned and (at := [frame for frame, one in self.accelerometers.items() if one.body == place.body]):
+            if place.body in turned and (
+                at := [
+                    frame for frame, one in self.accelerometers.items() if one.body == place.body
+                ]
+            ):
                 origin = self.accelerometers[at[0]]
                 found[f"delta_v@{place.name}"] = place.axes.T @ velocity_at(
                     turned[place.body], origin.axes @ moved[at[0]], place.r - origin.r
                 )
         return {
-            f"{name.replace('@', f'.{axis}@', 1)}": float(jump[k]) for name, jump in found.items() for k, axis in enumerate("xyz")
+            f"{name.replace('@', f'.{axis}@', 1)}": float(jump[k])
+            for name, jump in found.items()
+            for k, axis in enumerate("xyz")
         }
 
     def _jump(self, values: Array, rows: tuple[int, int, int, int] | None) -> Array:
-        """The mean (3,) of samples from `begin` to `end` less the line through those since some sample up to the first touch.
+        """The mean (3,) of samples from `begin` to `end` less the line through those since some
+        sample up to the first touch.
 
         NaN if any sample is missing, because an integral over it is wrong.
         """

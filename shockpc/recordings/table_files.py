@@ -32,45 +32,67 @@ MOST_ROWS = 2**24
 
 
 def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dict[str, np.ndarray]:
-    """The columns of recorded landings by name, from a file as `read_table` reads it, or as they are.
+    """The columns of recorded landings by name, from a file as `read_table` reads it, or as they
+    are.
 
     Raises:
-        StudyError: the file cannot be read, there are no rows, or a column holds neither real numbers nor texts.
+        StudyError: the file cannot be read, there are no rows, or a column holds neither real
+            numbers nor texts.
     """
     if isinstance(table, str | os.PathLike):
         return read_table(Path(table))
     columns = table.columns if isinstance(table, Table) else table
-    return _checked({str(name): np.asarray(values) for name, values in columns.items()}, "this table")
+    return _checked(
+        {str(name): np.asarray(values) for name, values in columns.items()}, "this table"
+    )
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
+    """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may
+    be (n, k).
 
-    A column of a CSV file with a cell that is no number holds texts. Of a row that has not a cell for each column, only the text at
-    its beginning is kept, because of the others it is not known where they belong.
+    A column of a CSV file with a cell that is no number holds texts. Of a row that has not a cell
+    for each column, only the text at its beginning is kept, because of the others it is not known
+    where they belong.
 
     Raises:
-        StudyError: the file cannot be read, is no regular file, takes more than 1 GB, has no rows, a name twice, no row with a
-            cell for each column, or a column that holds neither real numbers nor texts.
+        StudyError: the file cannot be read, is no regular file, takes more than 1 GB, has no rows,
+            a name twice, no row with a cell for each column, or a column that holds neither real
+            numbers nor texts.
     """
     path = usable_path(str(path))
     readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
     if (reader := readers.get(path.suffix.casefold())) is None:
-        raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
+        raise StudyError(
+            f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files'
+        )
     try:
         with open_file(path, "table", StudyError) as file:
             _refuse_size(os.fstat(file.fileno()).st_size)
             columns = reader(file)
-    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError) as refusal:
+    except (
+        OSError,
+        ValueError,
+        EOFError,
+        RuntimeError,
+        zipfile.BadZipFile,
+        zlib.error,
+        lzma.LZMAError,
+    ) as refusal:
         raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
     return _checked(columns, f'table "{path}"')
 
 
 def _checked(columns: dict[str, np.ndarray], what: str) -> dict[str, np.ndarray]:
-    """The columns of a table, which messages call by a name; refused if there are no rows, or neither numbers nor texts."""
+    """The columns of a table, which messages call by a name; refused if there are no rows, or
+    neither numbers nor texts.
+    """
     for name, values in columns.items():
         if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
-            raise StudyError(f"{what}: {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts")
+            raise StudyError(
+                f"{what}: {name} is {values.dtype} of shape {values.shape}; columns hold real "
+                f"numbers or texts"
+            )
     if not columns or min(map(np.size, columns.values())) == 0:
         raise StudyError(f"{what} has no rows")
     return columns
@@ -80,13 +102,18 @@ def _refuse_size(size: int) -> None:
     """Refuse more than `LARGEST_TABLE` bytes."""
     if size > LARGEST_TABLE:
         limit = f"up to {LARGEST_TABLE // 2**20} MB are read"
-        raise ValueError(f"it takes {size / 2**20:.0f} MB, and {limit}; leave columns out, shorten texts, or split the table")
+        raise ValueError(
+            f"it takes {size / 2**20:.0f} MB, and {limit}; leave columns out, shorten texts, or "
+            f"split the table"
+        )
 
 
 def _refuse_rows(count: int) -> None:
     """Refuse more than `MOST_ROWS` rows."""
     if count > MOST_ROWS:
-        raise ValueError(f"it has {count:.3g} rows, and up to {MOST_ROWS} are read; split the table")
+        raise ValueError(
+            f"it has {count:.3g} rows, and up to {MOST_ROWS} are read; split the table"
+        )
 
 
 def _refuse_twice(names: Iterable[str]) -> None:
@@ -103,7 +130,8 @@ def _text_size(cells: Sequence[object]) -> int:
 def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
     blocks: list[list[np.ndarray]] = []
     with io.TextIOWrapper(stream, "utf-8-sig", newline="") as text:
-        # Not strict, a quotation mark that is not closed would take the rest of the file into one cell.
+        # Not strict, a quotation mark that is not closed would take the rest of the file into one
+        # cell.
         lines = csv.reader(text, strict=True)
         try:
             header = [name.strip() for name in next(lines, [])]
@@ -112,24 +140,47 @@ def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
             while block := list(itertools.islice(rows, max(1, BLOCK // max(len(header), 1)))):
                 for i, row in enumerate(block):
                     if len(row) != len(header):
-                        wrong.append(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
+                        wrong.append(
+                            f"row {count + i} has {len(row)} cells, and the header {len(header)}"
+                        )
                         block[i] = [row[0] if _is_text(row[0]) else "", *[""] * (len(header) - 1)]
                 cells = list(zip(*block, strict=True))
                 # The first cell that is not empty decides whether a column holds texts.
                 first = (next(filter(str.strip, column), "") for column in cells)
-                texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
-                size += sum(_text_size(column) if text else 8 * len(column) for text, column in zip(texts, cells, strict=True))
+                texts = (
+                    [column.dtype.kind == "U" for column in blocks[0]]
+                    if blocks
+                    else list(map(_is_text, first))
+                )
+                size += sum(
+                    _text_size(column) if text else 8 * len(column)
+                    for text, column in zip(texts, cells, strict=True)
+                )
                 _refuse_size(size)
-                blocks.append([np.char.strip(part) if text else _numbers(part) for text, part in zip(texts, cells, strict=True)])
+                blocks.append(
+                    [
+                        np.char.strip(part) if text else _numbers(part)
+                        for text, part in zip(texts, cells, strict=True)
+                    ]
+                )
                 count += len(block)
                 _refuse_rows(count)
         except csv.Error as refusal:
-            raise ValueError(f"line {lines.line_num}: {refusal}; is a quotation mark not closed?") from None
+            raise ValueError(
+                f"line {lines.line_num}: {refusal}; is a quotation mark not closed?"
+            ) from None
     if wrong and len(wrong) == count:
         raise ValueError(wrong[0])
-    lengths = [max(columns[k].dtype.itemsize for columns in blocks) for k in range(len(header))] if blocks else []
+    lengths = (
+        [max(columns[k].dtype.itemsize for columns in blocks) for k in range(len(header))]
+        if blocks
+        else []
+    )
     _refuse_size(sum(lengths) * count)
-    return {name: np.concatenate([columns[k] for columns in blocks]) for k, name in enumerate(header if blocks else ())}
+    return {
+        name: np.concatenate([columns[k] for columns in blocks])
+        for k, name in enumerate(header if blocks else ())
+    }
 
 
 def _is_text(cell: str) -> bool:
@@ -141,7 +192,9 @@ def _is_text(cell: str) -> bool:
 
 
 def number(cell: str) -> float:
-    """A number as every program writes it; ValueError for what Python alone reads as one: 1_0, and digits of other scripts."""
+    """A number as every program writes it; ValueError for what Python alone reads as one: 1_0, and
+    digits of other scripts.
+    """
     _refuse_other_digits(cell)
     return float(cell)
 
@@ -179,8 +232,13 @@ def _read_npz(stream: IO[bytes]) -> dict[str, np.ndarray]:
                 raise ValueError(f'its member "{name}" is no array')
             _refuse_rows(math.prod(values.shape[:1]))
             columns[name] = values
-    _refuse_size(sum(max(8 * x.size, x.nbytes * (4 if x.dtype.kind == "S" else 1)) for x in columns.values()))
-    return {name: np.char.decode(values) if values.dtype.kind == "S" else values for name, values in columns.items()}
+    _refuse_size(
+        sum(max(8 * x.size, x.nbytes * (4 if x.dtype.kind == "S" else 1)) for x in columns.values())
+    )
+    return {
+        name: np.char.decode(values) if values.dtype.kind == "S" else values
+        for name, values in columns.items()
+    }
 
 
 def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
@@ -188,7 +246,8 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
         import pyarrow.parquet  # an extra
     except ImportError:
         raise StudyError(
-            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or give a CSV or NPZ file'
+            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or '
+            "give a CSV or NPZ file"
         ) from None
     try:
         file = pyarrow.parquet.ParquetFile(stream)
@@ -198,13 +257,16 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
         values = file.metadata.num_rows * len(leaves)
         if any(leaf.max_repetition_level for leaf in leaves):
             stream.seek(0)
-            length = in_child(functools.partial(_values_of_lists, stream.read()), ("pyarrow.parquet",))
+            length = in_child(
+                functools.partial(_values_of_lists, stream.read()), ("pyarrow.parquet",)
+            )
             if length is None:
                 raise ValueError("its header is corrupt")
             values += length
         _refuse_size(max(sum(group.total_byte_size for group in groups), 8 * values))
         _refuse_twice(file.schema_arrow.names)
-        # A text that many rows share is kept once: a small file could take any memory if each row had a copy.
+        # A text that many rows share is kept once: a small file could take any memory if each row
+        # had a copy.
         coded = [leaf.path for leaf in leaves if leaf.physical_type == "BYTE_ARRAY"]
         file, batches, count = pyarrow.parquet.ParquetFile(stream, read_dictionary=coded), [], 0
         for batch in file.iter_batches():
@@ -219,12 +281,19 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
         if values.dtype.kind == "O":
             texts = (cell.decode() if isinstance(cell, bytes) else cell for cell in values.tolist())
             columns[name] = np.array(["" if cell is None else cell for cell in texts], dtype=object)
-    _refuse_size(sum(_text_size(values.tolist()) if values.dtype.kind == "O" else values.nbytes for values in columns.values()))
+    _refuse_size(
+        sum(
+            _text_size(values.tolist()) if values.dtype.kind == "O" else values.nbytes
+            for values in columns.values()
+        )
+    )
     return columns
 
 
 def _values_of_lists(data: bytes) -> int:
-    """How many values the lists of a Parquet file have by its header; pyarrow ends the process where that is corrupt."""
+    """How many values the lists of a Parquet file have by its header; pyarrow ends the process
+    where that is corrupt.
+    """
     import pyarrow.parquet
 
     header = pyarrow.parquet.ParquetFile(io.BytesIO(data)).metadata

@@ -1,6 +1,8 @@
-"""A posture for robots without one in which they stand: straight legs are bent, with level feet under the hips.
+"""A posture for robots without one in which they stand: straight legs are bent, with level feet
+under the hips.
 
-A leg that is straight carries the strike to the trunk as a column does, and its posture is singular; no robot lands so.
+A leg that is straight carries the strike to the trunk as a column does, and its posture is
+singular; no robot lands so.
 """
 
 import math
@@ -25,13 +27,17 @@ STRAIGHT = math.radians(15.0)
 """Angle of a knee up to which a leg counts as straight."""
 
 PARALLEL = math.radians(5.0)
-"""Angle between axes up to which they count as parallel, and room of a knee up to which it has none."""
+"""Angle between axes up to which they count as parallel, and room of a knee up to which it has
+none.
+"""
 
 LEG_PART = r"(?i)ankle|leg(?!ro)|thigh|femur|knee|calf|shank|shin|tibia"
 """Names of parts of a leg; no finger of an "allegro" hand."""
 
 SHORT_SHARE = 0.25
-"""Share of the distance from a leg's first joint to its foot up to which a part is neither thigh nor shank."""
+"""Share of the distance from a leg's first joint to its foot up to which a part is neither thigh
+nor shank.
+"""
 
 DOWN = np.array([0.0, 0.0, -1.0])
 """Downward, world axes."""
@@ -52,7 +58,8 @@ class Axis(NamedTuple):
 
 
 class Hinge(NamedTuple):
-    """A joint of a leg whose axis is parallel to that of the knee; its angles are about the knee's axis [rad].
+    """A joint of a leg whose axis is parallel to that of the knee; its angles are about the knee's
+    axis [rad].
 
     Attributes:
         joint: the joint.
@@ -94,10 +101,12 @@ class Leg(NamedTuple):
 
 
 def bent_legs(robot: Robot) -> Array | None:
-    """The neutral configuration (nq,) with straight legs bent and feet level under the hips; None if no joint turns.
+    """The neutral configuration (nq,) with straight legs bent and feet level under the hips; None
+    if no joint turns.
 
-    A leg is what `ends_leg` says. Its knee is the first joint whose axis is parallel to that of a joint before it, the
-    hip, with a thigh between them and a shank beyond. The shank ends at the next such joint, the ankle, or at the foot.
+    A leg is what `ends_leg` says. Its knee is the first joint whose axis is parallel to that of a
+    joint before it, the hip, with a thigh between them and a shank beyond. The shank ends at the
+    next such joint, the ankle, or at the foot.
     """
     if robot.loops:
         return None
@@ -115,15 +124,17 @@ def bent_legs(robot: Robot) -> Array | None:
 
 
 def stance_of(leg: Leg) -> tuple[float, float, float]:
-    """The angles of hip, knee and ankle about the axis of the knee, from zero and within their limits [rad].
+    """The angles of hip, knee and ankle about the axis of the knee, from zero and within their
+    limits [rad].
 
     A knee that is straight in the neutral posture is bent by 30° from there; a bent one stays. Then
 
         hip = -angle(thigh + shank, thigh + R shank)   with R the rotation by the angle of the knee,
         ankle = -(hip + knee),
 
-    so that the shank ends on its line from the hip, and the foot is as level, as with all joints at zero. If a limit
-    of the ankle leaves the foot tilted, the hip levels it; if a limit of the hip still does, the knee.
+    so that the shank ends on its line from the hip, and the foot is as level, as with all joints at
+    zero. If a limit of the ankle leaves the foot tilted, the hip levels it; if a limit of the hip
+    still does, the knee.
     """
     knee = _knee_angle(leg)
     hip = leg.hip.clamped(_hip_angle(leg, knee))
@@ -138,11 +149,12 @@ def stance_of(leg: Leg) -> tuple[float, float, float]:
 
 
 def _knee_angle(leg: Leg) -> float:
-    """The angle of the knee: as in the neutral posture if the leg is bent there, else 30° more [rad].
+    """The angle of the knee: as in the neutral posture if the leg is bent there, else 30° more
+    [rad].
 
-    It bends to the side on which its limits leave more room, and without limits to negative angles of its joint, as
-    those of quadrupeds do. If the limits leave the same, it goes forward, unless a limit of the hip then keeps the foot
-    farther from its line than on the other side.
+    It bends to the side on which its limits leave more room, and without limits to negative angles
+    of its joint, as those of quadrupeds do. If the limits leave the same, it goes forward, unless a
+    limit of the hip then keeps the foot farther from its line than on the other side.
     """
     knee = leg.knee
     below, above = knee.start - knee.low, knee.high - knee.start
@@ -154,15 +166,22 @@ def _knee_angle(leg: Leg) -> float:
         return less
     if abs(above - below) > PARALLEL:
         return more if above > below else less
-    # A positive turn moves the end of the shank along axis × thigh, and the knee the other way, as the hip turns back.
+    # A positive turn moves the end of the shank along axis × thigh, and the knee the other way, as
+    # the hip turns back.
     more_is_forward = np.cross(leg.axis, leg.thigh)[0] <= 0.0
     forward, backward = (more, less) if more_is_forward else (less, more)
-    missed = [abs(leg.hip.clamped(hip) - hip) for hip in (_hip_angle(leg, forward), _hip_angle(leg, backward))]
+    missed = [
+        abs(leg.hip.clamped(hip) - hip)
+        for hip in (_hip_angle(leg, forward), _hip_angle(leg, backward))
+    ]
     return forward if missed[0] <= missed[1] else backward
 
 
 def _hip_angle(leg: Leg, knee: float) -> float:
-    """The angle of the hip that keeps the end of the shank on its line [rad]. Args: knee, its angle [rad]."""
+    """The angle of the hip that keeps the end of the shank on its line [rad].
+
+    Args: knee, its angle [rad].
+    """
     return -_angle(leg.thigh + leg.shank, leg.thigh + _turned(leg, knee), leg.axis)
 
 
@@ -172,9 +191,14 @@ def _turned(leg: Leg, knee: float) -> Array:
 
 
 def ends_leg(robot: Robot, foot: str, wheels: bool = True) -> bool:
-    """Whether the limb of a foot is a leg: a link or joint of it is named like a foot, a part of a leg or, if asked, a wheel."""
+    """Whether the limb of a foot is a leg: a link or joint of it is named like a foot, a part of a
+    leg or, if asked, a wheel.
+    """
     part = f"{LEG_PART}|wheel" if wheels else LEG_PART
-    return any(is_foot(name) or re.search(part, name) for name in (foot, *_limb_names(robot, robot.frames[foot].body)))
+    return any(
+        is_foot(name) or re.search(part, name)
+        for name in (foot, *_limb_names(robot, robot.frames[foot].body))
+    )
 
 
 def _limb_names(robot: Robot, body: int) -> Iterator[str]:
@@ -200,7 +224,8 @@ def _leg_of(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Leg | None:
     Args:
         robot: the robot.
         placed: its joints with all at zero.
-        foot: frame of the foot; the shank itself if its origin is at the knee, and its lowest point is then the end.
+        foot: frame of the foot; the shank itself if its origin is at the knee, and its lowest point
+            is then the end.
     """
     body = robot.bodies[foot.body]
     end = placed[body.joint].act(body.offset + body.rotation @ foot.offset)
@@ -217,7 +242,14 @@ def _leg_of(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Leg | None:
             shank = across @ (_lowest_point(robot, placed, foot) - knee.place)
         if min(np.linalg.norm(thigh), np.linalg.norm(shank)) > short:
             ankle = _hinge(robot, beyond[0], knee) if beyond else None
-            return Leg(knee.direction, thigh, shank, _hinge(robot, hip, knee), _hinge(robot, knee, knee), ankle)
+            return Leg(
+                knee.direction,
+                thigh,
+                shank,
+                _hinge(robot, hip, knee),
+                _hinge(robot, knee, knee),
+                ankle,
+            )
     return None
 
 
@@ -247,7 +279,9 @@ def _hinge(robot: Robot, axis: Axis, knee: Axis) -> Hinge:
 
 
 def _lowest_point(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Array:
-    """The lowest point (3,) of a foot in the world [m]; without shapes the one that its centre of mass halves."""
+    """The lowest point (3,) of a foot in the world [m]; without shapes the one that its centre of
+    mass halves.
+    """
     body = robot.bodies[foot.body]
     place = placed[body.joint] * pin.SE3(body.rotation, body.offset)
     down = place.rotation.T @ DOWN

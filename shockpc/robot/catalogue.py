@@ -1,7 +1,7 @@
 """A name becomes a file: the project's robots, and every robot of example-robot-data.
 
-A robot is called by its file's stem, in lower case, with "-" read as "_". Where that gives a poor name, `_RENAMED` says a
-better one. Nothing is opened here: names and paths only.
+A robot is called by its file's stem, in lower case, with "-" read as "_". Where that gives a poor
+name, `_RENAMED` says a better one. Nothing is opened here: names and paths only.
 """
 
 import functools
@@ -18,22 +18,62 @@ from shockpc.text.paths import read_file
 
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (
-        "a1", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "centauro", "go1", "go2", "hyq", "laikago",
-        "quadruped_8dof", "solo8", "solo12",
+        "a1",
+        "anymal_b",
+        "anymal_b_kinova",
+        "anymal_c",
+        "b1",
+        "b1_z1",
+        "centauro",
+        "go1",
+        "go2",
+        "hyq",
+        "laikago",
+        "quadruped_8dof",
+        "solo8",
+        "solo12",
     ),
     "bipeds": (
-        "alexander", "bolt", "g1", "g1_hands", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small",
-        "simple_humanoid", "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box",
+        "alexander",
+        "bolt",
+        "g1",
+        "g1_hands",
+        "icub",
+        "icub_reduced",
+        "romeo",
+        "romeo_laas_small",
+        "romeo_small",
+        "simple_humanoid",
+        "simple_humanoid_classical",
+        "talos",
+        "talos_full",
+        "talos_full_box",
+        "talos_reduced_box",
         "talos_reduced_corrected",
     ),
     "humanoids": (
-        "g1", "g1_hands", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small", "simple_humanoid",
-        "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box", "talos_reduced_corrected",
+        "g1",
+        "g1_hands",
+        "icub",
+        "icub_reduced",
+        "romeo",
+        "romeo_laas_small",
+        "romeo_small",
+        "simple_humanoid",
+        "simple_humanoid_classical",
+        "talos",
+        "talos_full",
+        "talos_full_box",
+        "talos_reduced_box",
+        "talos_reduced_corrected",
     ),
-}  # fmt: skip
-"""Robots of example-robot-data by their number of legs, with and without arms; humanoids are the bipeds with arms and a trunk."""
+}
+"""Robots of example-robot-data by their number of legs, with and without arms; humanoids are the
+bipeds with arms and a trunk.
+"""
 
-# The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
+# The file under robots/ → the name to type, then its other names. Only where the stem alone would
+# mislead.
 _RENAMED: dict[str, tuple[str, ...]] = {
     "alexander_description/urdf/alexander_v1.lowerBodyOnly.urdf": ("alexander",),
     "anymal_b_simple_description/robots/anymal.urdf": ("anymal_b",),
@@ -45,10 +85,12 @@ _RENAMED: dict[str, tuple[str, ...]] = {
     "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf": ("g1_hands",),
     "hector_description/robots/quadrotor_base.urdf": ("hector",),
     "hector_description/robots/quadrotor_base.xacro": ("hector_xacro",),
-    "hector_description/robots/quadrotor_base.urdf.xacro": ("hector_macro",),  # defines a macro, holds no robot
+    # defines a macro, holds no robot
+    "hector_description/robots/quadrotor_base.urdf.xacro": ("hector_macro",),
     "hextilt_description/urdf/hextilt_flying_arm_5.urdf": ("hextilt", "hextilt_flying_arm_5"),
     "hyq_description/robots/hyq_no_sensors.urdf": ("hyq", "hyq_no_sensors"),
-    "quadruped_description/urdf/quadruped.urdf": ("quadruped_8dof", "quadroped"),  # "quadruped" is a robot of the project
+    # "quadruped" is a robot of the project
+    "quadruped_description/urdf/quadruped.urdf": ("quadruped_8dof", "quadroped"),
     "solo_description/robots/solo.urdf": ("solo8", "solo"),
     "talos_data/robots/talos_full_v2.urdf": ("talos_full", "talos_full_v2"),
     "talos_data/robots/talos_full_v2_box.urdf": ("talos_full_box", "talos_full_v2_box"),
@@ -59,7 +101,10 @@ _RENAMED: dict[str, tuple[str, ...]] = {
     "ur_description/urdf/ur5_robot.urdf": ("ur5", "ur5_robot"),
     "ur_description/urdf/ur5_joint_limited_robot.urdf": ("ur5_limited", "ur5_joint_limited_robot"),
     "ur_description/urdf/ur10_robot.urdf": ("ur10", "ur10_robot"),
-    "ur_description/urdf/ur10_joint_limited_robot.urdf": ("ur10_limited", "ur10_joint_limited_robot"),
+    "ur_description/urdf/ur10_joint_limited_robot.urdf": (
+        "ur10_limited",
+        "ur10_joint_limited_robot",
+    ),
 }
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf", ".toml")
 """How the names of files of robots end, and of scenes."""
@@ -68,7 +113,9 @@ _SHARE = "share/example-robot-data"
 
 
 class CatalogueEntry(NamedTuple):
-    """One robot that can be called by name: the name to type, in lower case, the robot file, and other names it answers to."""
+    """One robot that can be called by name: the name to type, in lower case, the robot file, and
+    other names it answers to.
+    """
 
     name: str
     file: str
@@ -81,13 +128,19 @@ class CatalogueEntry(NamedTuple):
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """List every robot known by name: the project's first, then example-robot-data, each in alphabetical order."""
+    """List every robot known by name: the project's first, then example-robot-data, each in
+    alphabetical order.
+    """
     project = str(project_robots_folder())
-    return tuple(sorted(_entries(), key=lambda entry: (os.path.dirname(entry.file) != project, entry.name)))
+    return tuple(
+        sorted(_entries(), key=lambda entry: (os.path.dirname(entry.file) != project, entry.name))
+    )
 
 
 def _entries() -> Iterator[CatalogueEntry]:
-    """Every robot known by name, folder by folder, the project's first; a folder is listed when what precedes it was taken."""
+    """Every robot known by name, folder by folder, the project's first; a folder is listed when
+    what precedes it was taken.
+    """
     folder, taken = project_robots_folder(), set[str]()
     for file in _files(folder):
         if file.endswith((".urdf.xacro", ".xml")):
@@ -99,7 +152,8 @@ def _entries() -> Iterator[CatalogueEntry]:
         for file in _files(f"{robots}/{package}/{place}"):
             if file.endswith((".urdf", ".xacro")):
                 name, *aliases = _RENAMED.get(f"{package}/{place}/{file}", (_name_of(file),))
-                if name in taken:  # two packages with a file of one name: the package tells them apart
+                # two packages with a file of one name: the package tells them apart
+                if name in taken:
                     name = f"{_normalised(package.removesuffix('_description'))}_{_name_of(file)}"
                 taken |= {name, *aliases}
                 yield CatalogueEntry(name, f"{robots}/{package}/{place}/{file}", tuple(aliases))
@@ -122,15 +176,22 @@ def robots_of_set(name: str) -> tuple[str, ...]:
     if name == "all":
         return tuple(entry.name for entry in catalogue())
     if name not in SETS:
-        raise UnknownName("set of robots", name, (*SETS, "all"), "", "shockpc batch --help; robots stand without --robots")
+        raise UnknownName(
+            "set of robots",
+            name,
+            (*SETS, "all"),
+            "",
+            "shockpc batch --help; robots stand without --robots",
+        )
     return SETS[name]
 
 
 def find_robot(name_or_path: str) -> tuple[Path, str | None]:
-    """Find the file that a name or a path means, and its name in the catalogue, or None when it was given as a path.
+    """Find the file that a name or a path means, and its name in the catalogue, or None when it was
+    given as a path.
 
-    It is a path when it holds a path separator or a suffix and exists; else a robot's name or alias, in any case, with "-" and
-    "_" alike.
+    It is a path when it holds a path separator or a suffix and exists; else a robot's name or
+    alias, in any case, with "-" and "_" alike.
 
     Raises:
         RobotError: it looks like a path, and nothing is there.
@@ -152,18 +213,23 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
 
 
 def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
-    """Find the SRDF that goes with a robot file: the one beside it, in ./srdf or in ../srdf that is named like it.
+    """Find the SRDF that goes with a robot file: the one beside it, in ./srdf or in ../srdf that is
+    named like it.
 
-    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf` for `hyq_no_sensors.urdf`), then
-    the same with the robot's name in the file, which may be empty, then the only one that continues the robot file's stem
-    (`baxter_manipulation.srdf`).
+    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf`
+    for `hyq_no_sensors.urdf`), then the same with the robot's name in the file, which may be empty,
+    then the only one that continues the robot file's stem (`baxter_manipulation.srdf`).
 
     Returns: the SRDF file, or None where no name fits.
     """
     stem = _stem(robot_path.name).casefold()
     folder = robot_path.parent
     for place in (folder, folder / "srdf", folder.parent / "srdf"):
-        files = {file.removesuffix(".srdf").casefold(): place / file for file in _files(place) if file.endswith(".srdf")}
+        files = {
+            file.removesuffix(".srdf").casefold(): place / file
+            for file in _files(place)
+            if file.endswith(".srdf")
+        }
         for name in (stem, robot_name_in_file.casefold()):
             prefixes = [s for s in files if s and name.startswith(s)]
             if prefixes:
@@ -176,14 +242,18 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
 
 @functools.cache
 def project_robots_folder() -> Path:
-    """Return the folder of the project's robots: inside an installed package, or beside it in a checkout."""
+    """Return the folder of the project's robots: inside an installed package, or beside it in a
+    checkout.
+    """
     package = Path(__file__).resolve().parent.parent
     packaged = package / "robots"
     return packaged if packaged.is_dir() else package.parent / "robots"
 
 
 def closing_scene(robot: Path) -> Path | None:
-    """The first scene that closes a loop of one of the project's robots, whose file, a tree, ends at the loop's two ends."""
+    """The first scene that closes a loop of one of the project's robots, whose file, a tree, ends
+    at the loop's two ends.
+    """
     return _closing_scenes().get(robot) if robot.is_relative_to(project_robots_folder()) else None
 
 
@@ -200,14 +270,26 @@ def _closing_scenes() -> dict[Path, Path]:
 
 
 def data_folder() -> Path | None:
-    """Return the share folder of example-robot-data, which is also the package root of its meshes; None if not installed."""
-    # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens of milliseconds.
+    """Return the share folder of example-robot-data, which is also the package root of its meshes;
+    None if not installed.
+    """
+    # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens
+    # of milliseconds.
     places = (*(os.path.join(place, "cmeel.prefix") for place in sys.path), sys.prefix)
-    return next((Path(place, _SHARE) for place in places if os.path.isdir(os.path.join(place, _SHARE, "robots"))), None)
+    return next(
+        (
+            Path(place, _SHARE)
+            for place in places
+            if os.path.isdir(os.path.join(place, _SHARE, "robots"))
+        ),
+        None,
+    )
 
 
 def _stem(file: str) -> str:
-    return file.removesuffix(".xacro").removesuffix(".urdf").removesuffix(".xml").removesuffix(".mjcf")
+    return (
+        file.removesuffix(".xacro").removesuffix(".urdf").removesuffix(".xml").removesuffix(".mjcf")
+    )
 
 
 def _name_of(file: str) -> str:

@@ -1,4 +1,6 @@
-"""Changes of a robot as they are typed: mass, centre of mass and inertia of links, reflected inertia and place of joints."""
+"""Changes of a robot as they are typed: mass, centre of mass and inertia of links, reflected
+inertia and place of joints.
+"""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,14 +20,18 @@ from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 
 Entry = Literal["inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz", "inertia-yz"]
-Property = Literal["mass", "point-mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"]
+Property = Literal[
+    "mass", "point-mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"
+]
 """What can be changed."""
 
 ADDED = ("point-mass", "com-x", "com-y", "com-z", *get_args(Entry))
 """Of these a value is added to the present one."""
 
 SMALL = 0.01
-"""Share of a body's mass below which a change of its links is probably not the change of the body that was meant."""
+"""Share of a body's mass below which a change of its links is probably not the change of the body
+that was meant.
+"""
 
 EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01; place:*_knee=0,0,-0.3"
 
@@ -35,12 +41,13 @@ class Change:
     """One change of a robot.
 
     Attributes:
-        what: mass of a link, with its inertia in proportion and its centre of mass where it was [kg]; a point mass at that centre,
-            which leaves the inertia about it [kg]; inertia of a link about its
-            centre of mass, all of it or an entry in axes of the link's frame [kg m²]; position of the centre of mass along x, y or
-            z of that frame [m]; armature of a joint, its
-            reflected inertia [kg m²; kg for a prismatic joint]; place of a joint, which may be fixed, with all that it carries: its
-            origin in the frame of the link that carries it, such as (0, 0, -length) of a knee [m].
+        what: mass of a link, with its inertia in proportion and its centre of mass where it was
+            [kg]; a point mass at that centre, which leaves the inertia about it [kg]; inertia of a
+            link about its centre of mass, all of it or an entry in axes of the link's frame [kg
+            m²]; position of the centre of mass along x, y or z of that frame [m]; armature of a
+            joint, its reflected inertia [kg m²; kg for a prismatic joint]; place of a joint, which
+            may be fixed, with all that it carries: its origin in the frame of the link that carries
+            it, such as (0, 0, -length) of a knee [m].
         pattern: name or glob of links, for armature and place of joints.
         value: the new value, or what the present one is multiplied by; of `ADDED` what is added.
         factor: whether the present value is multiplied.
@@ -55,21 +62,25 @@ class Change:
         """Refuse values that no link and no joint has.
 
         Raises:
-            StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
+            StudyError: the value is not finite, not above zero, or not of the kind that the
+                property takes.
         """
         what, shift, values = self.what, self.what in ADDED, np.ravel(self.value)
         place = what == "place" and not self.factor
         faults = {
             "the value has to be a finite number": not np.isfinite(values).all(),
-            f"a place is three numbers [m] or a factor; give for example {what}:{self.pattern}=0,0,-0.3": len(values) != 3
-            and place,
+            f"a place is three numbers [m] or a factor; give for example "
+            f"{what}:{self.pattern}=0,0,-0.3": len(values) != 3 and place,
             "the value has to be one number": len(values) != 1 and not place,
-            "a centre of mass is moved by metres, a point mass is added in kg, an entry of an inertia in kg m², not by a factor; "
+            "a centre of mass is moved by metres, a point mass is added in kg, an entry of an "
+            "inertia in kg m², not by a factor; "
             f"give for example {what}:trunk=0.02": shift and self.factor,
-            "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x, or an entry, such as "
+            "an inertia has six entries, so it is changed by a factor; give for example "
+            "inertia:trunk=1.1x, or an entry, such as "
             "inertia-xx:trunk=0.01": (what == "inertia" and not self.factor),
             "the value may not be below zero, and a factor of an inertia has to be above zero": (
-                not (shift or place) and (values.min() < 0.0 or (values.min() == 0.0 and what == "inertia"))
+                not (shift or place)
+                and (values.min() < 0.0 or (values.min() == 0.0 and what == "inertia"))
             ),
         }
         for message, wrong in faults.items():
@@ -86,7 +97,8 @@ class Change:
 
 
 def read_changes(text: str) -> tuple[Change, ...]:
-    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01"; x after a number makes it a factor.
+    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01"; x after a number makes
+    it a factor.
 
     Raises:
         StudyError: it is not of that form.
@@ -104,7 +116,8 @@ def read_changes(text: str) -> tuple[Change, ...]:
         if kind is None or not (colon and equals and pattern) or math.isnan(sum(values)):
             kinds = ", ".join(get_args(Property))
             raise StudyError(
-                f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as {EXAMPLE}; properties are {kinds}'
+                f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as '
+                f"{EXAMPLE}; properties are {kinds}"
             )
         changes.append(Change(kind, pattern, values if len(values) > 1 else values[0], factor))
     if not changes:
@@ -113,11 +126,13 @@ def read_changes(text: str) -> tuple[Change, ...]:
 
 
 def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
-    """The robot with changes applied one after the other; the original stays as it is, and geometry that is read is shared.
+    """The robot with changes applied one after the other; the original stays as it is, and geometry
+    that is read is shared.
 
     Raises:
         UnknownName: a pattern matches no link with mass, or no joint.
-        StudyError: a reflected inertia of zero is multiplied, or a link would have less than no mass.
+        StudyError: a reflected inertia of zero is multiplied, or a link would have less than no
+            mass.
         RobotError: a body becomes too heavy or too light to compute with.
     """
     model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
@@ -135,23 +150,30 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
             warnings += tuple(_small_parts(robot, model, change, links))
             for link in links:
                 _change_link(model, link, change)
-    robot = replace(robot, model=model, change_warnings=warnings, default_drives=drives, settings=settings)
+    robot = replace(
+        robot, model=model, change_warnings=warnings, default_drives=drives, settings=settings
+    )
     for body in robot.bodies:
-        for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
+        for what, value, unit in (
+            ("mass", body.mass, "kg"),
+            ("inertia", float(np.abs(body.inertia).max()), "kg m²"),
+        ):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
     return robot
 
 
-def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bool]]) -> tuple[Array, Array, Array]:
+def varied_bodies(
+    robot: Robot, changes: Iterable[tuple[Property, str, Array, bool]]
+) -> tuple[Array, Array, Array]:
     """The bodies of N robots that `changed` makes of one, each with another value.
 
     Args:
         robot: the robot.
-        changes: what, pattern of links, values (N,), and whether they are factors, as in `Change`; one after the other. NaN
-            changes nothing.
+        changes: what, pattern of links, values (N,), and whether they are factors, as in `Change`;
+            one after the other. NaN changes nothing.
 
-    Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias (N, nb, 3, 3) about them, axes
-        of the frames [kg m²].
+    Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias
+        (N, nb, 3, 3) about them, axes of the frames [kg m²].
     """
     parts: dict[str, tuple[Array, Array, Array]] = {}
     n = 1
@@ -159,48 +181,83 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
         n, x = len(values), np.asarray(values, dtype=float)
         for link in links_with_mass(robot, pattern):
             Y = _frame(robot.model, link).inertia
-            part = parts.get(link, (np.full(n, Y.mass), np.tile(Y.lever, (n, 1)), np.tile(Y.inertia, (n, 1, 1))))
+            part = parts.get(
+                link, (np.full(n, Y.mass), np.tile(Y.lever, (n, 1)), np.tile(Y.inertia, (n, 1, 1)))
+            )
             parts[link] = _changed_inertia(what, x, factor, *part)
-    mass, com, inertia = (np.repeat(part[None], n, axis=0).astype(float) for part in (robot.masses, robot.coms, robot.inertias))
+    mass, com, inertia = (
+        np.repeat(part[None], n, axis=0).astype(float)
+        for part in (robot.masses, robot.coms, robot.inertias)
+    )
     for i in sorted({robot.frames[link].body for link in parts}):
         body, carried = robot.bodies[i], list[tuple[Array, Array, Array]]()
         for frame in robot.model.frames:
             link = frame.type == pin.FrameType.BODY
             if frame.parentJoint == body.joint and (link or frame.inertia.mass):
-                Y, place = frame.inertia, pin.SE3(body.rotation, body.offset).actInv(frame.placement)
-                m, c, moment = parts.get(frame.name if link else "", (np.array([Y.mass]), Y.lever[None], Y.inertia[None]))
-                carried.append((m, c @ place.rotation.T + place.translation, place.rotation @ moment @ place.rotation.T))
+                Y, place = (
+                    frame.inertia,
+                    pin.SE3(body.rotation, body.offset).actInv(frame.placement),
+                )
+                m, c, moment = parts.get(
+                    frame.name if link else "", (np.array([Y.mass]), Y.lever[None], Y.inertia[None])
+                )
+                carried.append(
+                    (
+                        m,
+                        c @ place.rotation.T + place.translation,
+                        place.rotation @ moment @ place.rotation.T,
+                    )
+                )
         mass[:, i] = sum(m for m, _, _ in carried)
         com[:, i] = sum(m[:, None] * c for m, c, _ in carried) / mass[:, i, None]
         arms = [cross_matrix(c - com[:, i]) for _, c, _ in carried]
-        inertia[:, i] = sum(moment - m[:, None, None] * (C @ C) for (m, _, moment), C in zip(carried, arms, strict=True))
+        inertia[:, i] = sum(
+            moment - m[:, None, None] * (C @ C)
+            for (m, _, moment), C in zip(carried, arms, strict=True)
+        )
     return mass, com, inertia
 
 
-def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, change: Change) -> Drives | None:
-    """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
+def _change_armature(
+    robot: Robot, model: pin.Model, drives: Drives | None, change: Change
+) -> Drives | None:
+    """Change the reflected inertia of some joints.
+
+    Returns: the default drives; a joint that is given a number has none of them.
+    """
     names = robot.match_joints(change.pattern)
     chosen = robot.velocities(names)
     by_joint = {} if drives is None else dict(drives.by_joint)
     of_joints = {name: drive for name in names if (drive := by_joint.pop(name, None))}
-    if change.factor and not (model.armature[chosen].any() or any(drive.reflected for drive in of_joints.values())):
+    if change.factor and not (
+        model.armature[chosen].any() or any(drive.reflected for drive in of_joints.values())
+    ):
         reason = f'these joints of robot "{robot.name}" have no reflected inertia'
         raise StudyError(
-            f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01", joints=names
+            f"change {change} has no effect, because {reason}; give a number, such as "
+            f"armature:{change.pattern}=0.01",
+            joints=names,
         )
     if change.factor:
         for name, drive in of_joints.items():
             low, high = drive.interval
-            inertia, ends = change.number * (drive.reflected or 0.0), (change.number * low, change.number * high)
+            inertia, ends = (
+                change.number * (drive.reflected or 0.0),
+                (change.number * low, change.number * high),
+            )
             by_joint[name] = replace(drive, armature=inertia, rotor_inertia=None, range=ends)
-    model.armature[chosen] = model.armature[chosen] * change.number if change.factor else change.number
+    model.armature[chosen] = (
+        model.armature[chosen] * change.number if change.factor else change.number
+    )
     return None if drives is None else drives._replace(by_joint=by_joint)
 
 
 def _changed_inertia(
     what: Property, x: Array, factor: bool, mass: Array, lever: Array, inertia: Array
 ) -> tuple[Array, Array, Array]:
-    """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x (...), as in `varied_bodies`."""
+    """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x
+    (...), as in `varied_bodies`.
+    """
     x = np.where(np.isnan(x), 0.0 if what in ADDED else 1.0 if factor else mass, x)
     if what == "point-mass":
         return mass + x, lever, inertia
@@ -219,9 +276,13 @@ def _change_link(model: pin.Model, link: str, change: Change) -> None:
     frame = _frame(model, link)
     inertia = frame.inertia.copy()
     parts = np.array(inertia.mass), inertia.lever, inertia.inertia
-    mass, inertia.lever, inertia.inertia = _changed_inertia(change.what, np.array(change.number), change.factor, *parts)
+    mass, inertia.lever, inertia.inertia = _changed_inertia(
+        change.what, np.array(change.number), change.factor, *parts
+    )
     if mass < 0.0:
-        raise StudyError(f"change {change}: {link} has {parts[0]:g} kg, so less than nothing would be left")
+        raise StudyError(
+            f"change {change}: {link} has {parts[0]:g} kg, so less than nothing would be left"
+        )
     inertia.mass = float(mass)
     frame.inertia = inertia
     _sum_inertias(model, frame.parentJoint)
@@ -238,8 +299,15 @@ def _sum_inertias(model: pin.Model, joint: int) -> None:
 
 def _joint_frames(robot: Robot) -> dict[str, int]:
     """The frames of joints, fixed ones too, by name; that of a floating base has no place."""
-    kinds, free = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT), robot.joints[0].name if robot.free_base else ""
-    return {frame.name: k for k, frame in enumerate(robot.model.frames) if frame.type in kinds and frame.name != free}
+    kinds, free = (
+        (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT),
+        robot.joints[0].name if robot.free_base else "",
+    )
+    return {
+        frame.name: k
+        for k, frame in enumerate(robot.model.frames)
+        if frame.type in kinds and frame.name != free
+    }
 
 
 def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> None:
@@ -253,7 +321,9 @@ def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> 
         above = pin.SE3(body.rotation, body.offset)
     old = (model.jointPlacements[index] if moves else frame.placement).copy()
     place = above.actInv(old)
-    place.translation = place.translation * change.value if change.factor else np.array(change.value)
+    place.translation = (
+        place.translation * change.value if change.factor else np.array(change.value)
+    )
     if moves:
         model.jointPlacements[index] = above * place
         return
@@ -264,12 +334,15 @@ def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> 
                 moved.add(k)
                 part.placement = shift * part.placement
             else:
-                model.jointPlacements[part.parentJoint] = shift * model.jointPlacements[part.parentJoint]
+                model.jointPlacements[part.parentJoint] = (
+                    shift * model.jointPlacements[part.parentJoint]
+                )
     _sum_inertias(model, index)
 
 
 def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) -> dict[str, float]:
-    """Mass [kg] of each link that a name or a glob means, without that of the links that are fixed to it.
+    """Mass [kg] of each link that a name or a glob means, without that of the links that are fixed
+    to it.
 
     Args:
         robot: the robot.
@@ -277,33 +350,47 @@ def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) 
         model: its model, of which some links may have changed; that of the robot by default.
 
     Raises:
-        UnknownName: no link that moves and has mass fits. The text names the main link of the body, if the name is of a part of it.
+        UnknownName: no link that moves and has mass fits. The text names the main link of the body,
+            if the name is of a part of it.
     """
-    masses = {link: mass for link in robot.links if (mass := _mass(model or robot.model, link)) > 0.0}
+    masses = {
+        link: mass for link in robot.links if (mass := _mass(model or robot.model, link)) > 0.0
+    }
     frame, hint = robot.frames.get(pattern), ""
     if frame is not None and frame.body >= 0 and pattern not in masses:
-        hint = f'"{pattern}" has no mass; the main link of its body is "{_main_link(robot, frame.body)}"'
+        hint = (
+            f'"{pattern}" has no mass; the main link of its body is '
+            f'"{_main_link(robot, frame.body)}"'
+        )
     names = robot.match("link with mass", pattern, masses, (), hint)
     return {name: masses[name] for name in names}
 
 
 def link_inertia(robot: Robot, link: str) -> pin.Inertia:
-    """The inertia of a link without that of the links that are fixed to it, in its frame. Args: link, its exact name."""
+    """The inertia of a link without that of the links that are fixed to it, in its frame.
+
+    Args: link, its exact name.
+    """
     return _frame(robot.model, link).inertia
 
 
-def _small_parts(robot: Robot, model: pin.Model, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:
+def _small_parts(
+    robot: Robot, model: pin.Model, change: Change, links: Mapping[str, float]
+) -> Iterator[Diagnostic]:
     """A warning for each body of which the links hold next to no mass."""
     for i, body in enumerate(robot.bodies):
         chosen = [link for link in body.links if link in links]
-        share = sum(links[link] for link in chosen) / model.inertias[body.joint].mass if chosen else 1.0
+        share = (
+            sum(links[link] for link in chosen) / model.inertias[body.joint].mass if chosen else 1.0
+        )
         if share < SMALL:
             main = _main_link(robot, i)
             yield Diagnostic(
                 "robot",
                 body.name,
                 share,
-                f"change {change.what}:{change.pattern}: {listed(chosen, 4)} has {100.0 * share:.1g} % of the mass of its body; "
+                f"change {change.what}:{change.pattern}: {listed(chosen, 4)} has "
+                f"{100.0 * share:.1g} % of the mass of its body; "
                 f'to change the body, name its main link "{main}" ({_mass(model, main):.4g} kg)',
             )
 

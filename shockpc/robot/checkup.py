@@ -1,4 +1,5 @@
-"""The check-up of a robot: what is implausible in its file but can be computed, each with its consequence.
+"""The check-up of a robot: what is implausible in its file but can be computed, each with its
+consequence.
 
 What cannot be computed is refused while the file is read. Nothing is corrected here.
 """
@@ -20,12 +21,17 @@ from shockpc.robot.urdf_places import AXIS
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
-_HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
+# times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does
+# not
+_HEAVY = 500.0
 _LIGHT = 1e-6  # of the whole robot
 
 
 _NO_ARMATURE = {
-    "urdf": "none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of a <transmission>, no rotor_params",
+    "urdf": (
+        "none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of a "
+        "<transmission>, no rotor_params"
+    ),
     "sdf": "none is read from the file",
     "mjcf": "no joint and no actuator on a joint has one",
     "pinocchio": "the model has none, and no rotorInertia with a rotorGearRatio",
@@ -40,7 +46,8 @@ class Finding(NamedTuple):
     """One thing worth knowing about a robot.
 
     Attributes:
-        level: "error" where strikes cannot be computed, "warning" where numbers may mislead, "note" otherwise.
+        level: "error" where strikes cannot be computed, "warning" where numbers may mislead, "note"
+            otherwise.
         where: the link, body or joint.
         text: what was found, and its consequence.
     """
@@ -51,7 +58,10 @@ class Finding(NamedTuple):
 
 
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
-    """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
+    """Check a robot for what may mislead.
+
+    Returns what was found: errors first, then warnings, then notes.
+    """
     root = shared_xml(robot.source.xml, robot.source.path.name)
     names_by_text: dict[tuple[Level, str, str], list[str]] = {}
     implausible = (
@@ -68,11 +78,15 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
     for (level, kind, text), names in names_by_text.items():
         subject = kind if len(names) == 1 else "bodies" if kind == "body" else f"{kind}s"
         findings.append(Finding(level, f"{subject} {listed(names, 3)}" if kind else names[0], text))
-    return tuple(sorted(findings, key=lambda finding: ("error", "warning", "note").index(finding.level)))
+    return tuple(
+        sorted(findings, key=lambda finding: ("error", "warning", "note").index(finding.level))
+    )
 
 
 def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    """What the reader of the file warns of, what it leaves out for a reason, and the loops that a URDF closes."""
+    """What the reader of the file warns of, what it leaves out for a reason, and the loops that a
+    URDF closes.
+    """
     file = robot.source.path.name
     for warning in (*robot.source.warnings, *robot.notes):
         yield "warning", "", file, warning.removeprefix(f"{file}: ")
@@ -88,22 +102,34 @@ def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """Moving bodies without mass, and masses far from all the others."""
     masses = robot.masses
-    carried = masses @ robot.ancestors[:, [joint.v.start for joint in robot.joints]]  # with all that each body carries
+    # with all that each body carries
+    carried = masses @ robot.ancestors[:, [joint.v.start for joint in robot.joints]]
     for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
         next_heaviest = float(np.delete(masses, k).max(initial=0.0)) or mass
         if carried[k] == 0:
             text = "no mass here nor on what it carries, so the inertia matrix cannot be inverted"
             yield "error", "body", body.name, f"{text}; give mass, or make the joint fixed"
         elif mass == 0:
-            yield "note", "body", body.name, "no mass here; the shock follows from what the joints beyond carry"
+            yield (
+                "note",
+                "body",
+                body.name,
+                "no mass here; the shock follows from what the joints beyond carry",
+            )
         elif mass > _HEAVY * next_heaviest:
             text = (
-                f"{mass:g} kg is {mass / next_heaviest:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
+                f"{mass:g} kg is {mass / next_heaviest:.0f} times the next heaviest; if it is "
+                f"meant in grams, every shock is wrong"
             )
             yield "warning", "body", body.name, text
         elif mass < _LIGHT * robot.mass:
             text = f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg"
-            yield "warning", "body", body.name, f"{text}; if it is a placeholder, its shock has no meaning"
+            yield (
+                "warning",
+                "body",
+                body.name,
+                f"{text}; if it is a placeholder, its shock has no meaning",
+            )
 
 
 def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
@@ -117,19 +143,31 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
                     computed += ", except where the inertia matrix is not positive definite"
                 yield "warning", "link", frame.name, f"{fault}; {computed}"
     for name, radius in inflated_inertias(robot):
-        text = f"its moments of inertia have a radius of gyration of {radius:.3g} m, and {size_text(robot)}"
+        text = (
+            f"its moments of inertia have a radius of gyration of {radius:.3g} m, and "
+            f"{size_text(robot)}"
+        )
         yield "warning", "link", name, f"{text}; if they are placeholders, every shock is wrong"
     for link in root.findall("link"):
-        if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None):
-            yield "note", "link", link.get("name", ""), "shapes but no <inertial>, which is read as no mass"
+        if link.find("inertial") is None and (
+            link.find("visual") is not None or link.find("collision") is not None
+        ):
+            yield (
+                "note",
+                "link",
+                link.get("name", ""),
+                "shapes but no <inertial>, which is read as no mass",
+            )
 
 
 def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """A warning where the inertias look as if they were given about the links' origins."""
     if links := inertias_about_origins(robot):
         text = (
-            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, but files "
-            "should give them about the centres of mass. They are used as they are: correct the file"
+            f"the inertias of {listed(links, 3)} look as if they were about the links' origins, "
+            f"but files "
+            "should give them about the centres of mass. They are used as they are: correct the "
+            "file"
         )
         yield "warning", "", robot.source.path.name, text
 
@@ -137,49 +175,98 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
     if robot.settings:
-        numbers = {float(robot.model.armature[robot.joint(name).v].max()) for name in robot.settings}
+        numbers = {
+            float(robot.model.armature[robot.joint(name).v].max()) for name in robot.settings
+        }
         text = (
-            f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} is the same for joints "
-            "of different or unknown effort, as in settings of a simulator; give the drives with --drives, --rotor or --armature"
+            f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} "
+            f"is the same for joints "
+            "of different or unknown effort, as in settings of a simulator; give the drives with "
+            "--drives, --rotor or --armature"
         )
-        for name in sorted(robot.settings - set(robot.default_drives.by_joint if robot.default_drives else ())):
+        for name in sorted(
+            robot.settings - set(robot.default_drives.by_joint if robot.default_drives else ())
+        ):
             yield "warning", "joint", name, text
     if robot.default_drives is not None:
-        used, left_out = f"{robot.default_drives.label} are used by default", "--drives none leaves them out"
+        used, left_out = (
+            f"{robot.default_drives.label} are used by default",
+            "--drives none leaves them out",
+        )
         over = f"{used}, over the reflected inertia of the file; {left_out}"
         instead = f"no reflected inertia is read from the file: {used}; {left_out}"
         yield "note", "", "every joint", over if robot.model.armature.any() else instead
     elif not robot.model.armature.any():
-        text = f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the inertia of their motors"
-        yield "note", "", "every joint", f"{text}; with geared or locked joints the shock is different"
+        text = (
+            f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the "
+            f"inertia of their motors"
+        )
+        yield (
+            "note",
+            "",
+            "every joint",
+            f"{text}; with geared or locked joints the shock is different",
+        )
     for joint in robot.single_joints:
         if joint.name in robot.gear_ratios and not robot.model.armature[joint.v].any():
             ratio = f"gear ratio {robot.gear_ratios[joint.name]:g} without the inertia of a rotor"
-            yield "note", "joint", joint.name, f"{ratio}, so it adds no reflected inertia; --rotor gives the inertia"
-        rotor = next((link for link in robot.links if link == f"{joint.name.removesuffix('_joint')}_rotor"), None)
+            yield (
+                "note",
+                "joint",
+                joint.name,
+                f"{ratio}, so it adds no reflected inertia; --rotor gives the inertia",
+            )
+        rotor = next(
+            (link for link in robot.links if link == f"{joint.name.removesuffix('_joint')}_rotor"),
+            None,
+        )
         if rotor is not None and rotor not in {body.name for body in robot.bodies}:
-            text = "fixed to the stator, so counted as mass that does not spin with the motor; the reflected inertia is not in it"
+            text = (
+                "fixed to the stator, so counted as mass that does not spin with the motor; the "
+                "reflected inertia is not in it"
+            )
             yield "note", "link", rotor, text
     for mimic in robot.mimics:
         yield "note", "joint", mimic.joint, "following others (mimic), without a degree of freedom"
     for joint in robot.single_joints:
         lower, upper = joint.limits
         if lower > upper:
-            text = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
+            text = (
+                f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture "
+                f"is outside them"
+            )
             yield "warning", "joint", joint.name, text
         elif lower == upper:
-            text = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
+            text = (
+                f"both its limits are {lower:g}, so every other posture is outside them; it is "
+                f"computed all the same"
+            )
             yield "note", "joint", joint.name, text
     for element in root.findall("joint"):
         axis = element.find("axis")
-        direction = vector(axis.get("xyz"), 3) if axis is not None and element.get("type") != "fixed" else None
-        if direction is not None and axis is not None and abs((length := float(np.linalg.norm(direction))) - 1) > 1e-3:
-            text = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
+        direction = (
+            vector(axis.get("xyz"), 3)
+            if axis is not None and element.get("type") != "fixed"
+            else None
+        )
+        if (
+            direction is not None
+            and axis is not None
+            and abs((length := float(np.linalg.norm(direction))) - 1) > 1e-3
+        ):
+            text = (
+                f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
+            )
             yield "note", "joint", element.get("name", ""), text
 
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key)) is not None}
+    uris = {
+        uri: None
+        for mesh in root.iter("mesh")
+        for key in ("filename", "file")
+        if (uri := mesh.get(key)) is not None
+    }
     missing: list[str] = []
     for uri in uris:
         try:
@@ -188,8 +275,10 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, st
             missing.append(uri.rpartition("/")[2])
     if missing:
         text = (
-            f"missing, or outside the folders that may be read: {listed(missing, 3)}; a contact on a link without other geometry "
-            "strikes at the origin of its frame, extremes over a body leave them out, and figures draw boxes of equal inertia. Say "
+            f"missing, or outside the folders that may be read: {listed(missing, 3)}; a contact on "
+            f"a link without other geometry "
+            "strikes at the origin of its frame, extremes over a body leave them out, and figures "
+            "draw boxes of equal inertia. Say "
             "where they are: --package NAME=DIR, or --meshes DIR"
         )
         yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

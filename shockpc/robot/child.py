@@ -1,8 +1,10 @@
-"""A computation in a child process, within limits of time and memory that hold for whatever library it calls.
+"""A computation in a child process, within limits of time and memory that hold for whatever library
+it calls.
 
-A fork of this process would hold for ever the locks that other threads hold at that moment, such as those of a library. So the
-first computation starts a fresh interpreter, the server, which has one thread: it imports the libraries once and forks for every
-computation, which then takes milliseconds. It ends with this process.
+A fork of this process would hold for ever the locks that other threads hold at that moment, such as
+those of a library. So the first computation starts a fresh interpreter, the server, which has one
+thread: it imports the libraries once and forks for every computation, which then takes
+milliseconds. It ends with this process.
 """
 
 import atexit
@@ -24,30 +26,39 @@ from shockpc.text.paths import inputs
 T = TypeVar("T")
 
 SECONDS, MEMORY, ANSWER = 15, 2**30, 2**28
-"""Time of the processor, memory beside that of the server [bytes], and size of the answer [bytes]."""
+"""Time of the processor, memory beside that of the server [bytes], and size of the answer [bytes].
+"""
 
 LIMITS = f"{SECONDS} s, {MEMORY / 2**30:g} GB and an answer of {ANSWER // 2**20} MB"
 
-_CODE = "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from shockpc.robot.child import serve; serve()"
+_CODE = (
+    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from shockpc.robot.child "
+    "import serve; serve()"
+)
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable"}
 """Of the server: libraries start no threads, and load faster without windows."""
 
 
 def in_child(work: Callable[[], T], libraries: Sequence[str] = ()) -> T | None:
-    """The value of a function, computed in a separate process, with the folder and the environment of this one.
+    """The value of a function, computed in a separate process, with the folder and the environment
+    of this one.
 
-    What the function raises is raised here; that, its value and the function itself are picklable. What it prints is discarded.
+    What the function raises is raised here; that, its value and the function itself are picklable.
+    What it prints is discarded.
 
     Args:
         work: the function.
-        libraries: modules that it needs, which the server imports once, and this process at the same time.
+        libraries: modules that it needs, which the server imports once, and this process at the
+            same time.
 
     Returns: None if the child exceeds the limits or crashes.
     """
     folder = None
     with suppress(FileNotFoundError):  # where the folder no longer exists
         folder = os.getcwd()
-    data = _SERVER.answer(libraries, (folder, dict(os.environ), SECONDS, MEMORY, pickle.dumps(work)))
+    data = _SERVER.answer(
+        libraries, (folder, dict(os.environ), SECONDS, MEMORY, pickle.dumps(work))
+    )
     if not data:
         return None
     value, error, read = pickle.loads(data)
@@ -59,7 +70,9 @@ def in_child(work: Callable[[], T], libraries: Sequence[str] = ()) -> T | None:
 
 
 class _Server:
-    """The server, as this process sees it: started when it is needed first, for one computation at a time."""
+    """The server, as this process sees it: started when it is needed first, for one computation at
+    a time.
+    """
 
     _process: "subprocess.Popen[bytes] | None" = None
 
@@ -78,11 +91,17 @@ class _Server:
             assert process.stdout is not None
             data = None
             try:
-                with suppress(BrokenPipeError), open(process.stdin.fileno(), "wb", closefd=False) as pipe:
+                with (
+                    suppress(BrokenPipeError),
+                    open(process.stdin.fileno(), "wb", closefd=False) as pipe,
+                ):
                     pickle.dump((libraries, request), pipe)
                 for library in libraries:
                     importlib.import_module(library)
-                with open(process.stdout.fileno(), "rb", closefd=False) as pipe, suppress(EOFError, pickle.UnpicklingError):
+                with (
+                    open(process.stdout.fileno(), "rb", closefd=False) as pipe,
+                    suppress(EOFError, pickle.UnpicklingError),
+                ):
                     data = pickle.load(pipe)
             finally:
                 if data is None:
@@ -111,11 +130,21 @@ _SERVER = _Server()
 
 
 def _started() -> "subprocess.Popen[bytes]":
-    """A server. It encodes paths as this process does; in a separate group of processes, it is not interrupted with this one."""
+    """A server.
+
+    It encodes paths as this process does; in a separate group of processes, it is not interrupted
+    with this one.
+    """
     command = [sys.executable, "-I", "-S", "-B", "-X", f"utf8={sys.flags.utf8_mode}", "-c", _CODE]
     pipe, environment = subprocess.PIPE, os.environ | _ENVIRONMENT
     process = subprocess.Popen(
-        command, bufsize=0, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment, process_group=0
+        command,
+        bufsize=0,
+        stdin=pipe,
+        stdout=pipe,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        process_group=0,
     )
     assert process.stdin is not None
     with suppress(BrokenPipeError):
@@ -151,7 +180,14 @@ def _forked(*request: Any) -> bytes:
     return b"" if status else data
 
 
-def _compute(writing: int, folder: str | None, environment: dict[str, str], seconds: int, memory: int, work: bytes) -> NoReturn:
+def _compute(
+    writing: int,
+    folder: str | None,
+    environment: dict[str, str],
+    seconds: int,
+    memory: int,
+    work: bytes,
+) -> NoReturn:
     """Compute in the child, and write what comes of it."""
     code = 1
     try:
@@ -162,11 +198,16 @@ def _compute(writing: int, folder: str | None, environment: dict[str, str], seco
             os.chdir(folder)
         limits = {resource.RLIMIT_CPU: seconds, resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: 0}
         with suppress(OSError):  # elsewhere than on Linux, where memory cannot be limited
-            taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+            taken = (
+                int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+                * resource.getpagesize()
+            )
             limits[resource.RLIMIT_AS] = taken + memory
         for limit, most in limits.items():
             hard = resource.getrlimit(limit)[1]
-            resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+            resource.setrlimit(
+                limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
+            )
         value, error = None, None
         try:
             value = pickle.loads(work)()

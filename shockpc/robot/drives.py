@@ -1,6 +1,7 @@
 """Drives of robots, read from TOML: rotors behind gearboxes, and springs.
 
-The drives of the robots that are known by name stand in robots/drives.toml, with their sources; a file of a user has the same form.
+The drives of the robots that are known by name stand in robots/drives.toml, with their sources; a
+file of a user has the same form.
 """
 
 import fnmatch
@@ -28,7 +29,9 @@ PUBLIC = ("published", "derived", "identified")
 
 
 ALIKE = 1.5
-"""Ratio of two masses up to which robots are about as heavy, so that drives of one may be those of the other."""
+"""Ratio of two masses up to which robots are about as heavy, so that drives of one may be those of
+the other.
+"""
 
 _INERTIAS = ("armature", "rotor_inertia", "range")
 """Keys of a drive that say something of its inertia."""
@@ -66,7 +69,9 @@ def _read(path: Path) -> _DrivesFile:
     with reading(path, "drives", SceneError) as table:
         file: _DrivesFile | None = converted(table, _DrivesFile, "", faults)
         for number, drive in enumerate(file.drive if file else (), start=1):
-            faults += [f"drive {number} ({', '.join(drive.joint)}) {fault}" for fault in _faults(drive)]
+            faults += [
+                f"drive {number} ({', '.join(drive.joint)}) {fault}" for fault in _faults(drive)
+            ]
         if file is None or faults:
             raise SceneError("; ".join(faults))
     return file
@@ -74,7 +79,10 @@ def _read(path: Path) -> _DrivesFile:
 
 def _faults(drive: Drive) -> Iterator[str]:
     """What no drive has, or what contradicts itself."""
-    values = {key: getattr(drive, key) for key in (*_INERTIAS, "gear_ratio", "drive_stiffness", "stiffness")}
+    values = {
+        key: getattr(drive, key)
+        for key in (*_INERTIAS, "gear_ratio", "drive_stiffness", "stiffness")
+    }
     for key, value in ((key, value) for key, value in values.items() if value is not None):
         low, high = ends(value)
         least = "zero or above" if key in _INERTIAS else "above zero"
@@ -100,9 +108,15 @@ def _contradictions(drive: Drive) -> Iterator[str]:
         yield f"has a reflected inertia of {inertia:g}; at most {LARGEST_NUMBER:g} is computed"
     elif drive.range is not None and not drive.range[0] <= inertia <= drive.range[1]:
         yield f"has a reflected inertia of {inertia:g}, which is not within its range of {interval_text(drive.range)}"
-    elif drive.range is not None and replace(drive, range=None, status=None).interval not in ((inertia, inertia), (0.0, math.inf)):
+    elif drive.range is not None and replace(drive, range=None, status=None).interval not in (
+        (inertia, inertia),
+        (0.0, math.inf),
+    ):
         yield "has a range and an interval; leave out one of the two"
-    elif drive.status != "unknown" and drive.reflected is drive.drive_stiffness is drive.stiffness is None:
+    elif (
+        drive.status != "unknown"
+        and drive.reflected is drive.drive_stiffness is drive.stiffness is None
+    ):
         yield "gives neither an inertia nor a stiffness"
 
 
@@ -153,7 +167,8 @@ def _values(table: str) -> dict[str, object]:
 
 
 def drives_like(robot: Robot, name: str) -> Drives:
-    """The published and derived drives of a robot of the catalogue for joints of the same names in another robot.
+    """The published and derived drives of a robot of the catalogue for joints of the same names in
+    another robot.
 
     The label names the joints of the catalogue's robot that this one does not have.
 
@@ -163,19 +178,31 @@ def drives_like(robot: Robot, name: str) -> Drives:
     """
     known = [drive for drive in catalogue_drives(name) if drive.status in PUBLIC]
     if not known:
-        raise UnknownName("robot with known drives", name, sorted(robots_with_drives()), "robots/drives.toml", "")
+        raise UnknownName(
+            "robot with known drives", name, sorted(robots_with_drives()), "robots/drives.toml", ""
+        )
     patterns = [(drive, pattern) for drive in known for pattern in drive.joint]
-    matched = [(drive, pattern) for drive, pattern in patterns if fnmatch.filter(robot.joint_names, pattern)]
+    matched = [
+        (drive, pattern)
+        for drive, pattern in patterns
+        if fnmatch.filter(robot.joint_names, pattern)
+    ]
     missing = [pattern for _, pattern in patterns if not fnmatch.filter(robot.joint_names, pattern)]
     if not matched:
         raise SceneError(
-            f'robot "{robot.name}" has no joint with a name that the drives of {name} have ({listed(missing, 6)}); its joints are '
+            f'robot "{robot.name}" has no joint with a name that the drives of {name} have '
+            f"({listed(missing, 6)}); its joints are "
             f"{listed(robot.joint_names, 6)}; give a file of drives, or --rotor"
         )
     without = f" (none is named {listed(missing, 4)})" if missing else ""
     label = f"drives of {name}, {_status(known)}, by the names of joints{without}"
     drives = [
-        replace(drive, joint=(pattern,), robot=(), source=f"as {name}'s, by the names of joints: {drive.source}")
+        replace(
+            drive,
+            joint=(pattern,),
+            robot=(),
+            source=f"as {name}'s, by the names of joints: {drive.source}",
+        )
         for drive, pattern in matched
     ]
     return drives_of(robot, drives, label)
@@ -183,7 +210,8 @@ def drives_like(robot: Robot, name: str) -> Drives:
 
 @memoized()
 def similar_robots(robot: Robot) -> tuple[str, ...]:
-    """Robots of the catalogue whose drives are known and would be those of every joint of this robot, by the names of joints.
+    """Robots of the catalogue whose drives are known and would be those of every joint of this
+    robot, by the names of joints.
 
     Their masses are about the same. If it has the name of one of them, that one; drives of all
     joints of a robot, whatever their names, say nothing here.
@@ -194,7 +222,9 @@ def similar_robots(robot: Robot) -> tuple[str, ...]:
         if driven and 1.0 / ALIKE <= robot.mass / mass <= ALIKE:
             public = [drive for drive in catalogue_drives(name) if drive.status in PUBLIC]
             patterns = [pattern for drive in public for pattern in drive.joint if pattern != "*"]
-            if driven == {joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)}:
+            if driven == {
+                joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)
+            }:
                 alike.append(name)
     return tuple(name for name in alike if name in robot.name.casefold()) or tuple(alike)
 
@@ -226,15 +256,31 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
         UnknownName: a pattern fits no joint of the robot.
         SceneError: none of the drives is of this robot.
     """
-    chosen = [drive for drive in drives if not drive.robot or {robot.source.name, robot.name} & set(drive.robot)]
+    chosen = [
+        drive
+        for drive in drives
+        if not drive.robot or {robot.source.name, robot.name} & set(drive.robot)
+    ]
     if not chosen:
-        raise SceneError(f'{label} has no drive of robot "{robot.name}"; name it under robot, or leave that key out')
-    found = {name: drive for drive in chosen for pattern in drive.joint for name in robot.match_joints(pattern)}
-    return Drives(label, {name: drive for name, drive in found.items() if robot.joint(name).kind != "free"})
+        raise SceneError(
+            f'{label} has no drive of robot "{robot.name}"; name it under robot, or leave that key '
+            f"out"
+        )
+    found = {
+        name: drive
+        for drive in chosen
+        for pattern in drive.joint
+        for name in robot.match_joints(pattern)
+    }
+    return Drives(
+        label, {name: drive for name, drive in found.items() if robot.joint(name).kind != "free"}
+    )
 
 
 def default_drives(robot: Robot) -> Drives | None:
-    """The drives that are known of a robot of the catalogue, which go over what its file gives; None where there are none."""
+    """The drives that are known of a robot of the catalogue, which go over what its file gives;
+    None where there are none.
+    """
     known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
     if not known:
         return None

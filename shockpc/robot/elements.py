@@ -1,4 +1,6 @@
-"""What a robot is made of: bodies, joints, frames, couplings, loops and drives; the first three are read from Pinocchio's model."""
+"""What a robot is made of: bodies, joints, frames, couplings, loops and drives; the first three are
+read from Pinocchio's model.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +15,13 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.robot.gear import SENSE, Gear
 from shockpc.text.printed import listed
 
-KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
+KINDS = {
+    "FreeFlyer": "free",
+    "Spherical": "ball",
+    "Planar": "planar",
+    "Composite": "composite",
+    "P": "prismatic",
+}
 KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
@@ -21,11 +29,16 @@ WORLD = "world"
 """A root link of this name stands for the ground."""
 
 IDENTIFIED = 0.2
-"""Share by which identified inertias of drives of one type differ: ANYmal D's twelve, by one standard deviation."""
+"""Share by which identified inertias of drives of one type differ: ANYmal D's twelve, by one
+standard deviation.
+"""
 
 FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
 FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
-"""Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
+"""Kinds of frame; all others are joints.
+
+Pinocchio has no kind for geoms, and no reader here makes sensors.
+"""
 
 
 class Body(NamedTuple):
@@ -57,11 +70,13 @@ class Joint(NamedTuple):
 
     Attributes:
         name: as the file says.
-        kind: free (q: position, quaternion x y z w; v: linear then angular, body axes), planar (x, y, cosine, sine), ball
-            (quaternion), continuous (cosine, sine), revolute, prismatic, or composite (several of these after one another).
+        kind: free (q: position, quaternion x y z w; v: linear then angular, body axes), planar (x,
+            y, cosine, sine), ball (quaternion), continuous (cosine, sine), revolute, prismatic, or
+            composite (several of these after one another).
         axis: (3,) unit vector in the joint's frame; None where there is more than one.
         parent: index of the body that carries it; −1 for the world.
-        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in that of the part before it.
+        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in
+            that of the part before it.
         offset: (3,) its origin there [m].
         q: where its configuration is in q.
         v: where its velocities are in q̇.
@@ -90,12 +105,17 @@ class Joint(NamedTuple):
         return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
 
     def coordinates(self, q: Array) -> tuple[float, ...]:
-        """The coordinates of a joint of several degrees of freedom, of which a planar one has an angle [rad, m]. Args: q (nq,)."""
+        """The coordinates of a joint of several degrees of freedom, of which a planar one has an
+        angle [rad, m]. Args: q (nq,).
+        """
         own = q[self.q].tolist()
         return (*own[:2], math.atan2(own[3], own[2])) if self.kind == "planar" else tuple(own)
 
     def set(self, value: float, q: Array) -> None:
-        """Set the coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,), which is changed."""
+        """Set the coordinate of a joint of one degree of freedom [rad, m].
+
+        Args: q (nq,), which is changed.
+        """
         q[self.q] = (math.cos(value), math.sin(value)) if self.kind == "continuous" else value
 
 
@@ -133,7 +153,11 @@ class Mimic(NamedTuple):
     @property
     def led(self) -> str:
         """What it follows, for messages."""
-        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
+        return (
+            f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}"
+            if self.leaders
+            else "a constant"
+        )
 
 
 class Loop(NamedTuple):
@@ -163,7 +187,8 @@ class Drive:
     Attributes:
         joint: names or globs of joints.
         robot: names of robots; all if none is given.
-        armature: reflected inertia, or its smallest and largest value [kg m²; kg for a prismatic joint].
+        armature: reflected inertia, or its smallest and largest value [kg m²; kg for a prismatic
+            joint].
         rotor_inertia: of the rotor about its axis, or its ends [kg m²].
         gear_ratio: turns of the rotor for one of the joint, or its ends [1].
         gear: its kind, from which the sense in which the rotor turns follows.
@@ -171,8 +196,8 @@ class Drive:
         stiffness: of a spring of the joint itself [N m/rad, N/m].
         range: smallest and largest inertia at the joint that the source allows, beside the number
             that is computed with [kg m², kg].
-        status: published; derived from parts that are published; identified from measured landings; of a simulation model; or
-            unknown, where a source gives something, and not the inertia.
+        status: published; derived from parts that are published; identified from measured landings;
+            of a simulation model; or unknown, where a source gives something, and not the inertia.
         source: where it is from.
     """
 
@@ -185,12 +210,15 @@ class Drive:
     drive_stiffness: float | None = None
     stiffness: float | None = None
     range: tuple[float, float] | None = None
-    status: Literal["published", "derived", "identified", "simulation model", "unknown"] | None = None
+    status: Literal["published", "derived", "identified", "simulation model", "unknown"] | None = (
+        None
+    )
     source: str = ""
 
     @property
     def reflected(self) -> float | None:
-        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None where it is not known.
+        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None
+        where it is not known.
 
         Of intervals it is that of their middles.
         """
@@ -200,7 +228,8 @@ class Drive:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Smallest and largest inertia at the joint that is possible [kg m², kg]; infinite is a joint that is held.
+        """Smallest and largest inertia at the joint that is possible [kg m², kg]; infinite is a
+        joint that is held.
 
         A number of a simulation model says nothing. An identified one is no better than identified
         drives of one type agree.
@@ -213,7 +242,8 @@ class Drive:
         elif self.armature is not None:
             low, high = ends(self.armature)
         else:
-            alone = self.drive_stiffness is None and self.status != "unknown"  # a spring of the joint, and no motor
+            # a spring of the joint, and no motor
+            alone = self.drive_stiffness is None and self.status != "unknown"
             return 0.0, 0.0 if alone else math.inf
         if self.status == "simulation model":
             return 0.0, math.inf
@@ -222,7 +252,9 @@ class Drive:
 
     @property
     def per_turn(self) -> float:
-        """Turns of the joint for one of its rotor, below zero where it turns against it; 0 where gear or ratio is not known."""
+        """Turns of the joint for one of its rotor, below zero where it turns against it; 0 where
+        gear or ratio is not known.
+        """
         if self.gear is None or self.gear_ratio is None:
             return 0.0
         return SENSE[self.gear] / abs(middle(self.gear_ratio))
@@ -241,9 +273,11 @@ class Drives(NamedTuple):
 
 
 def bodies_of(model: pin.Model) -> tuple[Body, ...]:
-    """The moving bodies of a model in the order of the tree, base first; each is named after the link that its joint carries.
+    """The moving bodies of a model in the order of the tree, base first; each is named after the
+    link that its joint carries.
 
-    A root link called "world" that has no mass is the ground: the body is then named after the first link that is fixed to it.
+    A root link called "world" that has no mass is the ground: the body is then named after the
+    first link that is fixed to it.
     """
     links: list[list[pin.Frame]] = [[] for _ in range(model.njoints)]
     for frame in model.frames:
@@ -256,13 +290,19 @@ def bodies_of(model: pin.Model) -> tuple[Body, ...]:
         names, place = tuple(frame.name for frame in carried), carried[0].placement
         inertia = place.actInv(model.inertias[joint])
         frame = read_only(place.rotation), read_only(place.translation)
-        mass, com, tensor = float(inertia.mass), read_only(inertia.lever), read_only(inertia.inertia)
+        mass, com, tensor = (
+            float(inertia.mass),
+            read_only(inertia.lever),
+            read_only(inertia.inertia),
+        )
         bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
     return tuple(bodies)
 
 
 def frames_of(model: pin.Model, bodies: Sequence[Body]) -> Mapping[str, Frame]:
-    """Every named place of a model, by name; where a link shares its name with another it is the link's."""
+    """Every named place of a model, by name; where a link shares its name with another it is the
+    link's.
+    """
     frames: dict[str, Frame] = {}
     from_joints = [pin.SE3(body.rotation, body.offset).inverse() for body in bodies]
     for frame in sorted(model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
@@ -271,20 +311,28 @@ def frames_of(model: pin.Model, bodies: Sequence[Body]) -> Mapping[str, Frame]:
             place = from_joints[index] * place
         if frame.name != "universe" and frame.name not in frames:
             frames[frame.name] = Frame(
-                frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
+                frame.name,
+                index,
+                read_only(place.rotation),
+                read_only(place.translation),
+                FRAMES.get(frame.type, "joint"),
             )
     return frames
 
 
 def joints_of(model: pin.Model) -> tuple[Joint, ...]:
-    """The joints of a model, in its order, which is that of the bodies; the floating base's is the first."""
+    """The joints of a model, in its order, which is that of the bodies; the floating base's is the
+    first.
+    """
     places = list(enumerate(zip(model.joints, model.jointPlacements, strict=True)))
     return tuple(_joint(model, joint, number, place) for number, (joint, place) in places[1:])
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
-    kind = next(kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}"))
+    kind = next(
+        kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}")
+    )
     parts: tuple[Joint, ...] = ()
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
@@ -292,7 +340,9 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
         parts = tuple(
             _joint(model, part, number, step)._replace(name=name)
-            for part, step, name in zip(inner.joints, steps, model.names[number].split("+"), strict=True)
+            for part, step, name in zip(
+                inner.joints, steps, model.names[number].split("+"), strict=True
+            )
         )
     elif joint.nv == 1:
         data = joint.createData()
@@ -300,7 +350,12 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         twist = np.asarray(data.S, dtype=float).ravel()
         axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
         if joint.nq == 1:
-            limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+            limits = (
+                float(model.lowerPositionLimit[joint.idx_q]),
+                float(model.upperPositionLimit[joint.idx_q]),
+            )
     frame = read_only(place.rotation), read_only(place.translation)
     q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
-    return Joint(model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts)
+    return Joint(
+        model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts
+    )

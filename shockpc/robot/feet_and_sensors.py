@@ -1,4 +1,6 @@
-"""Places on a robot that its names and its standing posture give away: how it stands, feet to land on, sensors to protect."""
+"""Places on a robot that its names and its standing posture give away: how it stands, feet to land
+on, sensors to protect.
+"""
 
 import math
 import re
@@ -18,10 +20,14 @@ VARIANTS = ("standing.*", "homing.*")
 """Names of the postures of which the first is taken if a robot has none of those."""
 
 KEYFRAMES = ("(?i).*stand.*", "(?i).*home.*", "(?i).*(walk|default|init).*")
-"""The same for keyframes of an MJCF, which are postures of a whole robot; a file's only keyframe is taken whatever its name."""
+"""The same for keyframes of an MJCF, which are postures of a whole robot; a file's only keyframe is
+taken whatever its name.
+"""
 
 BENT = "neutral_bent"
-"""The posture of a robot without a standing one whose straight legs can be bent, as `bent_legs` has it."""
+"""The posture of a robot without a standing one whose straight legs can be bent, as `bent_legs` has
+it.
+"""
 
 FOOT = r"(?i)foot(?!print)|feet|sole|toe|hoof|paw"
 LEG_END = r"(?i)ankle|wheel"
@@ -33,7 +39,8 @@ LOW_END_SHARE = 0.1
 """Height of a foot above the lowest point of its limb, as a share of the height of the robot."""
 
 LOW = 0.3
-"""Height above the lowest point, as such a share: of a limb's end that is not named like a foot, above that of the robot; of
+"""Height above the lowest point, as such a share: of a limb's end that is not named like a foot,
+above that of the robot; of
 further links of a foot that are named so, above that of the limb."""
 
 ALIKE = 0.05
@@ -41,7 +48,9 @@ ALIKE = 0.05
 
 
 def standing_posture(robot: Robot) -> str:
-    """The name of the posture in which a robot stands: that with bent legs if it was needed, one named so, or else "neutral"."""
+    """The name of the posture in which a robot stands: that with bent legs if it was needed, one
+    named so, or else "neutral".
+    """
     mjcf, names = robot.source.kind == "mjcf", tuple(robot.postures)
     if BENT in names:
         return BENT
@@ -56,15 +65,23 @@ def standing_posture(robot: Robot) -> str:
 
 @memoized()
 def _heights(robot: Robot, posture: str) -> dict[str, float]:
-    """Height of every link, site and geom that moves, in a posture [m]; empty where none is above another."""
+    """Height of every link, site and geom that moves, in a posture [m]; empty where none is above
+    another.
+    """
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
     places = robot.body_placements(q)
-    moving = (f for f in robot.frames.values() if f.kind != "joint" and f.body >= 0 and not _marks(robot, f))
+    moving = (
+        f
+        for f in robot.frames.values()
+        if f.kind != "joint" and f.body >= 0 and not _marks(robot, f)
+    )
     return {frame.name: float(places[frame.body].act(frame.offset)[2]) for frame in moving}
 
 
 def _marks(robot: Robot, frame: Frame) -> bool:
-    """Whether a frame is a named place of a URDF, whose links say what is a foot; in an MJCF sites and geoms do so."""
+    """Whether a frame is a named place of a URDF, whose links say what is a foot; in an MJCF sites
+    and geoms do so.
+    """
     return robot.source.kind == "urdf" and frame.kind == "site"
 
 
@@ -77,7 +94,9 @@ def _trunk(robot: Robot) -> int:
 
 
 def _not_fixed_to_trunk(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of some frames that are not fixed to the trunk, such as pads under it, of a robot that has limbs; else all."""
+    """Those of some frames that are not fixed to the trunk, such as pads under it, of a robot that
+    has limbs; else all.
+    """
     trunk = _trunk(robot)
     if robot.parents.count(trunk) < 2:
         return names
@@ -86,7 +105,9 @@ def _not_fixed_to_trunk(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]
 
 
 def _limbs(robot: Robot) -> list[int]:
-    """The limb of each body: the first body of the branch that it is on, beyond the last body that carries all others."""
+    """The limb of each body: the first body of the branch that it is on, beyond the last body that
+    carries all others.
+    """
     trunk = _trunk(robot)
     limbs: list[int] = []
     for body, parent in enumerate(robot.parents):
@@ -95,23 +116,35 @@ def _limbs(robot: Robot) -> list[int]:
 
 
 def _ends(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of some frames that are at the end of a limb: no other of them is beyond, and nothing of the limb much lower.
+    """Those of some frames that are at the end of a limb: no other of them is beyond, and nothing
+    of the limb much lower.
 
-    A frame beyond which a body of the limb reaches lower is part of the leg, and left out whatever it is named.
+    A frame beyond which a body of the limb reaches lower is part of the leg, and left out whatever
+    it is named.
     """
     heights, limbs = _heights(robot, standing_posture(robot)), _limbs(robot)
     whole = max(heights.values()) - min(heights.values())
-    lowest, beyond = dict[int, float](), [math.inf] * len(limbs)  # of each limb, and of the bodies that each one carries
+    # of each limb, and of the bodies that each one carries
+    lowest, beyond = dict[int, float](), [math.inf] * len(limbs)
     for name, height in heights.items():
         body = robot.frames[name].body
         lowest[limbs[body]] = min(height, lowest.get(limbs[body], height))
         for carrier in _carriers(robot, body):
             beyond[carrier] = min(height, beyond[carrier])
-    bodies = {name: robot.frames[name].body for name in names if heights[name] <= beyond[robot.frames[name].body]}
+    bodies = {
+        name: robot.frames[name].body
+        for name in names
+        if heights[name] <= beyond[robot.frames[name].body]
+    }
     carriers = {carrier for body in bodies.values() for carrier in _carriers(robot, body)}
-    above = {name: (heights[name] - lowest[limbs[body]]) / whole if whole else 0.0 for name, body in bodies.items()}
+    above = {
+        name: (heights[name] - lowest[limbs[body]]) / whole if whole else 0.0
+        for name, body in bodies.items()
+    }
     low = {body for name, body in bodies.items() if above[name] <= LOW_END_SHARE} - carriers
-    return tuple(name for name, body in bodies.items() if body in low and above[name] <= LOW) or tuple(bodies)
+    return tuple(
+        name for name, body in bodies.items() if body in low and above[name] <= LOW
+    ) or tuple(bodies)
 
 
 def _carriers(robot: Robot, body: int) -> Iterator[int]:
@@ -121,16 +154,26 @@ def _carriers(robot: Robot, body: int) -> Iterator[int]:
 
 
 def _tip(body: Body, places: list[Frame]) -> str:
-    """The name of the end of a body that is the last of its limb. Args: places: its sites and geoms."""
+    """The name of the end of a body that is the last of its limb.
+
+    Args: places: its sites and geoms.
+    """
     if places:
         return max(places, key=lambda place: float(np.linalg.norm(place.offset))).name
-    return next((link for link in reversed(body.links) if not re.search(FASTENER, link)), body.links[-1])
+    return next(
+        (link for link in reversed(body.links) if not re.search(FASTENER, link)), body.links[-1]
+    )
 
 
 def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
-    """Those of the last bodies of limbs that are low, and those whose limbs have the same masses: some may be drawn folded."""
+    """Those of the last bodies of limbs that are low, and those whose limbs have the same masses:
+    some may be drawn folded.
+    """
     limbs = _limbs(robot)
-    masses = {i: [robot.bodies[k].mass for k in (i, *_carriers(robot, i)) if limbs[k] == limbs[i]] for i in ends}
+    masses = {
+        i: [robot.bodies[k].mass for k in (i, *_carriers(robot, i)) if limbs[k] == limbs[i]]
+        for i in ends
+    }
 
     def alike(one: list[float], other: list[float]) -> bool:
         return len(one) == len(other) and bool(np.allclose(one, other, rtol=ALIKE))
@@ -140,12 +183,20 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
 
 @memoized()
 def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
-    """The frames of `feet`, and whether they are recognised as feet, by their names or because they are low."""
-    named_like_feet = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
+    """The frames of `feet`, and whether they are recognised as feet, by their names or because they
+    are low.
+    """
+    named_like_feet = tuple(
+        link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link)
+    )
     links = _not_fixed_to_trunk(robot, named_like_feet)
     if links and (named_links := _ends(robot, links)):
         return named_links, True
-    sites = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not _marks(robot, f)]
+    sites = [
+        f
+        for f in robot.frames.values()
+        if f.kind in ("site", "geom") and f.body >= 0 and not _marks(robot, f)
+    ]
     places = [f for f in sites if not re.search(SENSOR, f.name)]
     named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
     if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
@@ -159,27 +210,37 @@ def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
     lowest = min(heights[name] for name in _not_fixed_to_trunk(robot, tuple(heights)))
     limit = lowest + LOW * (max(heights.values()) - lowest)
     low = [i for i in ends if heights[names[i]] <= limit]
-    return (tuple(names[i] for i in _with_twins(robot, low, ends)), True) if low else (tuple(names.values()), False)
+    return (
+        (tuple(names[i] for i in _with_twins(robot, low, ends)), True)
+        if low
+        else (tuple(names.values()), False)
+    )
 
 
 def feet(robot: Robot) -> tuple[str, ...]:
-    """What a robot is likely to land on: links named like a foot, else a site or geom of each body named so, else the limbs' ends.
+    """What a robot is likely to land on: links named like a foot, else a site or geom of each body
+    named so, else the limbs' ends.
 
-    A foot is at the end of its limb, and low in the standing posture; rods of an ankle, hands and cameras are not. The end of a
-    limb is the site or geom of its last body that is farthest from the body's origin, or else its last link but for screws.
+    A foot is at the end of its limb, and low in the standing posture; rods of an ankle, hands and
+    cameras are not. The end of a limb is the site or geom of its last body that is farthest from
+    the body's origin, or else its last link but for screws.
     """
     return _feet_or_tips(robot)[0]
 
 
 @memoized()
 def recognised(robot: Robot) -> bool:
-    """Whether `feet` are named like feet or wheels, or are the low ends of limbs; not where they are tips anywhere."""
+    """Whether `feet` are named like feet or wheels, or are the low ends of limbs; not where they
+    are tips anywhere.
+    """
     return _feet_or_tips(robot)[1]
 
 
 @memoized()
 def each_foot(robot: Robot) -> tuple[str, ...]:
-    """One frame for each foot: its sole if one is named so, its body if it has several parts, else its only part."""
+    """One frame for each foot: its sole if one is named so, its body if it has several parts, else
+    its only part.
+    """
     parts: dict[int, list[str]] = {}
     for name in feet(robot):
         parts.setdefault(robot.frames[name].body, []).append(name)
@@ -198,22 +259,33 @@ def _foot_of_parts(robot: Robot, names: list[str]) -> str:
     if len(names) > 1:
         return body
     # Of several geoms or sites of a foot, only one is among the names that were found.
-    alike = [frame for frame in robot.frames.values() if (frame.kind, frame.body) == (first.kind, first.body)]
+    alike = [
+        frame
+        for frame in robot.frames.values()
+        if (frame.kind, frame.body) == (first.kind, first.body)
+    ]
     if re.search(FOOT, first.name):
         alike = [frame for frame in alike if re.search(FOOT, frame.name)]
     return body if first.kind in ("geom", "site") and len(alike) > 1 else names[0]
 
 
 def sensors(robot: Robot) -> tuple[str, ...]:
-    """Links and sites that move and are named like a sensor or are IMUs by the file; a site in the place of such a link is none."""
+    """Links and sites that move and are named like a sensor or are IMUs by the file; a site in the
+    place of such a link is none.
+    """
     found = [
         frame
         for frame in robot.frames.values()
-        if frame.kind in ("link", "site") and frame.body >= 0 and (re.search(SENSOR, frame.name) or frame.name in robot.imus)
+        if frame.kind in ("link", "site")
+        and frame.body >= 0
+        and (re.search(SENSOR, frame.name) or frame.name in robot.imus)
     ]
 
     def repeats(site: Frame) -> bool:
-        return any(link.kind == "link" and link.body == site.body and np.allclose(link.offset, site.offset) for link in found)
+        return any(
+            link.kind == "link" and link.body == site.body and np.allclose(link.offset, site.offset)
+            for link in found
+        )
 
     return tuple(frame.name for frame in found if frame.kind == "link" or not repeats(frame))
 

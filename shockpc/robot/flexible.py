@@ -1,6 +1,8 @@
-"""A robot with links that bend: one with more bodies, rigid segments of links, and with joints that have springs between these.
+"""A robot with links that bend: one with more bodies, rigid segments of links, and with joints that
+have springs between these.
 
-The segments have the frame of their body, in which points, axes and centres of mass stay what they are.
+The segments have the frame of their body, in which points, axes and centres of mass stay what they
+are.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,10 +21,14 @@ from shockpc.robot.tolerances import inertia_fault
 from shockpc.text.errors import RobotError
 
 SHORT = 0.5
-"""Share of a body's radius of gyration, up to which the distance of two joints does not give its axis."""
+"""Share of a body's radius of gyration, up to which the distance of two joints does not give its
+axis.
+"""
 
 ROUNDING = 1e-9
-"""Distance [m] by which what is at a hinge may be before it and still moves with the segment behind."""
+"""Distance [m] by which what is at a hinge may be before it and still moves with the segment
+behind.
+"""
 
 MOST_SPRINGS = 240
 """Springs in the hinges of all links; a landing of so many takes up to a minute and 0.5 GB."""
@@ -36,11 +42,13 @@ class FlexibleRobot:
     """A robot whose links bend.
 
     Attributes:
-        robot: with a body for each segment and a joint for each hinge; the names of both begin with "~".
+        robot: with a body for each segment and a joint for each hinge; the names of both begin with
+            "~".
         stiffness: (nv,) of the springs of hinges [N m/rad, N/m]; zero of the other velocities.
         q: (nq,) where the coordinates of the robot that was given are among those of this one.
         v: (nv,) the same of its velocities.
-        segments: of each body of the robot that was given, the bodies from its joint on; one, unless it bends.
+        segments: of each body of the robot that was given, the bodies from its joint on; one,
+            unless it bends.
         divisions: of each body that bends, by its index.
     """
 
@@ -57,7 +65,10 @@ class FlexibleRobot:
         return np.flatnonzero(self.stiffness)
 
     def body_at(self, body: int, point: Array) -> int:
-        """The body that a point moves with. Args: body, of the robot that was given, −1 for the world; point (3,) in its frame."""
+        """The body that a point moves with.
+
+        Args: body, of the robot that was given, −1 for the world; point (3,) in its frame.
+        """
         return body if body < 0 else self.segments[body][_segment(self.divisions, body, point)]
 
     def configuration(self, q: Array) -> Array:
@@ -65,7 +76,10 @@ class FlexibleRobot:
         return _straight(self.robot.model, self.q, q)
 
     def velocities(self, values: np.ndarray, of_hinges: float = 0.0) -> np.ndarray:
-        """Values (nv,) of all velocities. Args: values, of those of the robot that was given; of_hinges, of the hinges."""
+        """Values (nv,) of all velocities.
+
+        Args: values, of those of the robot that was given; of_hinges, of the hinges.
+        """
         whole = np.full(len(self.stiffness), of_hinges, dtype=values.dtype)
         whole[self.v] = values
         return whole
@@ -80,56 +94,86 @@ def flexible_robot(
 ) -> FlexibleRobot:
     """A robot of which some links bend.
 
-    A link, with all that is fixed to it, bends between its joint and the farthest joint that it carries, foot, or other end that is
-    given. The base, and a link without these, bend along their longest axis.
+    A link, with all that is fixed to it, bends between its joint and the farthest joint that it
+    carries, foot, or other end that is given. The base, and a link without these, bend along their
+    longest axis.
 
     Args:
         robot: the robot; it stays as it is.
         links: how they bend, each with its name or a glob; of two that fit a link the latter.
         ends: further places up to which a body bends: its index, and (3,) in its frame [m].
-        rotors: inertia of each rotor that a link carries [kg m²], with the index of the body that it drives.
+        rotors: inertia of each rotor that a link carries [kg m²], with the index of the body that
+            it drives.
 
     Raises:
         UnknownName: a pattern fits no link.
-        RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors that it carries.
+        RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors
+            that it carries.
     """
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
     if (count := sum(flex.springs for flex in flexes.values())) > MOST_SPRINGS:
         raise RobotError(
-            f"links would bend with {count} springs in their hinges, and up to {MOST_SPRINGS} are computed; name fewer links, or "
+            f"links would bend with {count} springs in their hinges, and up to {MOST_SPRINGS} are "
+            f"computed; name fewer links, or "
             "give them fewer hinges"
         )
-    lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
+    lines = {
+        body: _line(robot, body, [np.array(end) for number, end in ends if number == body])
+        for body in flexes
+    }
     for number, flex in flexes.items():
         if flex.clamped and robot.joints[number].kind == "free":
             raise RobotError(
-                f'link "{robot.bodies[number].name}" is the free base and has no joint at which it can be clamped; give its '
+                f'link "{robot.bodies[number].name}" is the free base and has no joint at which it '
+                f"can be clamped; give its "
                 "frequency with both ends free, such as 180Hz:free, or its EI"
             )
-    divisions = {body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()}
+    divisions = {
+        body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()
+    }
     for driven, inertia in rotors:
         if robot.parents[driven] in divisions:
             divisions[robot.parents[driven]] = _with_rotor(robot, divisions, driven, inertia)
     old, new = robot.model, pin.Model()
     new.name = old.name
-    # The joints of the new model that move each segment of each body, and the stiffness of those that are hinges.
+    # The joints of the new model that move each segment of each body, and the stiffness of those
+    # that are hinges.
     joints, springs = {(-1, 0): 0}, dict[int, Array]()
     for k, segment in _order(robot, divisions):
         body = robot.bodies[k]
         if segment == 0:
-            carrier, place = _on_segment(robot, divisions, robot.parents[k], old.jointPlacements[body.joint])
-            number = new.addJoint(joints[robot.parents[k], carrier], old.joints[body.joint], place, old.names[body.joint])
+            carrier, place = _on_segment(
+                robot, divisions, robot.parents[k], old.jointPlacements[body.joint]
+            )
+            number = new.addJoint(
+                joints[robot.parents[k], carrier],
+                old.joints[body.joint],
+                place,
+                old.names[body.joint],
+            )
         else:
             flex, division = flexes[k], divisions[k]
-            place = _frame(robot, divisions, k, segment - 1) * pin.SE3(np.eye(3), division.places[segment - 1])
-            number = new.addJoint(joints[k, segment - 1], *_hinge(flex, division, place, f"~{k}.{segment}"))
+            place = _frame(robot, divisions, k, segment - 1) * pin.SE3(
+                np.eye(3), division.places[segment - 1]
+            )
+            number = new.addJoint(
+                joints[k, segment - 1], *_hinge(flex, division, place, f"~{k}.{segment}")
+            )
             springs[number] = _springs(robot, k, flex, lines[k]) / division.spacing
-            frame = pin.Frame(f"~{k}.{segment}", number, 0, _frame(robot, divisions, k, segment), pin.FrameType.BODY)
+            frame = pin.Frame(
+                f"~{k}.{segment}",
+                number,
+                0,
+                _frame(robot, divisions, k, segment),
+                pin.FrameType.BODY,
+            )
             new.addFrame(frame, False)
         joints[k, segment] = number
         if k in divisions:
             parts = divisions[k]
-            inertia = pin.Inertia(float(parts.mass[segment]), parts.com[segment], parts.inertia[segment])
+            inertia = pin.Inertia(
+                float(parts.mass[segment]), parts.com[segment], parts.inertia[segment]
+            )
             new.appendBodyToJoint(number, inertia, _frame(robot, divisions, k, segment))
         else:
             new.appendBodyToJoint(number, old.inertias[body.joint], pin.SE3.Identity())
@@ -141,16 +185,24 @@ def flexible_robot(
 
     numbers = [joints[k, 0] for k in range(len(robot.bodies))]
     sizes = (new.idx_qs, new.nqs), (new.idx_vs, new.nvs)
-    q, v = (np.concatenate([first[n] + np.arange(size[n]) for n in numbers]) for first, size in sizes)
+    q, v = (
+        np.concatenate([first[n] + np.arange(size[n]) for n in numbers]) for first, size in sizes
+    )
     _copy_values(old, new, q, v)
     stiffness = np.zeros(new.nv)
     for number, of_hinge in springs.items():
         stiffness[new.idx_vs[number] + np.arange(len(of_hinge))] = of_hinge
     segments = tuple(
-        tuple(joints[k, segment] - 1 for segment in range(len(divisions[k].mass) if k in divisions else 1))
+        tuple(
+            joints[k, segment] - 1
+            for segment in range(len(divisions[k].mass) if k in divisions else 1)
+        )
         for k in range(len(robot.bodies))
     )
-    start, relaxed = (None if part is None else read_only(_straight(new, q, part)) for part in (robot.start, robot.relaxed))
+    start, relaxed = (
+        None if part is None else read_only(_straight(new, q, part))
+        for part in (robot.start, robot.relaxed)
+    )
     assert start is not None
     whole = replace(robot, model=new, start=start, relaxed=relaxed, postures={}, loops=())
     freeze(stiffness, q, v, divisions)
@@ -158,7 +210,9 @@ def flexible_robot(
 
 
 def _springs(robot: Robot, body: int, flex: Flex, line: tuple[Array, Array]) -> Array:
-    """The bending stiffness of a body about both axes, and those of torsion and stretch that are given [N m², N]."""
+    """The bending stiffness of a body about both axes, and those of torsion and stretch that are
+    given [N m², N].
+    """
     EI = flex.EI
     if flex.frequency is not None:
         EI = bending_stiffness(flex.frequency, flex.clamped, _divide(robot, body, line, FINE))
@@ -166,8 +220,13 @@ def _springs(robot: Robot, body: int, flex: Flex, line: tuple[Array, Array]) -> 
 
 
 def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -> None:
-    """Copy limits, rotors and damping of the joints, whose coordinates are at q and velocities at v in the new model."""
-    for where, names in ((q, ("lowerPositionLimit", "upperPositionLimit")), (v, ("armature", "damping"))):
+    """Copy limits, rotors and damping of the joints, whose coordinates are at q and velocities at v
+    in the new model.
+    """
+    for where, names in (
+        (q, ("lowerPositionLimit", "upperPositionLimit")),
+        (v, ("armature", "damping")),
+    ):
         for name in names:
             values = np.array(getattr(new, name))
             values[where] = getattr(old, name)
@@ -175,7 +234,9 @@ def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -
 
 
 def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[int, int]]:
-    """Bodies and their segments, each before all that it carries, and that before all else, as Pinocchio needs them."""
+    """Bodies and their segments, each before all that it carries, and that before all else, as
+    Pinocchio needs them.
+    """
     carried: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for k, (body, parent) in enumerate(zip(robot.bodies, robot.parents, strict=True)):
         segment, _ = _on_segment(robot, divisions, parent, robot.model.jointPlacements[body.joint])
@@ -199,7 +260,11 @@ def _segment(divisions: Mapping[int, Division], body: int, point: Array) -> int:
     """The segment that a point (3,) of a body is on."""
     if body not in divisions:
         return 0
-    return int(np.searchsorted(divisions[body].along, divisions[body].axis @ point + ROUNDING, side="right"))
+    return int(
+        np.searchsorted(
+            divisions[body].along, divisions[body].axis @ point + ROUNDING, side="right"
+        )
+    )
 
 
 def _frame(robot: Robot, divisions: Mapping[int, Division], body: int, segment: int) -> pin.SE3:
@@ -209,8 +274,12 @@ def _frame(robot: Robot, divisions: Mapping[int, Division], body: int, segment: 
     return pin.SE3(np.eye(3), -divisions[body].places[segment - 1])
 
 
-def _on_segment(robot: Robot, divisions: Mapping[int, Division], body: int, place: pin.SE3) -> tuple[int, pin.SE3]:
-    """The segment that carries what is at a place in the frame of a body's joint, and that place in its joint's or hinge's."""
+def _on_segment(
+    robot: Robot, divisions: Mapping[int, Division], body: int, place: pin.SE3
+) -> tuple[int, pin.SE3]:
+    """The segment that carries what is at a place in the frame of a body's joint, and that place in
+    its joint's or hinge's.
+    """
     if body not in divisions:
         return 0, place
     inside = _frame(robot, divisions, body, 0).actInv(place)
@@ -218,7 +287,9 @@ def _on_segment(robot: Robot, divisions: Mapping[int, Division], body: int, plac
     return segment, _frame(robot, divisions, body, segment) * inside if segment else place
 
 
-def _hinge(flex: Flex, division: Division, place: pin.SE3, name: str) -> tuple[pin.JointModelComposite, pin.SE3, str]:
+def _hinge(
+    flex: Flex, division: Division, place: pin.SE3, name: str
+) -> tuple[pin.JointModelComposite, pin.SE3, str]:
     """A hinge, its place in the frame of the joint that carries it, and the names of its parts."""
     hinge, names = pin.JointModelComposite(), ["y", "z"]
     for axis in division.across:
@@ -233,18 +304,33 @@ def _hinge(flex: Flex, division: Division, place: pin.SE3, name: str) -> tuple[p
 
 
 def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]:
-    """Where a body begins to bend and where it ends, in its frame [m]. Args: ends, places of it besides joints and feet."""
+    """Where a body begins to bend and where it ends, in its frame [m].
+
+    Args: ends, places of it besides joints and feet.
+    """
     one = robot.bodies[body]
     fault = inertia_fault(one.mass, one.inertia) if one.mass > 0.0 else "it has no mass"
     if fault:
-        raise RobotError(f'link "{one.name}" cannot bend, because {fault}; correct its inertia in the file, or {LEAVE_OUT}')
+        raise RobotError(
+            f'link "{one.name}" cannot bend, because {fault}; correct its inertia in the file, or '
+            f"{LEAVE_OUT}"
+        )
     place = _frame(robot, {}, body, 0)
     start = place.actInv(np.zeros(3))
-    joints = [robot.model.jointPlacements[robot.bodies[k].joint] for k, parent in enumerate(robot.parents) if parent == body]
+    joints = [
+        robot.model.jointPlacements[robot.bodies[k].joint]
+        for k, parent in enumerate(robot.parents)
+        if parent == body
+    ]
     places = [place.actInv(joint.translation) for joint in joints]
     places += [robot.frames[name].offset for name in feet(robot) if robot.frames[name].body == body]
-    end = max((*places, *ends), key=lambda point: float(np.linalg.norm(point - start)), default=start)
-    if robot.joints[body].kind != "free" and np.linalg.norm(end - start) > SHORT * robot.gyration[body]:
+    end = max(
+        (*places, *ends), key=lambda point: float(np.linalg.norm(point - start)), default=start
+    )
+    if (
+        robot.joints[body].kind != "free"
+        and np.linalg.norm(end - start) > SHORT * robot.gyration[body]
+    ):
         return start, np.asarray(end)
     moments, axes = np.linalg.eigh(one.inertia)
     half = np.sqrt(3.0 * (0.5 * moments.sum() - moments[0]) / one.mass) * axes[:, 0]
@@ -252,8 +338,11 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
     return one.com - half, one.com + half
 
 
-def _with_rotor(robot: Robot, divisions: Mapping[int, Division], driven: int, inertia: float) -> Division:
-    """The segments of a body where that at the joint of a rotor has its inertia about its axis, of what all had of it.
+def _with_rotor(
+    robot: Robot, divisions: Mapping[int, Division], driven: int, inertia: float
+) -> Division:
+    """The segments of a body where that at the joint of a rotor has its inertia about its axis, of
+    what all had of it.
 
     Args:
         robot: the robot.
@@ -271,12 +360,19 @@ def _with_rotor(robot: Robot, divisions: Mapping[int, Division], driven: int, in
     moments = division.inertia @ axis @ axis
     if not inertia < moments.sum():
         raise RobotError(
-            f'link "{body.name}" cannot bend, because it has less inertia than the rotor of joint "{joint.name}" that it '
+            f'link "{body.name}" cannot bend, because it has less inertia than the rotor of joint '
+            f'"{joint.name}" that it '
             f"carries; leave its gear out (--no-carried), or {LEAVE_OUT}"
         )
     change = -moments / moments.sum()
-    change[_on_segment(robot, divisions, joint.parent, robot.model.jointPlacements[robot.bodies[driven].joint])[0]] += 1.0
-    return division._replace(inertia=division.inertia + inertia * change[:, None, None] * np.outer(axis, axis))
+    change[
+        _on_segment(
+            robot, divisions, joint.parent, robot.model.jointPlacements[robot.bodies[driven].joint]
+        )[0]
+    ] += 1.0
+    return division._replace(
+        inertia=division.inertia + inertia * change[:, None, None] * np.outer(axis, axis)
+    )
 
 
 def _divide(robot: Robot, body: int, line: tuple[Array, Array], hinges: int) -> Division:
@@ -284,4 +380,6 @@ def _divide(robot: Robot, body: int, line: tuple[Array, Array], hinges: int) -> 
     try:
         return divide(one.mass, one.com, one.inertia, *line, hinges)
     except ValueError as refusal:
-        raise RobotError(f'link "{one.name}" cannot bend, because it {refusal}; {LEAVE_OUT}') from None
+        raise RobotError(
+            f'link "{one.name}" cannot bend, because it {refusal}; {LEAVE_OUT}'
+        ) from None

@@ -1,4 +1,7 @@
-"""Read a robot file, by its contents; no mesh is opened. A format is a module, and a line in `FORMATS`."""
+"""Read a robot file, by its contents; no mesh is opened.
+
+A format is a module, and a line in `FORMATS`.
+"""
 
 import copy
 import importlib
@@ -41,12 +44,14 @@ def read_source(
 
     Raises:
         UnknownName: no robot has that name.
-        RobotError: the file is missing, not a robot, or names a file outside the folders that may be read.
+        RobotError: the file is missing, not a robot, or names a file outside the folders that may
+            be read.
     """
     written, name = find_robot(robot)
     path = Path(os.path.realpath(written))
     folders = open_folders(path, packages or {})
-    folders.note(written, whole=True)  # by its bytes: programs write a file, load it and write it again within a millisecond
+    # by its bytes: programs write a file, load it and write it again within a millisecond
+    folders.note(written, whole=True)
     text = read_text(path)
     root = shared_xml(text, path.name)
     if root.tag not in FORMATS:
@@ -57,7 +62,10 @@ def read_source(
     source = RobotSource(name, FORMATS[root.tag][0], text, robot_name, given, folders, (), freed)
     read: RobotSource = format_of(source).read(source, xacro or {})
     if xacro and not read.expanded:
-        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
+        raise RobotError(
+            f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; "
+            f"leave it out"
+        )
     return read
 
 
@@ -70,8 +78,11 @@ class YourdfpyRobot(Protocol):
         """The URDF as it was read."""
 
 
-def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | os.PathLike[str] | None) -> RobotSource:
-    """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes, by default that of its file.
+def source_of_yourdfpy(
+    given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | os.PathLike[str] | None
+) -> RobotSource:
+    """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes, by
+    default that of its file.
 
     The name of the file is not known, so no SRDF is searched for beside it.
 
@@ -84,18 +95,35 @@ def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: 
     for visual in (visual for link in record.links for visual in link.visuals):
         visual.material = None
     try:
-        copied = type(given)(robot=record, build_scene_graph=False, load_meshes=False, filename_handler=handler)  # type: ignore[call-arg]
+        copied = type(given)(
+            robot=record, build_scene_graph=False, load_meshes=False, filename_handler=handler
+        )  # type: ignore[call-arg]
         root = parse_xml(copied.write_xml_string().decode(), "yourdfpy.URDF")
     except (TypeError, ValueError, AttributeError) as refusal:
-        raise RobotError(f"this yourdfpy.URDF cannot be written as XML, so it is not read ({refusal}); load its file") from None
+        raise RobotError(
+            f"this yourdfpy.URDF cannot be written as XML, so it is not read ({refusal}); load its "
+            f"file"
+        ) from None
     mimics = {joint.name: joint.mimic for joint in record.joints if joint.mimic is not None}
     for joint in root.findall("joint"):
         mimic = mimics.get(joint.get("name"))
         if mimic is not None and joint.find("mimic") is None:  # yourdfpy 0.0.60 does not write them
-            rule = {"joint": mimic.joint, "multiplier": str(mimic.multiplier), "offset": str(mimic.offset)}
+            rule = {
+                "joint": mimic.joint,
+                "multiplier": str(mimic.multiplier),
+                "offset": str(mimic.offset),
+            }
             SubElement(joint, "mimic", rule)
     name = root.get("name") or "robot"
     folder = getattr(handler, "keywords", {}).get("dir", "")
     folders = open_folders(Path(os.path.realpath(folder)) / f"{name}.urdf", packages)
     postures = None if srdf is None else Path(os.path.realpath(os.path.expanduser(srdf)))
-    return RobotSource(f"{name} (yourdfpy.URDF)", "urdf", tostring(root, encoding="unicode"), name, postures, folders, ())
+    return RobotSource(
+        f"{name} (yourdfpy.URDF)",
+        "urdf",
+        tostring(root, encoding="unicode"),
+        name,
+        postures,
+        folders,
+        (),
+    )

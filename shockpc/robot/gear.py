@@ -3,7 +3,11 @@
 from typing import Literal, TypeAlias
 
 Gear: TypeAlias = Literal["planetary", "belt", "harmonic", "spur"]
-"""Planetary with a fixed ring, belts, harmonic with a fixed circular spline, and a single stage of spur gears."""
+"""Planetary with a fixed ring, belts, harmonic with a fixed circular spline, and a single stage of
+spur gears.
+"""
 
 SENSE: dict[Gear, int] = {"planetary": 1, "belt": 1, "harmonic": -1, "spur": -1}
-"""Whether the rotor turns with its joint (1) or against it (−1), seen from the link that carries the rotor."""
+"""Whether the rotor turns with its joint (1) or against it (−1), seen from the link that carries
+the rotor.
+"""

@@ -1,8 +1,8 @@
 """The geometry of a robot's bodies, as its file gives it, and how large the robot is by it.
 
-Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape that cannot be read is left out
-and reported; the others remain. The shapes of a URDF are taken from its XML: importing yourdfpy takes longer than an analysis
-without meshes.
+Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape
+that cannot be read is left out and reported; the others remain. The shapes of a URDF are taken from
+its XML: importing yourdfpy takes longer than an analysis without meshes.
 """
 
 import functools
@@ -48,11 +48,15 @@ _MJCF_MESH = 7
 _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
-"""How many times the distances between its frames a robot without shapes may measure [1], and what these count at least [m]; share
-of its body's mass times the robot's size squared below which the moments of inertia of a link do not matter [1]."""
+"""How many times the distances between its frames a robot without shapes may measure [1], and what
+these count at least [m]; share
+of its body's mass times the robot's size squared below which the moments of inertia of a link do
+not matter [1]."""
 
 TELLING = 3
-"""Links of different masses whose inertias say about which point they are given; one or two may look like anything."""
+"""Links of different masses whose inertias say about which point they are given; one or two may
+look like anything.
+"""
 
 
 class Unread(NamedTuple):
@@ -67,7 +71,8 @@ class Outline(NamedTuple):
     """The shapes of a robot.
 
     Attributes:
-        shapes: one tuple for each body, in the order of `robot.bodies`; empty for a body that has no such geometry.
+        shapes: one tuple for each body, in the order of `robot.bodies`; empty for a body that has
+            no such geometry.
         pieces: the same as points in one array.
         unread: the shapes that could not be read.
         warnings: at most one line, about those.
@@ -83,8 +88,9 @@ class Outline(NamedTuple):
 def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
     """Read the collision or visual shapes of every body, as the robot's file gives them.
 
-    Primitives are exact; meshes keep their triangles beside their outer vertices, or all of them without `reduced`. A
-    shape that cannot be read is left out and named in the warning. The robot holds the result.
+    Primitives are exact; meshes keep their triangles beside their outer vertices, or all of them
+    without `reduced`. A shape that cannot be read is left out and named in the warning. The robot
+    holds the result.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[Unread] = []
@@ -97,15 +103,28 @@ def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
             bare[body] = f'"{robot.bodies[body].name}"'
         elif frame is not None and body >= 0:
             shapes[body].append(piece.placed(frame.rotation, frame.offset))
-    pieces = Pieces.of([[(shape.points, shape.rounding) for shape in of_body] for of_body in shapes])
+    pieces = Pieces.of(
+        [[(shape.points, shape.rounding) for shape in of_body] for of_body in shapes]
+    )
     warnings: tuple[str, ...] = ()
     if unread:
         count = f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
         lost = [name for body, name in sorted(bare.items()) if body >= 0 and not shapes[body]]
-        consequence = f"no {kind} geometry is left for {few(lost, 4)}" if lost else "each of their bodies has other shapes"
-        others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
+        consequence = (
+            f"no {kind} geometry is left for {few(lost, 4)}"
+            if lost
+            else "each of their bodies has other shapes"
+        )
+        others = [
+            name
+            for name in dict.fromkeys(lost.mesh for lost in unread)
+            if name not in ("", unread[0].mesh)
+        ]
         also = f"; also {listed(others, 4)}" if others else ""
-        warnings = (f'{count} could not be read (link "{unread[0].link}": {unread[0].reason}{also}); {consequence}',)
+        warnings = (
+            f'{count} could not be read (link "{unread[0].link}": {unread[0].reason}{also}); '
+            f"{consequence}",
+        )
     return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), warnings)
 
 
@@ -119,41 +138,60 @@ def body_outline(robot: Robot) -> Outline:
 def shapes_at(robot: Robot, name: str) -> np.ndarray:
     """Which shapes (n,) of `body_outline` belong to a frame, in the order of its pieces."""
     return np.array(
-        [shape.belongs_to(robot.frame(name)) for carried in body_outline(robot).shapes for shape in carried], dtype=bool
+        [
+            shape.belongs_to(robot.frame(name))
+            for carried in body_outline(robot).shapes
+            for shape in carried
+        ],
+        dtype=bool,
     )
 
 
 @memoized()
 def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
-    """The shapes of a link itself, or the shape of a geom, as `body_outline` has them, and those that cannot be read.
+    """The shapes of a link itself, or the shape of a geom, as `body_outline` has them, and those
+    that cannot be read.
 
-    No mesh of another link is read, unless one says that y is up, of which all meshes together decide.
+    No mesh of another link is read, unless one says that y is up, of which all meshes together
+    decide.
     """
     frame = robot.frame(name)
-    pieces = _shapes(robot.source, _outline_kind(robot.source), True, name) if frame.kind in ("link", "geom") else ()
+    pieces = (
+        _shapes(robot.source, _outline_kind(robot.source), True, name)
+        if frame.kind in ("link", "geom")
+        else ()
+    )
     found = [piece for piece in pieces if isinstance(piece, Shape) and piece.belongs_to(frame)]
     places = [robot.frames[shape.link] for shape in found]
     return (
-        tuple(shape.placed(at.rotation, at.offset) for shape, at in zip(found, places, strict=True)),
+        tuple(
+            shape.placed(at.rotation, at.offset) for shape, at in zip(found, places, strict=True)
+        ),
         tuple(piece for piece in pieces if isinstance(piece, Unread)),
     )
 
 
 def drawn_outline(robot: Robot) -> Outline:
-    """The visual geometry of every body, its meshes with all vertices, unless they are those of `body_outline`."""
+    """The visual geometry of every body, its meshes with all vertices, unless they are those of
+    `body_outline`.
+    """
     return outline(robot, "visual", not _is_solid(robot.source))
 
 
 @memoized()
 def robot_size(robot: Robot, shapes: bool = True) -> float:
-    """Diagonal of the box around all frames, centres of mass and shapes of a robot in its neutral posture [m].
+    """Diagonal of the box around all frames, centres of mass and shapes of a robot in its neutral
+    posture [m].
 
     Args:
         robot: the robot.
         shapes: whether its shapes count, for which meshes are read.
     """
     places = robot.body_placements(pin.neutral(robot.model))
-    R, p = np.array([place.rotation for place in places]), np.array([place.translation for place in places])
+    R, p = (
+        np.array([place.rotation for place in places]),
+        np.array([place.translation for place in places]),
+    )
 
     def placed(bodies: np.ndarray, points: Array) -> Array:
         return np.asarray((R[bodies] @ points[..., None])[..., 0] + p[bodies])
@@ -162,7 +200,12 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
         *enumerate(body.com for body in robot.bodies),
         *((at.body, at.offset) for at in robot.frames.values() if at.body >= 0),
     ]
-    corners = [placed(np.array([body for body, _ in centres_and_frames]), np.array([point for _, point in centres_and_frames]))]
+    corners = [
+        placed(
+            np.array([body for body, _ in centres_and_frames]),
+            np.array([point for _, point in centres_and_frames]),
+        )
+    ]
     if shapes:
         pieces = body_outline(robot).pieces
         points = placed(pieces.body[pieces.piece], pieces.points)
@@ -172,27 +215,48 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
 
 
 def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
-    """Links whose moments of inertia no body within the robot can have, with the radius of gyration [m].
+    """Links whose moments of inertia no body within the robot can have, with the radius of gyration
+    [m].
 
-    Mass that lies within a robot is nowhere farther from its centre than the robot is large. Moments too small to matter are left
-    out, such as those of a sensor's placeholder. Meshes are read only where the frames alone leave a link in doubt.
+    Mass that lies within a robot is nowhere farther from its centre than the robot is large.
+    Moments too small to matter are left out, such as those of a sensor's placeholder. Meshes are
+    read only where the frames alone leave a link in doubt.
     """
-    inertias = {frame.name: (frame.inertia, frame.parentJoint) for frame in robot.model.frames if frame.inertia.mass > 0.0}
-    radius = {name: math.sqrt(max(np.trace(rigid.inertia), 0.0) / 3.0 / rigid.mass) for name, (rigid, _) in inertias.items()}
+    inertias = {
+        frame.name: (frame.inertia, frame.parentJoint)
+        for frame in robot.model.frames
+        if frame.inertia.mass > 0.0
+    }
+    radius = {
+        name: math.sqrt(max(np.trace(rigid.inertia), 0.0) / 3.0 / rigid.mass)
+        for name, (rigid, _) in inertias.items()
+    }
     if max(radius.values(), default=0.0) <= robot_size(robot, False):
         return ()
-    size = robot_size(robot) if any(body_outline(robot).shapes) else UNKNOWN * max(robot_size(robot, False), SMALL)
+    size = (
+        robot_size(robot)
+        if any(body_outline(robot).shapes)
+        else UNKNOWN * max(robot_size(robot, False), SMALL)
+    )
     large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
-    least = {name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large}
-    return tuple((name, radius[name]) for name, rigid, joint in large if joint and np.trace(rigid.inertia) > least[name])
+    least = {
+        name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large
+    }
+    return tuple(
+        (name, radius[name])
+        for name, rigid, joint in large
+        if joint and np.trace(rigid.inertia) > least[name]
+    )
 
 
 @memoized()
 def inertias_about_origins(robot: Robot) -> tuple[str, ...]:
-    """Links whose inertias look as if they were given about the links' origins; none unless those of all that tell do.
+    """Links whose inertias look as if they were given about the links' origins; none unless those
+    of all that tell do.
 
-    Taken to the centre of mass they stay possible then, for every link whose centre is not near its origin; a bar that hangs from
-    its origin, given about its centre as it should be, would have a negative moment left.
+    Taken to the centre of mass they stay possible then, for every link whose centre is not near its
+    origin; a bar that hangs from its origin, given about its centre as it should be, would have a
+    negative moment left.
     """
     names, masses = list[str](), set[float]()
     for frame in robot.model.frames:
@@ -210,7 +274,9 @@ def inertias_about_origins(robot: Robot) -> tuple[str, ...]:
 def size_text(robot: Robot) -> str:
     """How large a robot is and what that was measured on, for messages."""
     what = (
-        "the robot measures" if any(body_outline(robot).shapes) else "without shapes, the robot's frames and centres of mass span"
+        "the robot measures"
+        if any(body_outline(robot).shapes)
+        else "without shapes, the robot's frames and centres of mass span"
     )
     return f"{what} {robot_size(robot):.3g} m"
 
@@ -220,19 +286,28 @@ def _outline_kind(source: RobotSource) -> GeometryKind:
 
 
 def _is_solid(source: RobotSource) -> bool:
-    return source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
+    return (
+        source.kind == "mjcf"
+        or shared_xml(source.xml, source.path.name).find("link/collision") is not None
+    )
 
 
 @memoized()
-def _loader(source: RobotSource, reduced: bool) -> "functools._lru_cache_wrapper[tuple[Mesh, Array]]":
-    """What reads the meshes of a file, each once: four legs often share one, and that of a foot may be read before the others."""
+def _loader(
+    source: RobotSource, reduced: bool
+) -> "functools._lru_cache_wrapper[tuple[Mesh, Array]]":
+    """What reads the meshes of a file, each once: four legs often share one, and that of a foot may
+    be read before the others.
+    """
     spanning = outer_vertices if reduced else np.asarray
 
     @functools.cache
     def load(uri: str) -> tuple[Mesh, Array]:
         path = source.folders.asset(uri)
         try:
-            mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
+            mesh = read_mesh(
+                read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix(".")
+            )
         except ValueError as refusal:
             raise ValueError(f'"{uri}": {refusal}') from None
         return mesh, spanning(mesh.vertices)
@@ -241,19 +316,32 @@ def _loader(source: RobotSource, reduced: bool) -> "functools._lru_cache_wrapper
 
 
 @memoized()
-def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | None = None) -> tuple[Shape | Unread, ...]:
-    """The shapes of a file, or only those of a link or geom, each in the frame of its link. Variants of a robot share them."""
+def _shapes(
+    source: RobotSource, kind: GeometryKind, reduced: bool, only: str | None = None
+) -> tuple[Shape | Unread, ...]:
+    """The shapes of a file, or only those of a link or geom, each in the frame of its link.
+
+    Variants of a robot share them.
+    """
     load = _loader(source, reduced)
     if source.kind == "mjcf":
         found = tuple(_mjcf_shapes(source, kind, load, only))
     else:
         root = shared_xml(source.xml, source.path.name)
         links = _links(source) if only is None else [only]
-        found = tuple(shape for link in links for shape in _shapes_as_read(source, kind, reduced, link))
-        # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
-        if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
+        found = tuple(
+            shape for link in links for shape in _shapes_as_read(source, kind, reduced, link)
+        )
+        # Meshes of which the file says that y is up are turned to z up if they are twice as close
+        # to the joints then.
+        if any(
+            isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up
+            for shape in found
+        ):
             if only is not None:
-                return tuple(shape for shape in _shapes(source, kind, reduced) if shape.link == only)
+                return tuple(
+                    shape for shape in _shapes(source, kind, reduced) if shape.link == only
+                )
             every = (element for elements in _links(source).values() for element in elements)
             turned = tuple(_urdf_shapes(every, kind, load, _Y_TO_Z))
             if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
@@ -273,28 +361,53 @@ def _links(source: RobotSource) -> dict[str, list[Element]]:
 
 
 @memoized()
-def _shapes_as_read(source: RobotSource, kind: GeometryKind, reduced: bool, link: str) -> tuple[Shape | Unread, ...]:
-    """The shapes of one link of a URDF, of whatever meshes as they are; read once, for the link and for the whole robot."""
-    return tuple(_urdf_shapes(_links(source).get(link, ()), kind, _loader(source, reduced), np.eye(3)))
+def _shapes_as_read(
+    source: RobotSource, kind: GeometryKind, reduced: bool, link: str
+) -> tuple[Shape | Unread, ...]:
+    """The shapes of one link of a URDF, of whatever meshes as they are; read once, for the link and
+    for the whole robot.
+    """
+    return tuple(
+        _urdf_shapes(_links(source).get(link, ()), kind, _loader(source, reduced), np.eye(3))
+    )
 
 
-def _urdf_shapes(links: Iterable[Element], kind: GeometryKind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
+def _urdf_shapes(
+    links: Iterable[Element], kind: GeometryKind, load: Loader, turn: Array
+) -> Iterator[Shape | Unread]:
     """Place the shapes of some links of a URDF. Args: turn: (3, 3), of meshes with y up."""
     for link in links:
         name = link.get("name", "")
         for element in link.findall(kind):
-            shape = next((part for part in element.iterfind("geometry/*") if part.tag.rpartition(":")[2] not in _NO_SHAPES), None)
+            shape = next(
+                (
+                    part
+                    for part in element.iterfind("geometry/*")
+                    if part.tag.rpartition(":")[2] not in _NO_SHAPES
+                ),
+                None,
+            )
             uri = "" if shape is None else shape.get("filename", "")
             try:
-                xyz, rpy = (_numbers(element.find("origin"), key, 3, "0 0 0") for key in ("xyz", "rpy"))
+                xyz, rpy = (
+                    _numbers(element.find("origin"), key, 3, "0 0 0") for key in ("xyz", "rpy")
+                )
                 if shape is None:
                     raise ValueError(f"a <{kind}> without a shape")
                 if shape.tag == "mesh":
                     read, scale = load(uri), _numbers(shape, "scale", 3, "1 1 1")
-                    found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
+                    found = _mesh(
+                        name,
+                        read,
+                        scale[:, None] * (turn if read[0].y_up else np.eye(3)),
+                        np.zeros(3),
+                    )
                 else:
                     tag = shape.tag.removeprefix("drake:")
-                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(tag, ())]
+                    sizes = [
+                        factor * _numbers(shape, key, size)
+                        for key, size, factor in _URDF_SIZES.get(tag, ())
+                    ]
                     found = primitive(name, tag, np.concatenate([*sizes, np.zeros(0)]))
                 yield checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
@@ -302,13 +415,21 @@ def _urdf_shapes(links: Iterable[Element], kind: GeometryKind, load: Loader, tur
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
-    """The shape of a mesh as read, with its outer vertices, after a change (3, 3) of its coordinates from an origin (3,) [m]."""
+    """The shape of a mesh as read, with its outer vertices, after a change (3, 3) of its
+    coordinates from an origin (3,) [m].
+    """
     mesh, outer = read
-    return Shape(link, (outer - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
+    return Shape(
+        link,
+        (outer - origin) @ change.T,
+        mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T),
+    )
 
 
 def _distance_to_joints(root: Element, shapes: Iterable[Shape | Unread]) -> float:
-    """Sum the distances from the joints of each link to the boxes around its meshes of which the file says that y is up [m]."""
+    """Sum the distances from the joints of each link to the boxes around its meshes of which the
+    file says that y is up [m].
+    """
     places = {link.get("name"): [np.zeros(3)] for link in root.findall("link")}
     for joint in root.iterfind("joint"):
         for parent in joint.iterfind("parent"):
@@ -326,18 +447,28 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
     text = default if element is None else element.get(key, default)
     values = vector(text, size)
     if values is None:
-        raise ValueError(f'its {key} is "{text}"; it has to be {size} finite number{"s" * (size > 1)}')
+        raise ValueError(
+            f'its {key} is "{text}"; it has to be {size} finite number{"s" * (size > 1)}'
+        )
     return values
 
 
-def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader, only: str | None = None) -> Iterator[Shape | Unread]:
-    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom; not planes and height fields."""
+def _mjcf_shapes(
+    source: RobotSource, kind: GeometryKind, load: Loader, only: str | None = None
+) -> Iterator[Shape | Unread]:
+    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom; not
+    planes and height fields.
+    """
     from shockpc.robot.mjcf_compiled import compiled
 
     result = compiled(source)
     m = result.model
     for number in range(m.ngeom):
-        geom, file, form = m.geom(number), result.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
+        geom, file, form = (
+            m.geom(number),
+            result.meshes.get(number),
+            _MJCF_PRIMITIVES.get(int(m.geom_type[number])),
+        )
         collides = bool(geom.contype or geom.conaffinity)
         # MuJoCo shows groups 0 to 2 unless it is asked for others.
         wanted = collides if kind == "collision" else not collides or geom.group <= 2
@@ -348,15 +479,24 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader, only: st
             continue
         try:
             if file:
-                shape = _mesh(link, load(file.file), file.scale[:, None] * rotation(file.rotation).T, file.origin)
+                shape = _mesh(
+                    link,
+                    load(file.file),
+                    file.scale[:, None] * rotation(file.rotation).T,
+                    file.origin,
+                )
             elif form:
                 shape = primitive(link, form, np.array(geom.size))
             else:
                 mesh = m.mesh(int(geom.dataid[0]))
                 first, face = int(mesh.vertadr[0]), int(mesh.faceadr[0])
                 vertices = np.array(m.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
-                triangles = np.array(m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64)
+                triangles = np.array(
+                    m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64
+                )
                 shape = Shape(link, outer_vertices(vertices), mesh=Mesh(vertices, triangles))
-            yield checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
+            yield checked(
+                shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos))
+            )
         except (RobotError, ValueError) as refusal:
             yield Unread(link, file.name if file else "", str(refusal))

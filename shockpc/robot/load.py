@@ -1,4 +1,7 @@
-"""From a name, a file, or what another library loaded to a Robot. What cannot be computed is refused by name."""
+"""From a name, a file, or what another library loaded to a Robot.
+
+What cannot be computed is refused by name.
+"""
 
 import contextlib
 import os
@@ -26,7 +29,9 @@ from shockpc.text.printed import listed
 _MOST_VELOCITIES = 1000  # one landing of so many takes some 20 s and 0.2 GB
 _KEPT = 16
 _SHARED: dict[Hashable, tuple[RobotSource, dict[Hashable, Robot]]] = {}
-"""The sources that were read last for `shared_robot`, the latest at the end, and the robots that were built of each."""
+"""The sources that were read last for `shared_robot`, the latest at the end, and the robots that
+were built of each.
+"""
 
 
 @checked
@@ -40,59 +45,91 @@ def load_robot(
     frames: Sequence[str] = (),
     free: bool = False,
 ) -> Robot:
-    """Load a robot from a file (URDF, xacro, MJCF or SDFormat, by its content), by name, or from what another library loaded.
+    """Load a robot from a file (URDF, xacro, MJCF or SDFormat, by its content), by name, or from
+    what another library loaded.
 
     Args:
-        robot: a path, or a name that `shockpc robots` lists; or a `pinocchio.Model` (or `RobotWrapper`) or a `yourdfpy.URDF`, as
-            robot_descriptions gives them. A scene file cannot name those, so pass the robot on with the scene.
-        geometry: the shapes of a `pinocchio.Model`; of a `RobotWrapper` its collision model by default.
+        robot: a path, or a name that `shockpc robots` lists; or a `pinocchio.Model` (or
+            `RobotWrapper`) or a `yourdfpy.URDF`, as robot_descriptions gives them. A scene file
+            cannot name those, so pass the robot on with the scene.
+        geometry: the shapes of a `pinocchio.Model`; of a `RobotWrapper` its collision model by
+            default.
         xacro: arguments of a xacro file.
-        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names only.
+        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are
+            found by their names only.
         srdf: a file of reference postures; by default the one found beside the robot.
-        frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
-            loaded, or else the one with the most joints.
+        frames: names or globs of frames that are asked for. Of several robots in an MJCF file the
+            one that has the first of them is loaded, or else the one with the most joints.
         free: whether the base of an MJCF file that fixes it gets a free joint.
 
     Raises:
         UnknownName: no robot has that name.
-        RobotError: the file is missing, not a robot, not physical, or reads outside its folders; an argument has no effect.
+        RobotError: the file is missing, not a robot, not physical, or reads outside its folders; an
+            argument has no effect.
         StudyError: an argument is of another type.
     """
     if isinstance(robot, pin.RobotWrapper):
         robot, geometry = robot.model, robot.collision_model if geometry is None else geometry
     if isinstance(robot, pin.Model):
         if xacro or packages or frames:
-            raise RobotError("xacro, packages and frames have no effect on a pinocchio.Model; leave them out")
+            raise RobotError(
+                "xacro, packages and frames have no effect on a pinocchio.Model; leave them out"
+            )
         from shockpc.robot.pinocchio_model import build_pinocchio
 
         label = f"{robot.name} (pinocchio.Model)"
         with _naming(label):
-            return _finished(build_pinocchio(robot, label, geometry), None if srdf is None else Path(srdf).expanduser())
+            return _finished(
+                build_pinocchio(robot, label, geometry),
+                None if srdf is None else Path(srdf).expanduser(),
+            )
     if geometry is not None:
-        raise RobotError("geometry belongs to a pinocchio.Model; files name their shapes themselves, so leave it out")
+        raise RobotError(
+            "geometry belongs to a pinocchio.Model; files name their shapes themselves, so leave "
+            "it out"
+        )
     folders = {name: os.fspath(folder) for name, folder in (packages or {}).items()}
     if isinstance(robot, str | os.PathLike):
-        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=folders, srdf=srdf, freed=free), frames, {})
+        return _robot_of(
+            read_source(os.fspath(robot), xacro=xacro, packages=folders, srdf=srdf, freed=free),
+            frames,
+            {},
+        )
     if type(robot).__module__.partition(".")[0] != "yourdfpy":
         given = f"{type(robot).__module__}.{type(robot).__qualname__}"
-        raise RobotError(f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF")
+        raise RobotError(
+            f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF"
+        )
     if xacro or frames:
         raise RobotError("xacro and frames have no effect on a yourdfpy.URDF; leave them out")
     return _robot_of(source_of_yourdfpy(robot, folders, srdf), (), {})
 
 
 def shared_robot(
-    robot: str, xacro: Mapping[str, str], packages: Mapping[str, str], srdf: str | None, frames: Sequence[str], free: bool = False
+    robot: str,
+    xacro: Mapping[str, str],
+    packages: Mapping[str, str],
+    srdf: str | None,
+    frames: Sequence[str],
+    free: bool = False,
 ) -> Robot:
-    """As `load_robot`, but the same object for all who ask for the same robot, until a file that it was read from changes.
+    """As `load_robot`, but the same object for all who ask for the same robot, until a file that it
+    was read from changes.
 
-    Robots are the same if the file, the xacro arguments, the packages, the SRDF and, of several robots in one MJCF, the bodies
-    are, and whether its base is freed. The last 16 are kept, so that a command reads a file once. Nobody may change the object.
+    Robots are the same if the file, the xacro arguments, the packages, the SRDF and, of several
+    robots in one MJCF, the bodies are, and whether its base is freed. The last 16 are kept, so that
+    a command reads a file once. Nobody may change the object.
 
     Raises:
         ShockError: as for `load_robot`.
     """
-    key = robot, *(tuple(sorted(given.items())) for given in (xacro, packages)), srdf, free, os.environ.get("ROS_PACKAGE_PATH")
+    key = (
+        robot,
+        *(tuple(sorted(given.items())) for given in (xacro, packages)),
+        srdf,
+        free,
+        os.environ.get("ROS_PACKAGE_PATH"),
+    )
     shared = _SHARED.pop(key, None)
     if shared is None or not shared[0].folders.unchanged():
         shared = read_source(robot, xacro=xacro, packages=packages, srdf=srdf, freed=free), {}
@@ -115,28 +152,43 @@ def _robot_of(source: RobotSource, frames: Sequence[str], built: dict[Hashable, 
 
 @contextlib.contextmanager
 def _naming(file: str, unread: Sequence[str] = ()) -> Iterator[None]:
-    """Begin the messages of refusals with the name of the file, and add what of it is not read, which is often the cause."""
+    """Begin the messages of refusals with the name of the file, and add what of it is not read,
+    which is often the cause.
+    """
     try:
         yield
     except RobotError as refusal:
         text = "; ".join((str(refusal), *unread[:2])).replace(f"{file}: ", "")
-        raise RobotError(text if text.startswith(file) else f"{file}: {text}", **refusal.data) from None
+        raise RobotError(
+            text if text.startswith(file) else f"{file}: {text}", **refusal.data
+        ) from None
 
 
 def _finished(robot: Robot, srdf: Path | None) -> Robot:
-    """The robot with the postures and rotors of its SRDF, checked, with exact rotations and its mimic joints in order."""
+    """The robot with the postures and rotors of its SRDF, checked, with exact rotations and its
+    mimic joints in order.
+    """
     model = robot.model
     postures = {**robot.postures, **({} if srdf is None else read_srdf(srdf, model, robot.start))}
     if model.nv > _MOST_VELOCITIES:
         limit = f"and up to {_MOST_VELOCITIES} are computed"
-        raise RobotError(f"it moves with {model.nv} velocities, {limit}; fix joints that do not matter")
-    refuse_number("drives", "the largest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
-    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
+        raise RobotError(
+            f"it moves with {model.nv} velocities, {limit}; fix joints that do not matter"
+        )
+    refuse_number(
+        "drives", "the largest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²"
+    )
+    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of
+    # bodies multiplies what is missing.
     for place in model.jointPlacements:
         R = place.rotation
         # By einsum, whose rounding is the same on every processor.
-        place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    robot = replace(robot, postures=postures, mimics=_leaders_first(robot), start=np.array(robot.start))
+        place.rotation = 0.5 * np.einsum(
+            "ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R)
+        )
+    robot = replace(
+        robot, postures=postures, mimics=_leaders_first(robot), start=np.array(robot.start)
+    )
     for joint in robot.single_joints:
         if joint.axis is not None and joint.kind != "continuous":
             low, high = joint.limits
@@ -146,8 +198,13 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     robot.set_followers(robot.start)
     freeze(robot.start)
     name, joints = standing_posture(robot), slice(7 * robot.free_base, None)
-    # A keyframe that only places the base says nothing of the legs: the same robot as a URDF has none.
-    placed = robot.source.kind == "mjcf" and name in postures and np.array_equal(postures[name][joints], robot.start[joints])
+    # A keyframe that only places the base says nothing of the legs: the same robot as a URDF has
+    # none.
+    placed = (
+        robot.source.kind == "mjcf"
+        and name in postures
+        and np.array_equal(postures[name][joints], robot.start[joints])
+    )
     if (name == "neutral" or placed) and (bent := bent_legs(robot)) is not None:
         postures[BENT] = read_only(bent)
     # A second copy of the robot would have to find what it is made of again.
@@ -167,19 +224,28 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
         for name in (mimic.joint, *mimic.leaders):
             if freedom.get(name, 1) != 1:
                 raise RobotError(
-                    f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, and '
-                    "only a joint with one can follow or lead; give it one axis, or take the coupling out",
+                    f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has '
+                    f"{freedom[name]} degrees of freedom, and "
+                    "only a joint with one can follow or lead; give it one axis, or take the "
+                    "coupling out",
                     joints=[mimic.joint, name],
                 )
     followers = {}
     for mimic in robot.mimics:
-        leaders = {name: multiplier for name, multiplier in mimic.leaders.items() if name in freedom}
+        leaders = {
+            name: multiplier for name, multiplier in mimic.leaders.items() if name in freedom
+        }
         followers[mimic.joint] = mimic._replace(leaders=leaders)
     try:
-        order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
+        order = tuple(
+            TopologicalSorter(
+                {name: mimic.leaders for name, mimic in followers.items()}
+            ).static_order()
+        )
     except CycleError as circle:
         names = listed(name for name in followers if name in circle.args[1])
         raise RobotError(
-            f"mimic joints {names} follow one another in a circle; one of them has to lead", joints=circle.args[1]
+            f"mimic joints {names} follow one another in a circle; one of them has to lead",
+            joints=circle.args[1],
         ) from None
     return tuple(followers[name] for name in order if name in followers)

@@ -1,6 +1,8 @@
-"""The bytes of a mesh file become triangles: STL, OBJ and PLY, read by trimesh, COLLADA, read by pycollada, and MuJoCo's MSH.
+"""The bytes of a mesh file become triangles: STL, OBJ and PLY, read by trimesh, COLLADA, read by
+pycollada, and MuJoCo's MSH.
 
-The libraries are given bytes in memory and nothing by which to find another file, so materials and textures are never opened.
+The libraries are given bytes in memory and nothing by which to find another file, so materials and
+textures are never opened.
 """
 
 import functools
@@ -21,13 +23,27 @@ FORMATS = ("stl", "obj", "dae", "ply", "msh")
 """Suffixes of the files that are read."""
 
 _NO_SHAPE = {
-    *(f"library_{kind}" for kind in ("animations", "cameras", "controllers", "effects", "images", "lights", "materials")),
+    *(
+        f"library_{kind}"
+        for kind in (
+            "animations",
+            "cameras",
+            "controllers",
+            "effects",
+            "images",
+            "lights",
+            "materials",
+        )
+    ),
     *("bind_material", "instance_camera", "instance_controller", "instance_light", "extra"),
 }
-"""Elements of COLLADA on which no triangle depends; many files have broken references among them."""
+"""Elements of COLLADA on which no triangle depends; many files have broken references among them.
+"""
 
 _RELATIVE_FACE = rb"(?m)^f[^\n]*[ \t]-\d"
-"""An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
+"""An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from
+the face.
+"""
 
 _LONGEST = 2 * LARGEST_FILE
 """Characters of a COLLADA scene in which every instance is written out."""
@@ -40,8 +56,10 @@ FEW = 100
 """Vertices of which none is left out."""
 
 _FLAT, _BENEATH = 1e-5, 1e-6
-"""Six times the volume of a tetrahedron up to which it is left out, for points scaled to a cube; depth below its outer face, as a
-share of its height, from which a point counts as inside. Barycentric coordinates of 1e-11 are rounding then."""
+"""Six times the volume of a tetrahedron up to which it is left out, for points scaled to a cube;
+depth below its outer face, as a
+share of its height, from which a point counts as inside. Barycentric coordinates of 1e-11 are
+rounding then."""
 
 
 class Mesh(NamedTuple):
@@ -59,23 +77,33 @@ class Mesh(NamedTuple):
 
 
 def read_mesh(data: bytes, suffix: str) -> Mesh:
-    """Read the triangles of a mesh file; polygons are divided into triangles, vertices at the same place become one.
+    """Read the triangles of a mesh file; polygons are divided into triangles, vertices at the same
+    place become one.
 
-    The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the axes of the link, whatever the
-    file says, and Pinocchio reads them so. COLLADA coordinates are held in single precision, as in STL files.
+    The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the
+    axes of the link, whatever the file says, and Pinocchio reads them so. COLLADA coordinates are
+    held in single precision, as in STL files.
 
     Raises:
         ValueError: the format is not read, or the file is broken; one line.
     """
     if suffix not in FORMATS:
-        raise ValueError(f"meshes are read from {', '.join(known.upper() for known in FORMATS)} files only")
+        raise ValueError(
+            f"meshes are read from {', '.join(known.upper() for known in FORMATS)} files only"
+        )
     y_up = False
     if suffix == "msh":
         vertices, triangles = _msh_shape(data)
     elif suffix == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
-        # trimesh reads these too; its import takes longer than an analysis of a robot whose meshes are all of this kind.
-        corners = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")], offset=84)["corners"]
-        vertices, triangles = corners.reshape(-1, 3).astype(float), np.arange(3 * len(corners)).reshape(-1, 3)
+        # trimesh reads these too; its import takes longer than an analysis of a robot whose meshes
+        # are all of this kind.
+        corners = np.frombuffer(
+            data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")], offset=84
+        )["corners"]
+        vertices, triangles = (
+            corners.reshape(-1, 3).astype(float),
+            np.arange(3 * len(corners)).reshape(-1, 3),
+        )
     else:
         vertices, triangles, y_up = _by_library(data, suffix)
     if not len(triangles):
@@ -84,9 +112,11 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
         raise ValueError("it has vertices that are not finite numbers")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise ValueError("a triangle refers to a vertex that does not exist")
-    # STL files repeat a vertex for every triangle. Adding zero turns −0 into 0, so that equal numbers are equal bytes.
+    # STL files repeat a vertex for every triangle. Adding zero turns −0 into 0, so that equal
+    # numbers are equal bytes.
     rows = np.ascontiguousarray(vertices + 0.0).view(">u8")
-    order = np.lexsort(rows.astype("=u8").T[::-1])  # a hundred times as fast as numpy.unique of rows
+    # a hundred times as fast as numpy.unique of rows
+    order = np.lexsort(rows.astype("=u8").T[::-1])
     new = np.append(True, (rows[order[1:]] != rows[order[:-1]]).any(axis=1))
     index = np.empty(len(rows), dtype=np.int64)
     index[order] = np.cumsum(new) - 1
@@ -94,7 +124,9 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
 
 
 def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
-    """Vertices, triangles, and whether the file says that y is up; ValueError if they cannot be read for whatever reason."""
+    """Vertices, triangles, and whether the file says that y is up; ValueError if they cannot be
+    read for whatever reason.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -103,15 +135,23 @@ def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
             if suffix == "dae":
                 return _by_pycollada(data)
             if suffix == "obj" and re.search(_RELATIVE_FACE, data[: max(data.rfind(b"\nv "), 0)]):
-                raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
-            # Imported here, because it takes longer to import than an analysis without meshes takes to run.
+                raise ValueError(
+                    "a face with negative vertex numbers stands before other vertices; write "
+                    "absolute numbers"
+                )
+            # Imported here, because it takes longer to import than an analysis without meshes takes
+            # to run.
             from trimesh.exchange.load import mesh_loaders
 
-            # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
-            return *_joined(mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True)), False
+            # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles
+            # silently.
+            return *_joined(
+                mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True)
+            ), False
     except Exception as refusal:  # of many kinds, and the robot is computed without the mesh
         kind = type(refusal).__name__
-        reason = " ".join(str(refusal).split()).removeprefix(f"{kind}: ") or kind  # pycollada's messages begin with their class
+        # pycollada's messages begin with their class
+        reason = " ".join(str(refusal).split()).removeprefix(f"{kind}: ") or kind
         raise ValueError(f"it is not a valid {suffix.upper()} file ({reason})") from None
 
 
@@ -150,7 +190,9 @@ def hull(points: Array) -> Any | None:
 
 
 def hull_corners(vertices: Array) -> Array:
-    """Return those of the vertices (n, 3) that are corners of their hull; all if they lie in a plane, for then it has no volume."""
+    """Return those of the vertices (n, 3) that are corners of their hull; all if they lie in a
+    plane, for then it has no volume.
+    """
     convex = hull(vertices) if len(vertices) > 4 else None
     return vertices if convex is None else np.asarray(vertices[convex.vertices])
 
@@ -158,9 +200,10 @@ def hull_corners(vertices: Array) -> Array:
 def outer_vertices(vertices: Array) -> Array:
     """Return the vertices (n, 3) without those that are clearly inside their hull, in their order.
 
-    Every analysis evaluates the extremes over them. Some that are no corners remain: a vertex is left out where it is inside a
-    tetrahedron of which three corners are the vertices that reach farthest in neighbouring directions, and the fourth is the mean
-    of all such. The hull itself would need SciPy's module for it, which takes longer to import than most analyses.
+    Every analysis evaluates the extremes over them. Some that are no corners remain: a vertex is
+    left out where it is inside a tetrahedron of which three corners are the vertices that reach
+    farthest in neighbouring directions, and the fourth is the mean of all such. The hull itself
+    would need SciPy's module for it, which takes longer to import than most analyses.
     """
     with np.errstate(all="ignore"):
         centre, size = vertices.mean(axis=0), np.ptp(vertices, axis=0)
@@ -173,19 +216,27 @@ def outer_vertices(vertices: Array) -> Array:
             inverse, inside = np.linalg.inv(edges[np.abs(np.linalg.det(edges)) > _FLAT]), []
             for part in np.split(x - middle, range(FEW, len(x), FEW)):
                 shares = (inverse.reshape(-1, 3) @ part.T).reshape(len(inverse), 3, len(part))
-                inside.append(((shares.min(axis=1) >= 0.0) & (shares.sum(axis=1) < 1.0 - _BENEATH)).any(axis=0))
+                inside.append(
+                    ((shares.min(axis=1) >= 0.0) & (shares.sum(axis=1) < 1.0 - _BENEATH)).any(
+                        axis=0
+                    )
+                )
             x, vertices = (each[~np.concatenate(inside)] for each in (x, vertices))
     return vertices
 
 
 @functools.cache
 def _directions(level: int) -> tuple[Array, np.ndarray]:
-    """Directions (n, 3), and the triangles (m, 3) of neighbours: those of an octahedron, each divided into four so many times."""
+    """Directions (n, 3), and the triangles (m, 3) of neighbours: those of an octahedron, each
+    divided into four so many times.
+    """
     triangles = np.array(list(itertools.product([-1.0, 1.0], repeat=3)))[:, :, None] * np.eye(3)
     for _ in range(level):
         middles = triangles + triangles[:, [1, 2, 0]]
         middles /= np.linalg.norm(middles, axis=-1, keepdims=True)
-        corners = [np.stack([triangles[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
+        corners = [
+            np.stack([triangles[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)
+        ]
         triangles = np.concatenate([middles, *corners])
     points = [tuple(point) for point in (triangles.reshape(-1, 3) + 0.0).tolist()]
     index = {point: n for n, point in enumerate(sorted(set(points)))}
@@ -193,23 +244,34 @@ def _directions(level: int) -> tuple[Array, np.ndarray]:
 
 
 def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
-    """The vertices and triangles of MuJoCo's binary format: four counts, vertices, normals, texture coordinates, triangles."""
-    vertices, normals, coordinates, triangles = [int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)]
+    """The vertices and triangles of MuJoCo's binary format: four counts, vertices, normals, texture
+    coordinates, triangles.
+    """
+    vertices, normals, coordinates, triangles = [
+        int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)
+    ]
     if len(data) != 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
-        raise ValueError("it is not a valid MSH file (its length is not that which its first four numbers give)")
+        raise ValueError(
+            "it is not a valid MSH file (its length is not that which its first four numbers give)"
+        )
     points = np.frombuffer(data, "<f4", 3 * vertices, 16).reshape(-1, 3)
     faces = np.frombuffer(data, "<i4", 3 * triangles, len(data) - 12 * triangles).reshape(-1, 3)
     return points.astype(float), faces.astype(np.int64)
 
 
 def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
-    """Reduce a COLLADA document to what its triangles depend on; with it, its unit [m], and whether it says that y is up."""
+    """Reduce a COLLADA document to what its triangles depend on; with it, its unit [m], and whether
+    it says that y is up.
+    """
     root = parse_xml(decoded(data), "the file")
     if root.tag != "COLLADA":
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _NO_SHAPE]
-    positions = {item.get("source", "")[1:] for item in root.iterfind(".//vertices/input[@semantic='POSITION']")}
+    positions = {
+        item.get("source", "")[1:]
+        for item in root.iterfind(".//vertices/input[@semantic='POSITION']")
+    }
     for source in root.iter("source"):
         numbers = source.find("float_array")
         if numbers is None:
@@ -224,26 +286,41 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
     _refuse_growth(root)
     unit = root.find("asset/unit")
     y_up = root.findtext("asset/up_axis", "").strip() == "Y_UP"
-    return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0, y_up
+    return (
+        ElementTree.tostring(root),
+        float(unit.get("meter", "1")) if unit is not None else 1.0,
+        y_up,
+    )
 
 
 def _refuse_growth(root: ElementTree.Element) -> None:
-    """Refuse a scene whose nodes instantiate one another so often that it would be too long if it were written out."""
-    known = {f"#{element.get('id')}": element for element in root.iter() if element.tag in ("geometry", "node")}
+    """Refuse a scene whose nodes instantiate one another so often that it would be too long if it
+    were written out.
+    """
+    known = {
+        f"#{element.get('id')}": element
+        for element in root.iter()
+        if element.tag in ("geometry", "node")
+    }
 
     @functools.cache
     def length(url: str) -> int:
         element = known.get(url)
         if element is None:
             return 0
-        return sum(map(len, element.itertext())) if element.tag == "geometry" else written_out(element)
+        return (
+            sum(map(len, element.itertext())) if element.tag == "geometry" else written_out(element)
+        )
 
     def written_out(element: ElementTree.Element) -> int:
         instances = [part.get("url", "") for part in element if part.tag.startswith("instance_")]
         return sum(_INSTANCE + length(url) for url in instances) + sum(map(written_out, element))
 
     if (characters := sum(map(written_out, root.iter("visual_scene")))) > _LONGEST:
-        raise ValueError(f"with every instance written out it has {characters:.2g} characters, and up to {_LONGEST:.2g} are read")
+        raise ValueError(
+            f"with every instance written out it has {characters:.2g} characters, and up to "
+            f"{_LONGEST:.2g} are read"
+        )
 
 
 def _joined(content: dict[str, Any]) -> tuple[Array, np.ndarray]:
@@ -252,7 +329,11 @@ def _joined(content: dict[str, Any]) -> tuple[Array, np.ndarray]:
 
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     parts = content.get("geometry", {"": content})
-    for part in [parts[node["geometry"]] for node in content["graph"]] if "graph" in content else parts.values():
+    for part in (
+        [parts[node["geometry"]] for node in content["graph"]]
+        if "graph" in content
+        else parts.values()
+    ):
         vertices.append(np.asarray(part["vertices"], dtype=float) + 0.0)
         triangles.append(triangulate_quads(part["faces"]) + count)
         count += len(part["vertices"])

@@ -1,6 +1,8 @@
-"""An MJCF compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it does.
+"""An MJCF compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it
+does.
 
-MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes, both read from the open folders.
+MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes,
+both read from the open folders.
 """
 
 import functools
@@ -27,14 +29,18 @@ from shockpc.text.printed import listed
 if TYPE_CHECKING:
     from shockpc.robot.robot import RobotSource
 
-# Sections and attributes that change no mass and no motion, some of which name files, and <size> reserves memory of the simulation.
+# Sections and attributes that change no mass and no motion, some of which name files, and <size>
+# reserves memory of the simulation.
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "size", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
 _OPTION = ("flag", "equality")
 """All of <option> that can change an impact: whether equalities hold."""
 _LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
-_TOO_LARGE = f"MuJoCo cannot compile it within {LIMITS}; look for a count, a size or models within models that grow without end"
+_TOO_LARGE = (
+    f"MuJoCo cannot compile it within {LIMITS}; look for a count, a size or models within models "
+    f"that grow without end"
+)
 _NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
 
 
@@ -62,7 +68,8 @@ class Compiled(NamedTuple):
     Attributes:
         model: the `mujoco.MjModel`; every body and joint has a name.
         keys: keyframes of the file: name and qpos in MuJoCo's order.
-        meshes: by the number of a geom, the file of a mesh that gives no mass; the geom itself is a small box in its place.
+        meshes: by the number of a geom, the file of a mesh that gives no mass; the geom itself is a
+            small box in its place.
         warnings: of MuJoCo.
     """
 
@@ -73,10 +80,11 @@ class Compiled(NamedTuple):
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:
-    """Replace every <include> of a <mujoco> element by the contents of its file, and return the text of the whole model.
+    """Replace every <include> of a <mujoco> element by the contents of its file, and return the
+    text of the whole model.
 
-    The path of every mesh is written relative to the main file; one that is not found from there may lie beside the included file
-    that names it. The element is changed in place.
+    The path of every mesh is written relative to the main file; one that is not found from there
+    may lie beside the included file that names it. The element is changed in place.
 
     Raises:
         RobotError: an included file is missing, outside the open folders, or included twice.
@@ -92,7 +100,8 @@ def insert_includes(root: Element, folders: OpenFolders) -> str:
         mesh.attrib.setdefault("name", file.stem)
         file = Path(file.name) if strip else file
         path = Path(meshdir) / file
-        if mesh in included and not _found(folders, path):  # MuJoCo then leaves out the folder of meshes, too
+        # MuJoCo then leaves out the folder of meshes, too
+        if mesh in included and not _found(folders, path):
             beside = Path(os.path.relpath(included[mesh].parent / file, folders.file.parent))
             path = beside if _found(folders, beside) else path
         mesh.set("file", str(path))
@@ -108,9 +117,14 @@ def _found(folders: OpenFolders, path: Path) -> bool:
 
 
 def _include(
-    parent: Element, folders: OpenFolders, part_folders: OpenFolders, opened: list[Path], included: dict[Element, Path]
+    parent: Element,
+    folders: OpenFolders,
+    part_folders: OpenFolders,
+    opened: list[Path],
+    included: dict[Element, Path],
 ) -> None:
-    """Insert included files below one element, found from the folder of the main file, or else of the file that includes them.
+    """Insert included files below one element, found from the folder of the main file, or else of
+    the file that includes them.
 
     Their meshes are added to `included`, with the file that names each one.
     """
@@ -127,7 +141,10 @@ def _include(
             except RobotError:
                 raise missing from None
         if path in opened:
-            raise RobotError(f'{folders.file.name} includes "{uri}" twice; MuJoCo allows a file once, so save it under two names')
+            raise RobotError(
+                f'{folders.file.name} includes "{uri}" twice; MuJoCo allows a file once, so save '
+                f"it under two names"
+            )
         opened.append(path)
         part = read_xml(path)
         included |= dict.fromkeys(part.iter("mesh"), path)
@@ -138,21 +155,32 @@ def _include(
 
 def _size(element: Element) -> int:
     """The number of elements that MuJoCo makes of one."""
-    count = math.prod(int(word[:9]) for word in element.get("count", "").replace("+", "").split() if word.isdecimal())
+    count = math.prod(
+        int(word[:9])
+        for word in element.get("count", "").replace("+", "").split()
+        if word.isdecimal()
+    )
     return max(count, 1) * (1 + sum(map(_size, element)))
 
 
 def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
-    """The text of a model without textures, height fields and all else that moves no mass; `parts` receives models attached."""
+    """The text of a model without textures, height fields and all else that moves no mass; `parts`
+    receives models attached.
+    """
     size = _size(root)
     if size > _LARGEST:
         remedy = "lower the count of <replicate>, <composite> or <flexcomp>"
-        raise RobotError(f"{size} elements after replication, and up to {_LARGEST} are read; {remedy}")
+        raise RobotError(
+            f"{size} elements after replication, and up to {_LARGEST} are read; {remedy}"
+        )
     root[:] = [section for section in root if section.tag not in _UNUSED_SECTIONS]
-    for option in root.findall("option"):  # files keep attributes that other versions of MuJoCo had, which it refuses
+    # files keep attributes that other versions of MuJoCo had, which it refuses
+    for option in root.findall("option"):
         option.attrib.clear()
         for part in option:
-            part.attrib = {key: value for key, value in part.attrib.items() if (part.tag, key) == _OPTION}
+            part.attrib = {
+                key: value for key, value in part.attrib.items() if (part.tag, key) == _OPTION
+            }
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _UNUSED_ELEMENTS]
         for key in _UNUSED_ATTRIBUTES:
@@ -160,10 +188,16 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
         for key, value in element.attrib.items():
             title = f' "{element.get("name")}"' if "name" in element.attrib else ""
             subject = f'{element.tag}{title}: {key} is "{value}"'
-            if element.tag != "key" and key not in ("name", "model") and any(map(_NOT_FINITE.fullmatch, value.split())):
+            if (
+                element.tag != "key"
+                and key not in ("name", "model")
+                and any(map(_NOT_FINITE.fullmatch, value.split()))
+            ):
                 raise RobotError(f"{subject}; it has to be finite numbers")
             if key == "file" and element.tag not in ("mesh", "model"):
-                raise RobotError(f"{subject}, a file that is not read here; write out what it stands for")
+                raise RobotError(
+                    f"{subject}, a file that is not read here; write out what it stands for"
+                )
     for model in root.findall("asset/model[@file]"):
         path = folders.asset(model.get("file", ""))
         inner = folders._replace(file=path)
@@ -181,12 +215,16 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
 
 @memoized()
 def compiled(source: "RobotSource") -> Compiled:
-    """Compile an MJCF; the result is kept, so that asking again costs nothing. Only the meshes that give a body its mass are read.
+    """Compile an MJCF; the result is kept, so that asking again costs nothing.
 
-    MuJoCo compiles in a child process, because a small file can ask for any amount of time and memory.
+    Only the meshes that give a body its mass are read.
+
+    MuJoCo compiles in a child process, because a small file can ask for any amount of time and
+    memory.
 
     Raises:
-        RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
+        RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its
+            mass cannot be read.
     """
     if importlib.util.find_spec("mujoco") is None:
         raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco")
@@ -198,19 +236,26 @@ def compiled(source: "RobotSource") -> Compiled:
 
     compiled_here, binary, seen = answer
     source.folders.seen.update(seen)
-    return compiled_here._replace(model=mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": binary}))
+    return compiled_here._replace(
+        model=mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": binary})
+    )
 
 
-def _compile(xml: str, folders: OpenFolders, freed: bool) -> tuple[Compiled, bytes, Mapping[Path, Any]]:
-    """All but the model, which is given as MuJoCo saves it, and the state of the files that were read.
+def _compile(
+    xml: str, folders: OpenFolders, freed: bool
+) -> tuple[Compiled, bytes, Mapping[Path, Any]]:
+    """All but the model, which is given as MuJoCo saves it, and the state of the files that were
+    read.
 
-    Args: xml, folders and freed, of a `RobotSource`, whose import would take the child as long as that of MuJoCo.
+    Args: xml, folders and freed, of a `RobotSource`, whose import would take the child as long as
+    that of MuJoCo.
     """
     import mujoco
 
     parts: dict[str, bytes] = {}
     notes: list[str] = []
-    mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
+    # by default it writes to standard error and into a file
+    mujoco.set_mju_user_warning(notes.append)
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -218,15 +263,23 @@ def _compile(xml: str, folders: OpenFolders, freed: bool) -> tuple[Compiled, byt
             spec = mujoco.MjSpec.from_string(text, include=parts)
             spec.compiler.fusestatic = False  # it would drop links
             added = freed and _free_base(mujoco, spec)
-            keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
+            keys = tuple(
+                (key.name or f"key_{number}", tuple(key.qpos))
+                for number, key in enumerate(spec.keys)
+            )
             for key in list(spec.keys):
                 spec.delete(key)
             _name(mujoco, spec)
             boxes = _load_meshes(mujoco, spec, folders)
             model = spec.compile()
             if added:
-                keys = tuple((name, (*model.qpos0[:7], *qpos) if qpos else qpos) for name, qpos in keys)
-    except (MemoryError, RuntimeError):  # the latter when an array is too large, or a model is attached to itself
+                keys = tuple(
+                    (name, (*model.qpos0[:7], *qpos) if qpos else qpos) for name, qpos in keys
+                )
+    except (
+        MemoryError,
+        RuntimeError,
+    ):  # the latter when an array is too large, or a model is attached to itself
         raise RobotError(_TOO_LARGE) from None
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
         message = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
@@ -247,16 +300,27 @@ def _free_base(mujoco: Any, spec: Any) -> bool:
     Raises:
         RobotError: there are several, or it hangs on the world by a further joint.
     """
-    tops = [body for body in spec.worldbody.bodies if body.find_all(mujoco.mjtObj.mjOBJ_JOINT)] or list(spec.worldbody.bodies)
+    tops = [
+        body for body in spec.worldbody.bodies if body.find_all(mujoco.mjtObj.mjOBJ_JOINT)
+    ] or list(spec.worldbody.bodies)
     joints = [joint for body in tops for joint in body.joints]
     if any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in joints) or not tops:
         return False
     if len(tops) > 1:
-        reason = f"{len(tops)} bodies hang on the world apart from one another ({listed([body.name for body in tops], 4)})"
-        raise RobotError(f"its base cannot be freed: {reason}; put them into one body, the trunk, with a <freejoint/>")
+        reason = (
+            f"{len(tops)} bodies hang on the world apart from one another "
+            f"({listed([body.name for body in tops], 4)})"
+        )
+        raise RobotError(
+            f"its base cannot be freed: {reason}; put them into one body, the trunk, with a "
+            f"<freejoint/>"
+        )
     if joints:
         joint = f'body "{tops[0].name}" hangs on the world by joint "{joints[0].name}"'
-        raise RobotError(f"its base cannot be freed: {joint}; give it a <freejoint/> instead, or the world a body that carries it")
+        raise RobotError(
+            f"its base cannot be freed: {joint}; give it a <freejoint/> instead, or the world a "
+            f"body that carries it"
+        )
     tops[0].add_freejoint()
     return True
 
@@ -274,12 +338,20 @@ def _name(mujoco: Any, spec: Any) -> None:
     for number, body in enumerate(spec.bodies):
         body.name = body.name or free(f"body_{number}")
         for index, joint in enumerate(body.joints, start=1):
-            kind = "free" if joint.type == mujoco.mjtJoint.mjJNT_FREE else "joint" if len(body.joints) == 1 else f"joint_{index}"
+            kind = (
+                "free"
+                if joint.type == mujoco.mjtJoint.mjJNT_FREE
+                else "joint"
+                if len(body.joints) == 1
+                else f"joint_{index}"
+            )
             joint.name = joint.name or free(f"{body.name}_{kind}")
 
 
 def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any, MeshFile]]:
-    """Read the meshes that give mass; the geoms of others, returned with their files, become boxes without mass in their places."""
+    """Read the meshes that give mass; the geoms of others, returned with their files, become boxes
+    without mass in their places.
+    """
     meshes, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
     needed: dict[str, str] = {}
     for geom in list(spec.geoms):
@@ -291,7 +363,16 @@ def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any
             if geom.type != mujoco.mjtGeom.mjGEOM_MESH or _weighs(mujoco, spec, geom):
                 needed.setdefault(mesh.name, geom.parent.name)
             else:
-                boxes.append((geom, MeshFile(mesh.name, mesh.file, *map(np.array, (mesh.scale, mesh.refpos, mesh.refquat)))))
+                boxes.append(
+                    (
+                        geom,
+                        MeshFile(
+                            mesh.name,
+                            mesh.file,
+                            *map(np.array, (mesh.scale, mesh.refpos, mesh.refquat)),
+                        ),
+                    )
+                )
                 geom.type, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_BOX, [1e-3] * 3, 0.0
                 geom.name = geom.meshname = ""
     for number, mesh in enumerate(meshes.values()):
@@ -304,7 +385,8 @@ def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any
                 assets[mesh.file] = read_file(path, "mesh", RobotError)
             except RobotError as refusal:
                 raise RobotError(
-                    f'body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '
+                    f'body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which '
+                    f"cannot be "
                     f"read: {refusal}. Give the mesh, or give the body an <inertial>"
                 ) from None
     spec.assets = assets
@@ -314,8 +396,14 @@ def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any
 def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:
     """Whether MuJoCo takes part of a body's mass from a geom."""
     rule, (low, high) = spec.compiler.inertiafromgeom, spec.compiler.inertiagrouprange
-    from_geoms = rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or not geom.parent.explicitinertial
-    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE or not from_geoms or not low <= geom.group <= high:
+    from_geoms = (
+        rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or not geom.parent.explicitinertial
+    )
+    if (
+        rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+        or not from_geoms
+        or not low <= geom.group <= high
+    ):
         return False
     body, moves = geom.parent, spec.compiler.settotalmass > 0
     while body is not None and not moves:

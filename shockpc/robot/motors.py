@@ -14,7 +14,9 @@ SAME = 1e-6
 """Relative difference up to which two numbers of a file are the same."""
 
 MANY = 3
-"""Joints with one reflected inertia, and no effort, from which on the number may be a setting of a simulator."""
+"""Joints with one reflected inertia, and no effort, from which on the number may be a setting of a
+simulator.
+"""
 
 PLANETARY = (1e-4, 1e-3)
 """Reflected inertia over effort limit of drives with planetary gears up to 25:1 [kg m² per N m].
@@ -23,11 +25,15 @@ Mini Cheetah, Cheetah 3, Go1, G1, H1 and T-Motor's AK series lie between; harmon
 """
 
 MOST_EFFORT = 20.0
-"""Effort limit per mass of the robot from which on it is a placeholder [N m/kg]; legged robots have 2 to 5."""
+"""Effort limit per mass of the robot from which on it is a placeholder [N m/kg]; legged robots have
+2 to 5.
+"""
 
 
 def efforts(robot: Robot) -> Array:
-    """What the motors (nv,) can exert: the effort limit, of an MJCF also of its actuators; NaN where none is given [N m, N]."""
+    """What the motors (nv,) can exert: the effort limit, of an MJCF also of its actuators; NaN
+    where none is given [N m, N].
+    """
     limit = np.array(robot.model.upperEffortLimit, dtype=float)
     for name, effort in robot.motors.items():
         v = robot.joint(name).v
@@ -37,10 +43,12 @@ def efforts(robot: Robot) -> Array:
 
 
 def passive(robot: Robot) -> np.ndarray:
-    """Which joint velocities (nv,) are of joints without a motor: the file gives motors or effort limits, and none of this joint.
+    """Which joint velocities (nv,) are of joints without a motor: the file gives motors or effort
+    limits, and none of this joint.
 
-    A file that gives none at all, such as many that CAD programs write, says nothing of any joint. So does SDFormat of a joint
-    without an effort limit, which means there that its effort is unlimited.
+    A file that gives none at all, such as many that CAD programs write, says nothing of any joint.
+    So does SDFormat of a joint without an effort limit, which means there that its effort is
+    unlimited.
     """
     if robot.source.kind == "sdf":
         return np.zeros(robot.model.nv, dtype=bool)
@@ -51,7 +59,9 @@ def passive(robot: Robot) -> np.ndarray:
 
 
 def effort_hint(robot: Robot, joints: Sequence[str]) -> str:
-    """What the effort limits of joints suggest for their reflected inertia, in words; empty where they suggest nothing."""
+    """What the effort limits of joints suggest for their reflected inertia, in words; empty where
+    they suggest nothing.
+    """
     v = [robot.joint(name).v.start for name in joints if robot.joint(name).unit == "rad"]
     known = [effort for effort in efforts(robot)[v] if effort <= MOST_EFFORT * robot.mass]
     if not known:
@@ -61,16 +71,24 @@ def effort_hint(robot: Robot, joints: Sequence[str]) -> str:
 
 
 def simulator_settings(robot: Robot) -> frozenset[str]:
-    """The joints whose reflected inertia in the file is one number for joints of different or unknown effort.
+    """The joints whose reflected inertia in the file is one number for joints of different or
+    unknown effort.
 
-    Motors that exert different torques have different rotors or gears, so such a number is a setting of a simulator. Where a file
-    gives one number to `MANY` joints or more and the effort of none, nothing says that their drives are the same.
+    Motors that exert different torques have different rotors or gears, so such a number is a
+    setting of a simulator. Where a file gives one number to `MANY` joints or more and the effort of
+    none, nothing says that their drives are the same.
     """
     armature, effort = robot.model.armature, efforts(robot)
     settings: set[str] = set()
-    joints = {joint.name: joint.v.start for joint in robot.single_joints if joint.kind != "free" and armature[joint.v].any()}
+    joints = {
+        joint.name: joint.v.start
+        for joint in robot.single_joints
+        if joint.kind != "free" and armature[joint.v].any()
+    }
     for number in {float(armature[v]) for v in joints.values()}:
-        alike = {name: v for name, v in joints.items() if abs(armature[v] - number) <= SAME * number}
+        alike = {
+            name: v for name, v in joints.items() if abs(armature[v] - number) <= SAME * number
+        }
         known = [effort[v] for v in alike.values() if np.isfinite(effort[v])]
         differ = bool(known) and max(known) > min(known) * (1.0 + SAME)
         if differ or (not known and len(alike) >= MANY):

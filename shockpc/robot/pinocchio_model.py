@@ -20,14 +20,17 @@ _UNLIMITED = 1e300  # Pinocchio writes the largest double for a joint without li
 
 
 def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | None) -> Robot:
-    """Build the robot of a Pinocchio model, which stays as it is; commands and messages call it by the label.
+    """Build the robot of a Pinocchio model, which stays as it is; commands and messages call it by
+    the label.
 
-    The base is free if the first joint is a free flyer. Armature is the model's, or rotorInertia · rotorGearRatio² where that is
-    zero; limits that are both zero are none; reference configurations become postures. A joint without a frame of type BODY gets
-    one of the joint's name. Mimic joints that the model does not hold (Pinocchio reads them with mimic=True only) are independent.
+    The base is free if the first joint is a free flyer. Armature is the model's, or rotorInertia ·
+    rotorGearRatio² where that is zero; limits that are both zero are none; reference configurations
+    become postures. A joint without a frame of type BODY gets one of the joint's name. Mimic joints
+    that the model does not hold (Pinocchio reads them with mimic=True only) are independent.
 
     Raises:
-        RobotError: the model has no joint, one of a type that is not computed, or numbers that no robot has.
+        RobotError: the model has no joint, one of a type that is not computed, or numbers that no
+            robot has.
     """
     model = pin.Model(given)
     _check_joints(model)
@@ -36,23 +39,44 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
         subject, inertia = f'joint "{model.names[k]}"', model.inertias[k]
         if not inertia.mass >= 0.0:
             raise RobotError(
-                f"{subject}: mass {inertia.mass:g} kg is negative or not finite; give the mass that the body has, or 0"
+                f"{subject}: mass {inertia.mass:g} kg is negative or not finite; give the mass "
+                f"that the body has, or 0"
             )
         place = model.jointPlacements[k]
-        parts = (("mass", inertia.mass, "kg"), ("centre of mass", inertia.lever, "m"), ("inertia", inertia.inertia, "kg m²"))
-        for what, values, unit in (*parts, ("placement", place.translation, "m"), ("rotation", place.rotation, "1")):
+        parts = (
+            ("mass", inertia.mass, "kg"),
+            ("centre of mass", inertia.lever, "m"),
+            ("inertia", inertia.inertia, "kg m²"),
+        )
+        for what, values, unit in (
+            *parts,
+            ("placement", place.translation, "m"),
+            ("rotation", place.rotation, "1"),
+        ):
             refuse_number(subject, what, float(np.abs(values).max()), unit)
     if not any(inertia.mass for inertia in model.inertias):
-        raise RobotError("no joint carries mass, so the robot has no mass; give at least one body an inertia")
+        raise RobotError(
+            "no joint carries mass, so the robot has no mass; give at least one body an inertia"
+        )
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
-    # Pinocchio writes zeros for a joint of whose limits a URDF says nothing; none is meant that cannot move.
+    # Pinocchio writes zeros for a joint of whose limits a URDF says nothing; none is meant that
+    # cannot move.
     unknown = (lower == 0.0) & (upper == 0.0)
     model.lowerPositionLimit = np.where(unknown | (lower < -_UNLIMITED), -np.inf, lower)
     model.upperPositionLimit = np.where(unknown | (upper > _UNLIMITED), np.inf, upper)
-    model.armature = np.where(model.armature != 0.0, model.armature, model.rotorInertia * model.rotorGearRatio**2)
+    model.armature = np.where(
+        model.armature != 0.0, model.armature, model.rotorInertia * model.rotorGearRatio**2
+    )
     free = model.joints[1].shortname() == "JointModelFreeFlyer"
-    if not (np.isfinite(model.armature).all() and model.armature.min() >= 0.0 and not (free and model.armature[:6].any())):
-        raise RobotError("armature has to be finite and not negative, and zero for the free flyer; correct model.armature")
+    if not (
+        np.isfinite(model.armature).all()
+        and model.armature.min() >= 0.0
+        and not (free and model.armature[:6].any())
+    ):
+        raise RobotError(
+            "armature has to be finite and not negative, and zero for the free flyer; correct "
+            "model.armature"
+        )
     postures: dict[str, Array] = {}
     notes: tuple[str, ...] = ()
     for entry in given.referenceConfigurations:
@@ -60,23 +84,36 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
         if q.shape == (model.nq,) and np.isfinite(q).all():
             postures[entry.key()] = read_only(q)
         else:
-            notes += (f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; it is left out',)
+            notes += (
+                f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; '
+                f"it is left out",
+            )
     ratios = {
         model.names[k]: float(model.rotorGearRatio[model.idx_vs[k]])
         for k in range(1, model.njoints)
-        if model.nvs[k] == 1 and model.rotorGearRatio[model.idx_vs[k]] and not model.armature[model.idx_vs[k]]
+        if model.nvs[k] == 1
+        and model.rotorGearRatio[model.idx_vs[k]]
+        and not model.armature[model.idx_vs[k]]
     }
     start = read_only(pin.neutral(model))
-    return Robot(_source(given, label, geometry), model, start, postures, (), (), notes, gear_ratios=ratios)
+    return Robot(
+        _source(given, label, geometry), model, start, postures, (), (), notes, gear_ratios=ratios
+    )
 
 
 def _check_joints(model: pin.Model) -> None:
     """Refuse what is not computed, and name the parts of composite joints."""
     if model.njoints < 2:
-        raise RobotError("the model has no joint, so nothing moves; a floating base is a pinocchio.JointModelFreeFlyer")
-    if model.joints[1].shortname() == "JointModelFreeFlyer" and not model.jointPlacements[1].isIdentity(0.0):
         raise RobotError(
-            f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the base there by its q',
+            "the model has no joint, so nothing moves; a floating base is a "
+            "pinocchio.JointModelFreeFlyer"
+        )
+    if model.joints[1].shortname() == "JointModelFreeFlyer" and not model.jointPlacements[
+        1
+    ].isIdentity(0.0):
+        raise RobotError(
+            f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the '
+            f"base there by its q",
             joints=[model.names[1]],
         )
     for k, name in enumerate(model.names.tolist()[1:], start=1):
@@ -84,16 +121,29 @@ def _check_joints(model: pin.Model) -> None:
         parts = list(joint.extract().joints) if joint.shortname() == "JointModelComposite" else []
         for part in (joint, *parts):
             if not _JOINTS.fullmatch(part.shortname()):
-                remedy = "; load the URDF file itself, of which mimic joints are read" if "Mimic" in part.shortname() else ""
-                raise RobotError(f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}', joints=[name])
+                remedy = (
+                    "; load the URDF file itself, of which mimic joints are read"
+                    if "Mimic" in part.shortname()
+                    else ""
+                )
+                raise RobotError(
+                    f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}',
+                    joints=[name],
+                )
         if parts:
             model.names[k] = "+".join(f"{name}_{number}" for number in range(1, len(parts) + 1))
 
 
 def _complete_frames(model: pin.Model) -> None:
-    """Give each joint a frame of type BODY, and make the inertias of each joint's frames sum to that of the joint."""
+    """Give each joint a frame of type BODY, and make the inertias of each joint's frames sum to
+    that of the joint.
+    """
     for k in range(1, model.njoints):
-        bodies = [frame for frame in model.frames if frame.parentJoint == k and frame.type == pin.FrameType.BODY]
+        bodies = [
+            frame
+            for frame in model.frames
+            if frame.parentJoint == k and frame.type == pin.FrameType.BODY
+        ]
         if not bodies:
             name = model.names[k]
             while model.existFrame(name, pin.FrameType.BODY):
@@ -111,7 +161,9 @@ def _complete_frames(model: pin.Model) -> None:
 
 
 def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) -> RobotSource:
-    """What stands for the file: the model as Pinocchio serialises it, and the geometry as the links of a URDF."""
+    """What stands for the file: the model as Pinocchio serialises it, and the geometry as the links
+    of a URDF.
+    """
     root = Element("robot", name=model.name)
     SubElement(root, "pinocchio").text = model.saveToString()
     folders: dict[Path, None] = {}
@@ -121,7 +173,12 @@ def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) ->
         link = SubElement(root, "link", name=frame.name)
         SubElement(link, "inertial")  # without one the check-up would say that the link has no mass
         collision = SubElement(link, "collision")
-        SubElement(collision, "origin", xyz=_text(place.translation), rpy=_text(pin.rpy.matrixToRpy(place.rotation)))
+        SubElement(
+            collision,
+            "origin",
+            xyz=_text(place.translation),
+            rpy=_text(pin.rpy.matrixToRpy(place.rotation)),
+        )
         match kind := type(shape).__name__:
             case "Box":
                 sizes = {"size": _text(2.0 * shape.halfSide)}
@@ -136,7 +193,9 @@ def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) ->
                 sizes = {}  # reported as a shape that cannot be read, like any other
         SubElement(SubElement(collision, "geometry"), kind.lower(), sizes)
     opened = OpenFolders(Path(label), {}, tuple(folders), {})
-    return RobotSource(label, "pinocchio", tostring(root, encoding="unicode"), model.name, None, opened, ())
+    return RobotSource(
+        label, "pinocchio", tostring(root, encoding="unicode"), model.name, None, opened, ()
+    )
 
 
 def _text(values: Array | list[float]) -> str:

@@ -1,8 +1,10 @@
-"""The files of a robot: which folders may be read, the one function that opens a file, and the one XML parser.
+"""The files of a robot: which folders may be read, the one function that opens a file, and the one
+XML parser.
 
-A robot file may read its package, the folders given with it, and nothing else; that holds after symbolic links are resolved.
-A file is read once, as a whole, and only if it is a regular one of at most 64 MB. A DOCTYPE is refused, so no entity is ever
-defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because robot files use them without declaring them.
+A robot file may read its package, the folders given with it, and nothing else; that holds after
+symbolic links are resolved. A file is read once, as a whole, and only if it is a regular one of at
+most 64 MB. A DOCTYPE is refused, so no entity is ever defined, expanded or fetched. Prefixes are
+kept as written ("xacro:if"), because robot files use them without declaring them.
 """
 
 import codecs
@@ -22,8 +24,10 @@ from shockpc.text.errors import RobotError
 from shockpc.text.paths import inputs, read_file
 from shockpc.text.printed import listed
 
-_DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
-_MOST_ELEMENTS = 500_000  # with their attributes; 64 MB could hold sixteen million, which take gigabytes
+# elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
+_DEEPEST = 490
+# with their attributes; 64 MB could hold sixteen million, which take gigabytes
+_MOST_ELEMENTS = 500_000
 _MARKS_AND_BLANKS = b"\xef\xbb\xbf \t\n\r\v\f"
 MESHES = "*"
 """The package that stands for every other one: its files are found by their names only."""
@@ -33,10 +37,12 @@ FORMATS = {
     "mujoco": ("mjcf", "MJCF"),
     "sdf": ("sdf", "SDFormat"),
 }
-"""The formats of robot files by their root element: the module of this package that knows it, and its name.
+"""The formats of robot files by their root element: the module of this package that knows it, and
+its name.
 
-A module has read(source, xacro), from a source with the bare text of the file to one with what is read along with it;
-choose(source, frames), which of several robots in it is meant; and build(source, chosen), that robot.
+A module has read(source, xacro), from a source with the bare text of the file to one with what is
+read along with it; choose(source, frames), which of several robots in it is meant; and
+build(source, chosen), that robot.
 """
 
 ROOTS = " or ".join(f"<{tag}> ({name})" for tag, (_, name) in FORMATS.items())
@@ -56,11 +62,14 @@ _READ_BY = ("ascii", "cp037", "utf-16-le", "utf-16-be", "utf-32-le", "utf-32-be"
 """Encodings by one of which the XML declaration of any other can be read."""
 
 _NO_CHARACTER_SETS = ("idna", "punycode", "raw_unicode_escape", "unicode_escape", "undefined")
-"""What Python calls text encodings and are none of files; decoding some takes time that grows with the square of the size."""
+"""What Python calls text encodings and are none of files; decoding some takes time that grows with
+the square of the size.
+"""
 
 
 _State: TypeAlias = tuple[int, int, int, int, bytes | None] | None
-"""What tells a file from others and from a later version: device, inode, size, time of change [ns], and its bytes if they are
+"""What tells a file from others and from a later version: device, inode, size, time of change [ns],
+and its bytes if they are
 compared too; None if it does not exist."""
 
 
@@ -85,10 +94,15 @@ class OpenFolders(NamedTuple):
 
     def unchanged(self) -> bool:
         """Whether all that was read is still as it was."""
-        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in tuple(self.seen.items()))
+        return all(
+            state == _state(path, state is not None and state[-1] is not None)
+            for path, state in tuple(self.seen.items())
+        )
 
     def remember(self) -> None:
-        """Note what was read as an input of this command, too, where the robot of an earlier one is used again."""
+        """Note what was read as an input of this command, too, where the robot of an earlier one is
+        used again.
+        """
         for state in self.seen.copy().values():
             if state is not None:
                 inputs.setdefault(state[:2], "file of the robot")
@@ -99,42 +113,57 @@ class OpenFolders(NamedTuple):
         return any(place.is_relative_to(folder) for folder in self.allowed)
 
     def resolve(self, path: Path, named: str) -> Path:
-        """Return a path with links resolved, which the robot file calls `named`; RobotError if it lies outside the folders."""
+        """Return a path with links resolved, which the robot file calls `named`; RobotError if it
+        lies outside the folders.
+        """
         self.note(path)
         place = Path(os.path.realpath(path))
         if not self.contain(place):
             package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
             folder = str(place).removesuffix(package[2]) if package else str(place)
-            definition = f"{package[1]}={folder}" if package and folder != str(place) else "NAME=DIR"
+            definition = (
+                f"{package[1]}={folder}" if package and folder != str(place) else "NAME=DIR"
+            )
             raise RobotError(
-                f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be read ({listed(self.allowed)}). '
+                f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be '
+                f"read ({listed(self.allowed)}). "
                 f"If it belongs to the robot, name the folder that holds it: --package {definition}"
             )
         return place
 
     def package(self, name: str, named: str) -> Path:
-        """Find a package as given, then in ROS_PACKAGE_PATH, then above the file; RobotError about `named` if there is none."""
+        """Find a package as given, then in ROS_PACKAGE_PATH, then above the file; RobotError about
+        `named` if there is none.
+        """
         if name in self.packages:
             return self.packages[name]
         # What cannot be the name of a package might lead anywhere as a path.
         if len(name) <= 255 and re.fullmatch(r"[\w.-]*\w[\w.-]*", name):
-            among = [folder for entry in _ros_package_path() for folder in (entry, entry / name, *entry.glob(f"*/{name}"))]
+            among = [
+                folder
+                for entry in _ros_package_path()
+                for folder in (entry, entry / name, *entry.glob(f"*/{name}"))
+            ]
             for folder in (*among, *self.file.parents):
                 if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
                     return folder
         raise RobotError(
-            f'{self.file.name}: {named}: no package "{name}" among those given, in ROS_PACKAGE_PATH or above the file. Say where '
+            f'{self.file.name}: {named}: no package "{name}" among those given, in '
+            f"ROS_PACKAGE_PATH or above the file. Say where "
             f"it is: --package {name}=DIR; or where its meshes are: --meshes DIR"
         )
 
     def asset(self, uri: str) -> Path:
-        """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
+        """Find the file that a robot file names, an existing one inside the folders, symbolic links
+        resolved.
 
-        What is not where it is named is looked for by its name in the folder of the package "*", if that is given: of several files
-        of one name it is the one whose path ends like the one that is named.
+        What is not where it is named is looked for by its name in the folder of the package "*", if
+        that is given: of several files of one name it is the one whose path ends like the one that
+        is named.
 
         Raises:
-            RobotError: as `_as_named`; it is not in that folder either, or as much of two paths ends alike.
+            RobotError: as `_as_named`; it is not in that folder either, or as much of two paths
+                ends alike.
         """
         try:
             return self._as_named(uri)
@@ -148,7 +177,11 @@ class OpenFolders(NamedTuple):
         folder, wanted = self.packages[MESHES], [part for part in unquote(uri).split("/") if part]
         self.note(folder)
         alike: dict[int, list[Path]] = {}
-        for path in (Path(place, wanted[-1]) for place, _, files in os.walk(folder) if wanted and wanted[-1] in files):
+        for path in (
+            Path(place, wanted[-1])
+            for place, _, files in os.walk(folder)
+            if wanted and wanted[-1] in files
+        ):
             same = (a == b for a, b in zip(reversed(wanted), reversed(path.parts), strict=False))
             alike.setdefault(sum(1 for _ in itertools.takewhile(bool, same)), []).append(path)
         if not alike:
@@ -156,15 +189,17 @@ class OpenFolders(NamedTuple):
         first, *others = sorted(alike[max(alike)])
         if others:
             raise RobotError(
-                f'{self.file.name}: "{uri}" may be "{first}" or "{others[0]}"; name a folder with one of them, or the package'
+                f'{self.file.name}: "{uri}" may be "{first}" or "{others[0]}"; name a folder with '
+                f"one of them, or the package"
             )
         return self.resolve(first, uri)
 
     def _as_named(self, uri: str) -> Path:
         """Find a file where the robot file says that it is.
 
-        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike; an empty name is the folder of
-        the robot file), by `file:///path`, by an absolute path, or by one relative to the robot file.
+        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike;
+        an empty name is the folder of the robot file), by `file:///path`, by an absolute path, or
+        by one relative to the robot file.
 
         Raises:
             RobotError: it is missing, its package is unknown, or it lies outside the folders.
@@ -180,26 +215,36 @@ class OpenFolders(NamedTuple):
             nameless = rest.startswith("/") and (not inside or os.path.isfile(beside))
             path = beside if nameless else self.package(name, f'"{uri}"') / inside
         else:
-            raise RobotError(f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// are followed')
+            raise RobotError(
+                f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// '
+                f"are followed"
+            )
         place = self.resolve(path, uri)
         if not os.path.isfile(place):
             raise RobotError(f'{self.file.name}: "{uri}" is missing: no file "{place}"')
         return place
 
     def _package_name(self, folder: Path) -> str | None:
-        """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
+        """The name that a folder's package.xml gives to the package; None without one, or outside
+        the open folders.
+        """
         path = folder / "package.xml"
         readable = os.path.isfile(path) and self.contain(path)
         self.note(path)
-        match = re.search(rb"<name>([^<]*)</name>", read_file(path, "file", RobotError)) if readable else None
+        match = (
+            re.search(rb"<name>([^<]*)</name>", read_file(path, "file", RobotError))
+            if readable
+            else None
+        )
         return match[1].strip().decode(errors="replace") if match else None
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
-    """Work out what a robot file may read: its folder, the packages, folders given by name, and ROS_PACKAGE_PATH.
+    """Work out what a robot file may read: its folder, the packages, folders given by name, and
+    ROS_PACKAGE_PATH.
 
-    Its folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
-    lie beside that, unless the home folder lies in there.
+    Its folder is the nearest one above it with a `package.xml`; else the parent of the folder that
+    holds it, as meshes often lie beside that, unless the home folder lies in there.
 
     Raises:
         RobotError: a given package folder does not exist.
@@ -212,9 +257,19 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct {option}')
         given[name] = place.resolve()
     above = file.parent.parent
-    opened = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
-    opened = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), opened)
-    allowed = (opened.resolve(), *given.values(), *(Path(os.path.realpath(entry)) for entry in _ros_package_path()))
+    opened = (
+        file.parent
+        if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above)
+        else above
+    )
+    opened = next(
+        (folder for folder in file.parents if os.path.isfile(folder / "package.xml")), opened
+    )
+    allowed = (
+        opened.resolve(),
+        *given.values(),
+        *(Path(os.path.realpath(entry)) for entry in _ros_package_path()),
+    )
     return OpenFolders(file, given, tuple(dict.fromkeys(allowed)), {})
 
 
@@ -240,7 +295,8 @@ def _ros_package_path() -> list[Path]:
 
 
 def decoded(data: bytes) -> str:
-    """The text of XML data: in the encoding of its byte-order mark or of its declaration, any that Python knows; else in UTF-8.
+    """The text of XML data: in the encoding of its byte-order mark or of its declaration, any that
+    Python knows; else in UTF-8.
 
     Raises:
         UnicodeDecodeError: it is in neither.
@@ -253,8 +309,11 @@ def decoded(data: bytes) -> str:
         if declared := _DECLARED.match(data[:400].decode(reading, "replace")):
             with suppress(LookupError, UnicodeError):
                 encoding = codecs.lookup(reading if reading.startswith("utf") else declared[1]).name
-                # Bytes that are not in the encoding that they name, as those of UTF-8 called UTF-16, may still be decoded.
-                if encoding not in _NO_CHARACTER_SETS and (text := data.decode(encoding)).startswith(declared[0]):
+                # Bytes that are not in the encoding that they name, as those of UTF-8 called
+                # UTF-16, may still be decoded.
+                if encoding not in _NO_CHARACTER_SETS and (
+                    text := data.decode(encoding)
+                ).startswith(declared[0]):
                     return text
     return data.decode()
 
@@ -274,9 +333,14 @@ def read_text(path: Path, what: str = "robot file") -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
         byte = f"byte 0x{error.object[error.start]:02x}"
-        raise RobotError(f"{path.name}: line {line}: {byte} is not {error.encoding.upper()}; save the file as UTF-8 text") from None
+        raise RobotError(
+            f"{path.name}: line {line}: {byte} is not {error.encoding.upper()}; save the file as "
+            f"UTF-8 text"
+        ) from None
     if "\0" in text:
-        raise RobotError(f"{path.name} holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text")
+        raise RobotError(
+            f"{path.name} holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text"
+        )
     return text
 
 
@@ -296,12 +360,14 @@ def shared_xml(text: str, name: str) -> Element:
 
 
 def parse_xml(text: str, name: str) -> Element:
-    """Parse XML text, which messages call by a name, without following anything in it, and return its root element.
+    """Parse XML text, which messages call by a name, without following anything in it, and return
+    its root element.
 
     Tags and attributes carry their prefixes as written; values are without blanks around them.
 
     Raises:
-        RobotError: the text is not well-formed, has a DOCTYPE, more than 490 levels, or more than 500 000 elements and attributes.
+        RobotError: the text is not well-formed, has a DOCTYPE, more than 490 levels, or more than
+            500 000 elements and attributes.
     """
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
@@ -312,10 +378,16 @@ def parse_xml(text: str, name: str) -> Element:
         nonlocal depth, count
         depth, count = depth + 1, count + 1 + len(attributes)
         if depth > _DEEPEST:
-            raise RobotError(f"{name}: line {parser.CurrentLineNumber}: elements are nested more than {_DEEPEST} deep")
+            raise RobotError(
+                f"{name}: line {parser.CurrentLineNumber}: elements are nested more than "
+                f"{_DEEPEST} deep"
+            )
         if count > _MOST_ELEMENTS:
             limit = f"up to {_MOST_ELEMENTS} elements and attributes are read"
-            raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {limit}, and there are more; leave out what is not used")
+            raise RobotError(
+                f"{name}: line {parser.CurrentLineNumber}: {limit}, and there are more; leave out "
+                f"what is not used"
+            )
         builder.start(tag, {key: value.strip() for key, value in attributes.items()})
 
     def end(tag: str) -> None:
@@ -324,7 +396,10 @@ def parse_xml(text: str, name: str) -> Element:
         ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
-        remedy = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
+        remedy = (
+            "a DOCTYPE can define entities, and those are never expanded here; delete it and write "
+            "out what they stand for"
+        )
         raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {remedy}")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -333,9 +408,16 @@ def parse_xml(text: str, name: str) -> Element:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
         # Closing tags left over after the root element are not read by other parsers either.
-        if depth or ended is None or not re.fullmatch(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+", text.encode()[parser.ErrorByteIndex :]):
+        if (
+            depth
+            or ended is None
+            or not re.fullmatch(
+                rb"/[^<>]*>\s*(</[^<>]*>\s*)*+", text.encode()[parser.ErrorByteIndex :]
+            )
+        ):
             raise RobotError(
-                f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
+                f"{name}: line {error.lineno}, column {error.offset + 1}: "
+                f"{expat.ErrorString(error.code)}; "
                 "the file is not well-formed XML, so nothing of it is used"
             ) from None
     return builder.close()

@@ -1,4 +1,6 @@
-"""A robot: what was read of its file, and what its bodies, joints and frames compute from themselves."""
+"""A robot: what was read of its file, and what its bodies, joints and frames compute from
+themselves.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,7 +12,17 @@ import pinocchio as pin
 
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array, freeze, read_only
-from shockpc.robot.elements import Body, Drives, Frame, Joint, Loop, Mimic, bodies_of, frames_of, joints_of
+from shockpc.robot.elements import (
+    Body,
+    Drives,
+    Frame,
+    Joint,
+    Loop,
+    Mimic,
+    bodies_of,
+    frames_of,
+    joints_of,
+)
 from shockpc.robot.reading import OpenFolders
 from shockpc.robot.tolerances import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
@@ -30,8 +42,9 @@ class RobotSource:
     Attributes:
         name: its catalogue name, if it was asked for by name; what it was, if there is no file.
         kind: "urdf" (xacro included), "mjcf", "sdf" or "pinocchio".
-        xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
-            the file. SDFormat: as a URDF. Pinocchio: the model as it is serialised there, and its shapes as links of a URDF.
+        xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes
+            inserted and mesh paths relative to the file. SDFormat: as a URDF. Pinocchio: the model
+            as it is serialised there, and its shapes as links of a URDF.
         robot_name: as the file says, else the file's stem.
         srdf: the file of reference postures, given or found beside the robot.
         folders: the robot file, and what may be read along with it.
@@ -58,25 +71,33 @@ class RobotSource:
 
 @frozen()
 class Robot:
-    """A robot as loaded. What takes a name raises UnknownName where nothing fits; the text names the nearest.
+    """A robot as loaded.
+
+    What takes a name raises UnknownName where nothing fits; the text names the nearest.
 
     Attributes:
         source: the file's text and where it came from.
         model: the Pinocchio model; its first joint is the base's if `free_base`.
-        start: (nq,) configuration with neutral joints, each at zero or the limit nearest to it; a base that its file places stands
-            there.
+        start: (nq,) configuration with neutral joints, each at zero or the limit nearest to it; a
+            base that its file places stands there.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
-        loops: what the file holds together beside the tree (MJCF connect and weld, loop joints of a URDF).
+        loops: what the file holds together beside the tree (MJCF connect and weld, loop joints of a
+            URDF).
         notes: warnings of the file's reader, without the file's name.
         change_warnings: of what was changed after it was loaded.
         springs: stiffness of the joints that the file gives a spring at the joint [N m/rad, N/m].
-        relaxed: (nq,) configuration in which these springs are without force; None where the file gives none.
+        relaxed: (nq,) configuration in which these springs are without force; None where the file
+            gives none.
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
-        motors: what the actuators of an MJCF can exert, by joint; infinite without a limit [N m, N].
-        settings: joints whose reflected inertia is a setting of a simulator, as in `simulator_settings`.
-        default_drives: of a robot of the catalogue, which go over what its file gives; None where none are known.
-        welded: whether the file welds the base, which could move freely, to the world; its postures have it where it is held.
+        motors: what the actuators of an MJCF can exert, by joint; infinite without a limit [N m,
+            N].
+        settings: joints whose reflected inertia is a setting of a simulator, as in
+            `simulator_settings`.
+        default_drives: of a robot of the catalogue, which go over what its file gives; None where
+            none are known.
+        welded: whether the file welds the base, which could move freely, to the world; its postures
+            have it where it is held.
         imus: names of the places that the file says are those of IMUs, whatever they are called.
     """
 
@@ -108,7 +129,9 @@ class Robot:
         return self.source.robot_name
 
     def deflection(self, q: Array) -> Array:
-        """By how much (nv,) the springs of the file are deflected in a configuration (nq,) [rad, m]; zero where it has none."""
+        """By how much (nv,) the springs of the file are deflected in a configuration (nq,) [rad,
+        m]; zero where it has none.
+        """
         out = np.zeros(self.model.nv)
         if self.relaxed is not None:
             for v in (self.joint(name).v for name in self.springs):
@@ -127,29 +150,49 @@ class Robot:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Of the file's reader, and one for all bodies whose inertia, with that of all that is fixed to them, no body has."""
+        """Of the file's reader, and one for all bodies whose inertia, with that of all that is
+        fixed to them, no body has.
+        """
         implausible = []
         for body in self.bodies:
             if body.mass > 0 and inertia_fault(body.mass, body.inertia):
                 moments = np.linalg.eigvalsh(body.inertia)
-                listed_moments = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
+                listed_moments = ", ".join(
+                    f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}"
+                    for moment in moments
+                )
                 implausible.append(f'"{body.name}" ({listed_moments} kg m²)')
         message = (
-            f"no body has such principal moments: {few(implausible, 4)}. None can be negative or above the sum of the other two, "
-            "and not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+            f"no body has such principal moments: {few(implausible, 4)}. None can be negative or "
+            f"above the sum of the other two, "
+            "and not all can be zero; shock is computed from them all the same. Correct the file; "
+            "the links at fault: "
             f"shockpc robots {self.label}"
         )
         file = self.source.path.name
-        return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([message] if implausible else []))))
+        return (
+            *self.source.warnings,
+            *(f"{file}: {note}" for note in (*self.notes, *([message] if implausible else []))),
+        )
 
     @cached_property
     def negative_moments(self) -> tuple[str, ...]:
-        """Links with a negative principal moment of inertia, with their moments, of bodies that have one with all their links."""
+        """Links with a negative principal moment of inertia, with their moments, of bodies that
+        have one with all their links.
+        """
         names = []
         for body in self.bodies:
             if negative_moment(body.mass, body.inertia):
-                links = {frame.name: frame.inertia for frame in self.model.frames if frame.name in body.links}
-                tensors = {name: link.inertia for name, link in links.items() if negative_moment(link.mass, link.inertia)}
+                links = {
+                    frame.name: frame.inertia
+                    for frame in self.model.frames
+                    if frame.name in body.links
+                }
+                tensors = {
+                    name: link.inertia
+                    for name, link in links.items()
+                    if negative_moment(link.mass, link.inertia)
+                }
                 for name, tensor in (tensors or {body.name: body.inertia}).items():
                     moments = ", ".join(f"{moment:.3g}" for moment in np.linalg.eigvalsh(tensor))
                     names.append(f'"{name}" ({moments} kg m²)')
@@ -164,10 +207,14 @@ class Robot:
     def root(self) -> str:
         """The link of the file that carries all others; it belongs to the first body."""
         links = (frame for frame in self.model.frames if frame.type == pin.FrameType.BODY)
-        return next((str(link.name) for link in links if link.parentJoint == 1), self.bodies[0].name)
+        return next(
+            (str(link.name) for link in links if link.parentJoint == 1), self.bodies[0].name
+        )
 
     def movable(self, base: str) -> slice:
-        """Which bodies can move: all but the base if that is "fixed" (in a file that fixes it, it is none of the bodies)."""
+        """Which bodies can move: all but the base if that is "fixed" (in a file that fixes it, it
+        is none of the bodies).
+        """
         return slice(int(self.free_base and base == "fixed"), None)
 
     @cached_property
@@ -186,15 +233,18 @@ class Robot:
         return joints_of(self.model)
 
     def joint_origins(self, Q: Array) -> Array:
-        """Origins (N, n, 3) of the frames of `single_joints`, each in the frame of the body that it moves [m].
+        """Origins (N, n, 3) of the frames of `single_joints`, each in the frame of the body that it
+        moves [m].
 
-        A frame moves with its joint: that of a prismatic joint slides. Args: Q (N, nq) configurations.
+        A frame moves with its joint: that of a prismatic joint slides. Args: Q (N, nq)
+        configurations.
         """
         origins = np.empty((len(Q), len(self.single_joints), 3))
         first = 0
         for body, joint in zip(self.bodies, self.joints, strict=True):
             place, end = pin.SE3(body.rotation, body.offset), first + len(joint.parts or (joint,))
-            origins[:, end - 1] = place.actInv(np.zeros(3))  # the last part's frame is that which carries the body
+            # the last part's frame is that which carries the body
+            origins[:, end - 1] = place.actInv(np.zeros(3))
             if joint.parts:
                 model = self.model.joints[body.joint]
                 data = model.createData()
@@ -202,18 +252,24 @@ class Robot:
                     model.calc(data, q)
                     # The placement of the last part's frame in that of each part but the last.
                     placements = data.extract().iMlast.tolist()[1:]
-                    origins[k, first : end - 1] = [place.actInv(last.inverse().translation) for last in placements]
+                    origins[k, first : end - 1] = [
+                        place.actInv(last.inverse().translation) for last in placements
+                    ]
             first = end
         return origins
 
     @cached_property
     def single_joints(self) -> tuple[Joint, ...]:
-        """The joints as the file has them: the same, with the parts of a composite joint in its place."""
+        """The joints as the file has them: the same, with the parts of a composite joint in its
+        place.
+        """
         return tuple(part for joint in self.joints for part in joint.parts or (joint,))
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints between bodies, as the file has them; the floating base's is not among them."""
+        """Names of the joints between bodies, as the file has them; the floating base's is not
+        among them.
+        """
         return tuple(joint.name for joint in self.single_joints[self.free_base :])
 
     def joint(self, name: str) -> Joint:
@@ -235,7 +291,11 @@ class Robot:
     @cached_property
     def independent_joints(self) -> tuple[Joint, ...]:
         """The joints of one coordinate that follow no other."""
-        return tuple(joint for joint in self.single_joints if joint.axis is not None and joint.name not in self.followers)
+        return tuple(
+            joint
+            for joint in self.single_joints
+            if joint.axis is not None and joint.name not in self.followers
+        )
 
     def velocities(self, names: Iterable[str]) -> np.ndarray:
         """Which joint velocities (nv,) are of the joints of these exact names."""
@@ -246,15 +306,21 @@ class Robot:
 
     @cached_property
     def actuated_dofs(self) -> np.ndarray:
-        """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
-        driven = np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
+        """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those
+        of floating joints.
+        """
+        driven = np.repeat(
+            [joint.kind != "free" for joint in self.joints],
+            [joint.v.stop - joint.v.start for joint in self.joints],
+        )
         freeze(driven)
         return driven
 
     @cached_property
     def mass(self) -> float:
         """Of all bodies [kg]."""
-        return float(sum(self.masses))  # rounded as in a landing, which `sum` of Python's own numbers is not since 3.12
+        # rounded as in a landing, which `sum` of Python's own numbers is not since 3.12
+        return float(sum(self.masses))
 
     @cached_property
     def masses(self) -> Array:
@@ -273,19 +339,36 @@ class Robot:
 
     @cached_property
     def gyration(self) -> Array:
-        """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0 for a body without mass."""
+        """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0
+        for a body without mass.
+        """
         trace = np.trace(self.inertias, axis1=1, axis2=2)
-        return read_only(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf)))
+        return read_only(
+            np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf))
+        )
 
     @cached_property
     def rotation_lengths(self) -> Array:
-        """Length (nb,) by which the rotation of a body counts as a speed [m]: its radius of gyration, or the others' smallest."""
-        return read_only(np.where(self.gyration > 0.0, self.gyration, self.gyration[self.gyration > 0.0].min(initial=1.0)))
+        """Length (nb,) by which the rotation of a body counts as a speed [m]: its radius of
+        gyration, or the others' smallest.
+        """
+        return read_only(
+            np.where(
+                self.gyration > 0.0,
+                self.gyration,
+                self.gyration[self.gyration > 0.0].min(initial=1.0),
+            )
+        )
 
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
-        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
-        rotation, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
+        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None
+        where all are the same.
+        """
+        rotation, offset = (
+            read_only([getattr(body, key) for body in self.bodies])
+            for key in ("rotation", "offset")
+        )
         return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
 
     @cached_property
@@ -295,9 +378,14 @@ class Robot:
 
     @cached_property
     def depth_first(self) -> bool:
-        """Whether all that a body carries follows it without others between, as in all files; a model that is built may differ."""
+        """Whether all that a body carries follows it without others between, as in all files; a
+        model that is built may differ.
+        """
         moves, joints = self.ancestors, self.joints
-        return all(parent < 0 or moves[i - 1, joints[parent].v.start] for i, parent in enumerate(self.parents))
+        return all(
+            parent < 0 or moves[i - 1, joints[parent].v.start]
+            for i, parent in enumerate(self.parents)
+        )
 
     def limb(self, body: int) -> list[int]:
         """The bodies from one to the base, which is not among them."""
@@ -309,52 +397,93 @@ class Robot:
 
     @cached_property
     def ancestors(self) -> np.ndarray:
-        """Which joint velocities (columns) move which bodies (rows): those of the joints from the base to the body."""
-        ancestors = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
+        """Which joint velocities (columns) move which bodies (rows): those of the joints from the
+        base to the body.
+        """
+        # the last row is the world's
+        ancestors = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)
         for i, joint in enumerate(self.joints):
             ancestors[i] = ancestors[joint.parent]
             ancestors[i, joint.v] = True
         freeze(ancestors)
         return ancestors[:-1]
 
-    def match(self, kind: str, pattern: str, names: Iterable[str], known: Iterable[str] = (), hint: str = "") -> tuple[str, ...]:
+    def match(
+        self,
+        kind: str,
+        pattern: str,
+        names: Iterable[str],
+        known: Iterable[str] = (),
+        hint: str = "",
+    ) -> tuple[str, ...]:
         """The names that an exact name or a glob means, as in `names.match`."""
-        return match(pattern, names, kind, f'robot "{self.name}"', f"shockpc robots {self.label}", known, hint)
+        return match(
+            pattern,
+            names,
+            kind,
+            f'robot "{self.name}"',
+            f"shockpc robots {self.label}",
+            known,
+            hint,
+        )
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means."""
         return self.match("joint", pattern, self.joint_names)
 
     def match_frames(self, pattern: str, kind: str = "frame", hint: str = "") -> tuple[str, ...]:
-        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob means."""
-        return (pattern,) if pattern in self.frames else self.match(kind, pattern, self._places, self.frames, hint)
+        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob
+        means.
+        """
+        return (
+            (pattern,)
+            if pattern in self.frames
+            else self.match(kind, pattern, self._places, self.frames, hint)
+        )
 
     def match_bodies(self, pattern: str) -> tuple[int, ...]:
-        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means the body that it belongs to."""
-        return tuple(sorted({self._places[name] for name in self.match("body", pattern, self._places)}))
+        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means
+        the body that it belongs to.
+        """
+        return tuple(
+            sorted({self._places[name] for name in self.match("body", pattern, self._places)})
+        )
 
     def body(self, pattern: str) -> int:
         """Index of the one body that a name or a glob means, as in `match_bodies`."""
         first, *others = self.match_bodies(pattern)
         if others:
-            raise self.unknown("single body", pattern, (self.bodies[i].name for i in (first, *others)))
+            raise self.unknown(
+                "single body", pattern, (self.bodies[i].name for i in (first, *others))
+            )
         return first
 
     @cached_property
     def _places(self) -> Mapping[str, int]:
         """The bodies of the links, sites and geoms that move."""
-        return {frame.name: frame.body for frame in self.frames.values() if frame.kind != "joint" and frame.body >= 0}
+        return {
+            frame.name: frame.body
+            for frame in self.frames.values()
+            if frame.kind != "joint" and frame.body >= 0
+        }
 
     def set_followers(self, q: Array) -> None:
         """Set the joints that follow others. Args: q (nq,), which is changed."""
         for mimic in self.mimics:
-            led = sum(multiplier * self.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
+            led = sum(
+                multiplier * self.joint(leader).value(q)
+                for leader, multiplier in mimic.leaders.items()
+            )
             self.joint(mimic.joint).set(led + mimic.offset, q)
 
     def joint_placements(self, q: Array) -> list[pin.SE3]:
-        """Placements of Pinocchio's joints in the world, without `pin.Data`, whose size is as the cube of the number of joints."""
+        """Placements of Pinocchio's joints in the world, without `pin.Data`, whose size is as the
+        cube of the number of joints.
+        """
         placed, model = [pin.SE3.Identity()], self.model
-        for joint, place, parent in list(zip(model.joints, model.jointPlacements, model.parents, strict=True))[1:]:
+        for joint, place, parent in list(
+            zip(model.joints, model.jointPlacements, model.parents, strict=True)
+        )[1:]:
             data = joint.createData()
             joint.calc(data, q)
             placed.append(placed[parent] * (place * data.M))
@@ -366,9 +495,14 @@ class Robot:
         return [joints[body.joint] * pin.SE3(body.rotation, body.offset) for body in self.bodies]
 
     def frame(self, name: str) -> Frame:
-        """The frame of that exact name; of the end stop of a joint the centre of mass of the body that the joint carries."""
+        """The frame of that exact name; of the end stop of a joint the centre of mass of the body
+        that the joint carries.
+        """
         if name not in self.frames and name.startswith(STOP):
-            body = next((i for i, joint in enumerate(self.joints) if joint.name == name.removeprefix(STOP)), None)
+            body = next(
+                (i for i, joint in enumerate(self.joints) if joint.name == name.removeprefix(STOP)),
+                None,
+            )
             if body is None:
                 raise self.unknown("joint", name.removeprefix(STOP), self.joint_names)
             return Frame(name, body, np.eye(3), self.bodies[body].com, "site")
@@ -378,4 +512,6 @@ class Robot:
 
     def unknown(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> UnknownName:
         """The error for a name that is none of this robot's."""
-        return UnknownName(kind, name, known, f'robot "{self.name}"', f"shockpc robots {self.label}", hint)
+        return UnknownName(
+            kind, name, known, f'robot "{self.name}"', f"shockpc robots {self.label}", hint
+        )

@@ -1,8 +1,10 @@
-"""What rounding of a robot file's angles and lengths leaves: by how much its mechanism may differ from the one that is meant.
+"""What rounding of a robot file's angles and lengths leaves: by how much its mechanism may differ
+from the one that is meant.
 
-CAD programs write a quarter turn as 1.5708 or 1.57, so joint axes that are meant to be parallel are so to these digits only. A
-number near a multiple of 15 degrees within its last digit is taken as that multiple; what is left of it is the rounding. Of other
-numbers with four decimals or more it is half a unit in the last one; with fewer they are taken as meant.
+CAD programs write a quarter turn as 1.5708 or 1.57, so joint axes that are meant to be parallel are
+so to these digits only. A number near a multiple of 15 degrees within its last digit is taken as
+that multiple; what is left of it is the rounding. Of other numbers with four decimals or more it is
+half a unit in the last one; with fewer they are taken as meant.
 """
 
 import math
@@ -17,13 +19,19 @@ from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot
 
 RESIDUE = 1e-5
-"""Angles [rad], components of unit vectors [1] and lengths [m] below this are what rounding left of zero: nobody means them."""
+"""Angles [rad], components of unit vectors [1] and lengths [m] below this are what rounding left of
+zero: nobody means them.
+"""
 
 COARSE = 1e-4
-"""The same for the entries of rotations of which the file's numbers are not read: a digit less, as they add up."""
+"""The same for the entries of rotations of which the file's numbers are not read: a digit less, as
+they add up.
+"""
 
 MEANT = 4
-"""Decimals from which a number is rounded; one with fewer, and near no multiple of 15 degrees, is meant as it is written."""
+"""Decimals from which a number is rounded; one with fewer, and near no multiple of 15 degrees, is
+meant as it is written.
+"""
 
 LEAST_DIFFERENCE = 1e-12
 """Difference of the length of a unit vector from 1 that is no rounding of double precision [1]."""
@@ -34,12 +42,17 @@ COSINES, HALF_COSINES = (np.cos(np.arange(n) * np.pi / (n - 1)) for n in (13, 25
 
 @memoized()
 def rounding_of(robot: Robot) -> Array:
-    """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries it, by rounding."""
+    """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries
+    it, by rounding.
+    """
     above: dict[str, tuple[str, Array]] = {}
     if robot.source.kind != "pinocchio":
         root = shared_xml(robot.source.xml, robot.source.path.name)
         if robot.source.kind == "urdf":
-            above = {_end(joint, "child"): (_end(joint, "parent"), _of_joint(joint)) for joint in root.findall("joint")}
+            above = {
+                _end(joint, "child"): (_end(joint, "parent"), _of_joint(joint))
+                for joint in root.findall("joint")
+            }
         else:
             units = [units for part in root.iter("compiler") if (units := part.get("angle"))]
             above = dict(_bodies(root, "", units[-1:] != ["radian"]))
@@ -56,18 +69,28 @@ def rounding_of(robot: Robot) -> Array:
         for part in joint.parts or (joint,):
             near = [_apart(values) for values in (part.rotation, part.axis) if values is not None]
             offset = np.abs(part.offset)
-            total[k] += sum(x for x in near if x < COARSE), offset[offset < RESIDUE].max(initial=0.0)
+            total[k] += (
+                sum(x for x in near if x < COARSE),
+                offset[offset < RESIDUE].max(initial=0.0),
+            )
     return total
 
 
-def _bodies(element: Element, carrier: str, degrees: bool) -> Iterator[tuple[str, tuple[str, Array]]]:
-    """What carries each named body of an MJCF, and the rounding (2,) of the body's placement and of its joints."""
+def _bodies(
+    element: Element, carrier: str, degrees: bool
+) -> Iterator[tuple[str, tuple[str, Array]]]:
+    """What carries each named body of an MJCF, and the rounding (2,) of the body's placement and of
+    its joints.
+    """
     for part in element:
         name = part.get("name", "") if part.tag == "body" else ""
         if name:
             placed = [part, *(joint for joint in part if joint.tag == "joint")]
             turned = sum(_of_placement(one, degrees) for one in placed)
-            length = max((_of_length(text) for one in placed for text in one.get("pos", "").split()), default=0.0)
+            length = max(
+                (_of_length(text) for one in placed for text in one.get("pos", "").split()),
+                default=0.0,
+            )
             yield name, (carrier, np.array([turned, length]))
         yield from _bodies(part, name or carrier, degrees)
 
@@ -76,9 +99,18 @@ def _of_placement(element: Element, degrees: bool) -> float:
     """Rounding of the orientation of a body, or of the axis of a joint, of an MJCF [rad]."""
     quat, euler, angled = (element.get(key, "").split() for key in ("quat", "euler", "axisangle"))
     axes = element.get("xyaxes", "").split()
-    directions = (element.get("axis", "").split(), element.get("zaxis", "").split(), angled[:3], axes[:3], axes[3:])
-    turned = sum(_of_angle(text, degrees) for text in (*euler, *angled[3:])) + sum(_of_direction(part) for part in directions)
-    # The angle is twice that of which a quaternion has the cosine and the sine; nobody means its third decimal.
+    directions = (
+        element.get("axis", "").split(),
+        element.get("zaxis", "").split(),
+        angled[:3],
+        axes[:3],
+        axes[3:],
+    )
+    turned = sum(_of_angle(text, degrees) for text in (*euler, *angled[3:])) + sum(
+        _of_direction(part) for part in directions
+    )
+    # The angle is twice that of which a quaternion has the cosine and the sine; nobody means its
+    # third decimal.
     return turned + 2.0 * _of_direction(quat, HALF_COSINES, MEANT - 1)
 
 
@@ -111,9 +143,14 @@ def _decimals(text: str) -> int:
 def _of_angle(text: str, degrees: bool = False) -> float:
     """Rounding of an angle [rad]."""
     decimals, value = _decimals(text), math.radians(float(text)) if degrees else float(text)
-    # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only quarter turns count.
+    # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only quarter
+    # turns count.
     coarse = decimals == 1 and not degrees
-    step, unit = (math.pi / 2.0, 0.05) if coarse else (math.pi / 12.0, 10.0**-decimals * (math.radians(1.0) if degrees else 1.0))
+    step, unit = (
+        (math.pi / 2.0, 0.05)
+        if coarse
+        else (math.pi / 12.0, 10.0**-decimals * (math.radians(1.0) if degrees else 1.0))
+    )
     near = abs(math.remainder(value, step))
     if decimals and near < max(unit, RESIDUE):
         return near
@@ -122,15 +159,21 @@ def _of_angle(text: str, degrees: bool = False) -> float:
 
 def _of_direction(texts: list[str], cosines: Array = COSINES, meant: int = MEANT) -> float:
     """Rounding of an axis [rad]."""
-    decimals, values = max(map(_decimals, texts), default=0), np.array([float(text) for text in texts])
+    decimals, values = (
+        max(map(_decimals, texts), default=0),
+        np.array([float(text) for text in texts]),
+    )
     length = float(np.linalg.norm(values))
     if not decimals or not length:
         return 0.0
     near, unit = _apart(values / length, cosines), 10.0**-decimals / length
     if decimals > 1 and near < max(unit, RESIDUE):
         return near
-    # Of a unit vector with few decimals the length tells whether they are all of it: (0.6, 0.8, 0) is, (0.433, 0.75, 0.5) is not.
-    rounded = decimals >= meant or (decimals > 1 and LEAST_DIFFERENCE < abs(length - 1.0) < 2.0 * 10.0**-decimals)
+    # Of a unit vector with few decimals the length tells whether they are all of it: (0.6, 0.8, 0)
+    # is, (0.433, 0.75, 0.5) is not.
+    rounded = decimals >= meant or (
+        decimals > 1 and LEAST_DIFFERENCE < abs(length - 1.0) < 2.0 * 10.0**-decimals
+    )
     return unit / 2.0 if rounded else 0.0
 
 

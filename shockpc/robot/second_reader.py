@@ -1,4 +1,5 @@
-"""A second, independent reader of a URDF: yourdfpy, with the kinematics composed here from what it read.
+"""A second, independent reader of a URDF: yourdfpy, with the kinematics composed here from what it
+read.
 
 Nothing else imports this module, because importing yourdfpy takes a second.
 """
@@ -25,7 +26,13 @@ TOLERANCE = 1e-12
 """Difference up to which numbers agree, relative to their size where that is above 1."""
 
 CONFIGURATIONS = 3
-_KINDS = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "planar": "planar", "floating": "free"}
+_KINDS = {
+    "revolute": "revolute",
+    "continuous": "continuous",
+    "prismatic": "prismatic",
+    "planar": "planar",
+    "floating": "free",
+}
 
 
 class SecondReading(NamedTuple):
@@ -34,7 +41,8 @@ class SecondReading(NamedTuple):
     Attributes:
         links: number of links that it reads.
         joints: number of joints, fixed ones included.
-        largest: the largest difference of a placement, in rotation matrices and metres, relative to distances above 1 m.
+        largest: the largest difference of a placement, in rotation matrices and metres, relative to
+            distances above 1 m.
         differences: what does not agree, by the name of the link or joint.
         faults: what yourdfpy's `validate` finds.
     """
@@ -47,7 +55,8 @@ class SecondReading(NamedTuple):
 
 
 def second_reading(robot: Robot) -> SecondReading:
-    """Read the URDF of a robot a second time, and compare links, joints, limits, mimics, inertias and placements of links.
+    """Read the URDF of a robot a second time, and compare links, joints, limits, mimics, inertias
+    and placements of links.
 
     Placements are compared at random configurations, with the base where it starts.
 
@@ -65,7 +74,9 @@ def second_reading(robot: Robot) -> SecondReading:
     logger = logging.getLogger("yourdfpy.urdf")
     logger.disabled = True  # it writes to standard error
     try:
-        urdf = yourdfpy.URDF.load(io.BytesIO(tostring(root)), load_meshes=False, build_scene_graph=False)
+        urdf = yourdfpy.URDF.load(
+            io.BytesIO(tostring(root)), load_meshes=False, build_scene_graph=False
+        )
         urdf.validate()
     except (ValueError, KeyError, AttributeError, TypeError, IndexError) as refusal:
         raise RobotError(f"yourdfpy cannot read it ({type(refusal).__name__}: {refusal})") from None
@@ -81,7 +92,9 @@ def second_reading(robot: Robot) -> SecondReading:
             if error > largest or np.isnan(error):
                 largest, apart = error, link
     if not largest <= TOLERANCE:
-        differences.append(f'link "{apart}" stands {largest:.2g} elsewhere at a random configuration')
+        differences.append(
+            f'link "{apart}" stands {largest:.2g} elsewhere at a random configuration'
+        )
     faults = tuple(f"{count} × {text}" for text, count in Counter(map(str, urdf.errors)).items())
     return SecondReading(len(record.links), len(joints), largest, tuple(differences), faults)
 
@@ -89,7 +102,9 @@ def second_reading(robot: Robot) -> SecondReading:
 def _names(robot: Robot, record: Any) -> Iterator[str]:
     """Links and joints that only one of the readers has."""
     moving = {joint.name for joint in robot.single_joints} - {"root_joint"}
-    fixed = {frame.name for frame in robot.model.frames if frame.type == pin.FrameType.FIXED_JOINT} - {"universe"}
+    fixed = {
+        frame.name for frame in robot.model.frames if frame.type == pin.FrameType.FIXED_JOINT
+    } - {"universe"}
     links = {frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
     for kind, ours, theirs in (
         ("links", links, [link.name for link in record.links]),
@@ -107,50 +122,85 @@ def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
         other = joints.get(joint.name)
         if other is None:
             continue
-        base = robot.free_base and joint is robot.joints[0]  # a planar joint of the base is computed as a floating one
+        # a planar joint of the base is computed as a floating one
+        base = robot.free_base and joint is robot.joints[0]
         if _KINDS.get(other.type) != joint.kind and not base:
             yield f'joint "{joint.name}" is {joint.kind} here and {other.type} there'
         if joint.kind in ("revolute", "prismatic"):
             read = other.limit.lower, other.limit.upper
-            limits = joint.limits if read == (None, None) else tuple(0.0 if limit is None else limit for limit in read)
+            limits = (
+                joint.limits
+                if read == (None, None)
+                else tuple(0.0 if limit is None else limit for limit in read)
+            )
             if limits != joint.limits:
                 yield f'joint "{joint.name}" has limits {joint.limits} here and {limits} there'
         rule, mimic = rules.get(joint.name), other.mimic
         if mimic is not None and (mimic.joint == joint.name or mimic.joint not in joints):
             mimic = None  # of which the reader of the file warns
-        leaders = {} if mimic is None or joints[mimic.joint].type == "fixed" else {mimic.joint: mimic.multiplier}
-        if (rule is None) != (mimic is None) or (rule and (rule.leaders, rule.offset) != (leaders, mimic.offset)):
+        leaders = (
+            {}
+            if mimic is None or joints[mimic.joint].type == "fixed"
+            else {mimic.joint: mimic.multiplier}
+        )
+        if (rule is None) != (mimic is None) or (
+            rule and (rule.leaders, rule.offset) != (leaders, mimic.offset)
+        ):
             yield f'joint "{joint.name}" mimics another joint in another way, or one of the readers has no mimic'
 
 
 def _inertias(robot: Robot, record: Any) -> Iterator[str]:
-    frames = {frame.name: frame.inertia for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
+    frames = {
+        frame.name: frame.inertia
+        for frame in robot.model.frames
+        if frame.type == pin.FrameType.BODY
+    }
     for link in record.links:
         rigid, other = frames.get(link.name), link.inertial
         if rigid is None:
             continue
         place = np.eye(4) if other is None or other.origin is None else other.origin
-        tensor = np.zeros((3, 3)) if other is None else place[:3, :3] @ other.inertia @ place[:3, :3].T
+        tensor = (
+            np.zeros((3, 3)) if other is None else place[:3, :3] @ other.inertia @ place[:3, :3].T
+        )
         mass = 0.0 if other is None else other.mass
         for what, ours, theirs in (
-            ("mass", rigid.mass, mass), ("centre of mass", rigid.lever, place[:3, 3]), ("inertia", rigid.inertia, tensor),
-        ):  # fmt: skip
-            if not np.allclose(ours, theirs, rtol=0.0, atol=TOLERANCE * max(1.0, np.abs(theirs).max())):
+            ("mass", rigid.mass, mass),
+            ("centre of mass", rigid.lever, place[:3, 3]),
+            ("inertia", rigid.inertia, tensor),
+        ):
+            if not np.allclose(
+                ours, theirs, rtol=0.0, atol=TOLERANCE * max(1.0, np.abs(theirs).max())
+            ):
                 yield f'link "{link.name}" has another {what} there'
 
 
-def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator) -> Iterator[tuple[str, float]]:
-    """Difference of the placement of every link at one random configuration, relative to distances above 1 m."""
-    values = {joint.name: float(generator.uniform(-2.0, 2.0)) for joint in robot.single_joints if joint.axis is not None}
+def _placement_errors(
+    robot: Robot, record: Any, generator: np.random.Generator
+) -> Iterator[tuple[str, float]]:
+    """Difference of the placement of every link at one random configuration, relative to distances
+    above 1 m.
+    """
+    values = {
+        joint.name: float(generator.uniform(-2.0, 2.0))
+        for joint in robot.single_joints
+        if joint.axis is not None
+    }
     for mimic in robot.mimics:
-        values[mimic.joint] = sum((by * values[name] for name, by in mimic.leaders.items()), mimic.offset)
+        values[mimic.joint] = sum(
+            (by * values[name] for name, by in mimic.leaders.items()), mimic.offset
+        )
     q = np.array(robot.start)
     for joint in robot.single_joints:
         if joint.axis is not None:
             joint.set(values[joint.name], q)
     joints = robot.joint_placements(q)
     placed: dict[str, Array] = {}
-    waiting = [link.name for link in record.links if link.name not in {joint.child for joint in record.joints}]
+    waiting = [
+        link.name
+        for link in record.links
+        if link.name not in {joint.child for joint in record.joints}
+    ]
     root = robot.model.frames[robot.model.getFrameId(waiting[0], pin.FrameType.BODY)]
     placed[waiting[0]] = np.array(joints[root.parentJoint] * root.placement)
     below: dict[str, list[Any]] = {}
@@ -163,7 +213,9 @@ def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator)
                 motion = yourdfpy.urdf.tra.rotation_matrix(values[joint.name], joint.axis)
             elif joint.type == "prismatic":
                 motion[:3, 3] = values[joint.name] * joint.axis / np.linalg.norm(joint.axis)
-            placed[joint.child] = placed[link] @ (np.eye(4) if joint.origin is None else joint.origin) @ motion
+            placed[joint.child] = (
+                placed[link] @ (np.eye(4) if joint.origin is None else joint.origin) @ motion
+            )
             waiting.append(joint.child)
     for name, theirs in placed.items():
         frame = robot.model.frames[robot.model.getFrameId(name, pin.FrameType.BODY)]

@@ -23,14 +23,16 @@ LARGEST_COORDINATE = 1e6
 
 
 class Shape(NamedTuple):
-    """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid, without approximation.
+    """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid,
+    without approximation.
 
-    A box or a mesh is only the hull. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
-    flat ellipsoid, a disc.
+    A box or a mesh is only the hull. A sphere and an ellipsoid have one point; a capsule and a
+    cylinder two, the cylinder with a flat ellipsoid, a disc.
 
     Attributes:
         link: the link it belongs to.
-        points: (k, 3) in the body's frame [m]. For a mesh, points of which it is the hull: `outer_vertices`, or all vertices.
+        points: (k, 3) in the body's frame [m]. For a mesh, points of which it is the hull:
+            `outer_vertices`, or all vertices.
         rounding: (3, 3) semi-axes of the ellipsoid in orthogonal columns, in the body's frame [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
         name: of its geom, if the file gives one.
@@ -43,14 +45,22 @@ class Shape(NamedTuple):
     name: str = ""
 
     def reach(self, directions: Array) -> Array:
-        """Return how far the shape reaches (m,) along unit vectors (m, 3), its support function [m]."""
-        return np.asarray((directions @ self.points.T).max(axis=1) + np.linalg.norm(directions @ self.rounding, axis=1))
+        """Return how far the shape reaches (m,) along unit vectors (m, 3), its support function
+        [m].
+        """
+        return np.asarray(
+            (directions @ self.points.T).max(axis=1)
+            + np.linalg.norm(directions @ self.rounding, axis=1)
+        )
 
     def farthest(self, direction: Array) -> Array:
-        """Return points (k, 3) [m] among which are those that reach farthest along a unit vector (3,)."""
+        """Return points (k, 3) [m] among which are those that reach farthest along a unit vector
+        (3,).
+        """
         along = direction @ self.rounding
         length = float(np.linalg.norm(along))
-        # All points of a disc across the direction are equally far, to a part in a million; its centre represents them.
+        # All points of a disc across the direction are equally far, to a part in a million; its
+        # centre represents them.
         level = length <= 1e-6 * float(np.abs(self.rounding).max())
         return self.points if level else np.asarray(self.points + self.rounding @ along / length)
 
@@ -59,14 +69,19 @@ class Shape(NamedTuple):
         return frame.name == (self.link if frame.kind == "link" else self.name)
 
     def placed(self, rotation: Array, offset: Array) -> "Shape":
-        """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
+        """Return the shape in another frame, in which the present one has this rotation (3, 3) and
+        this origin (3,) [m].
+        """
         points = read_only(self.points @ rotation.T + offset)
-        mesh = self.mesh and self.mesh._replace(vertices=read_only(self.mesh.vertices @ rotation.T + offset))
+        mesh = self.mesh and self.mesh._replace(
+            vertices=read_only(self.mesh.vertices @ rotation.T + offset)
+        )
         return Shape(self.link, points, read_only(rotation @ self.rounding), mesh, self.name)
 
 
 def primitive(link: str, kind: str, size: Array) -> Shape:
-    """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes, or radius and half length [m].
+    """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes,
+    or radius and half length [m].
 
     Raises:
         ValueError: there is no such shape, or it has too few or negative sizes.
@@ -76,8 +91,16 @@ def primitive(link: str, kind: str, size: Array) -> Shape:
     if kind == "box":
         return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
     swept = kind in ("capsule", "cylinder")
-    axes = size[:3] if kind == "ellipsoid" else size[0] * np.array([1.0, 1.0, float(kind != "cylinder")])
-    return Shape(link, np.outer([-1.0, 1.0], [0.0, 0.0, size[1]]) if swept else np.zeros((1, 3)), np.diag(axes))
+    axes = (
+        size[:3]
+        if kind == "ellipsoid"
+        else size[0] * np.array([1.0, 1.0, float(kind != "cylinder")])
+    )
+    return Shape(
+        link,
+        np.outer([-1.0, 1.0], [0.0, 0.0, size[1]]) if swept else np.zeros((1, 3)),
+        np.diag(axes),
+    )
 
 
 def checked(shape: Shape) -> Shape:
@@ -87,12 +110,16 @@ def checked(shape: Shape) -> Shape:
         ValueError: it extends too far, or has coordinates that are not finite.
     """
     if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST_COORDINATE:
-        raise ValueError(f"it extends beyond {LARGEST_COORDINATE:.0e} m, or has coordinates that are not finite")
+        raise ValueError(
+            f"it extends beyond {LARGEST_COORDINATE:.0e} m, or has coordinates that are not finite"
+        )
     return shape
 
 
 def inertia_box(body: Body) -> Shape | None:
-    """The box of uniform density with the body's mass and inertia, a_x = sqrt(6 (I_y + I_z − I_x) / m); None if there is none."""
+    """The box of uniform density with the body's mass and inertia, a_x = sqrt(6 (I_y + I_z − I_x) /
+    m); None if there is none.
+    """
     if not body.mass > 0.0:
         return None
     moments, axes = np.linalg.eigh(body.inertia)
@@ -123,8 +150,8 @@ class HalfSpaces(NamedTuple):
 def facets(shape: Shape) -> list[Array]:
     """The surface of a shape, each facet as its corners (k, 3) in the body's frame [m].
 
-    The surface of a mesh is its triangles. A round shape is a polyhedron with its corners on the surface, inside it by at most
-    0.25 % of the largest semi-axis. A flat shape is its surface.
+    The surface of a mesh is its triangles. A round shape is a polyhedron with its corners on the
+    surface, inside it by at most 0.25 % of the largest semi-axis. A flat shape is its surface.
     """
     if shape.mesh is not None:
         return list(shape.mesh.vertices[shape.mesh.triangles])
@@ -140,7 +167,9 @@ def facets(shape: Shape) -> list[Array]:
 
 
 def half_spaces(shape: Shape) -> HalfSpaces | None:
-    """The half-spaces of a convex shape; None for a mesh, which need not be convex, and for a flat shape, which has no inside."""
+    """The half-spaces of a convex shape; None for a mesh, which need not be convex, and for a flat
+    shape, which has no inside.
+    """
     found = None if shape.mesh is not None else hull(_corners(shape))
     if found is None:
         return None
@@ -160,6 +189,11 @@ def _corners(shape: Shape) -> Array:
 @functools.cache
 def _ball_points() -> Array:
     """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
-    latitude, angle = np.meshgrid(math.pi * (np.arange(1, 32) / 32 - 0.5), 2.0 * math.pi * np.arange(64) / 64, indexing="ij")
-    rings = np.stack([np.cos(latitude) * np.cos(angle), np.cos(latitude) * np.sin(angle), np.sin(latitude)], axis=-1)
+    latitude, angle = np.meshgrid(
+        math.pi * (np.arange(1, 32) / 32 - 0.5), 2.0 * math.pi * np.arange(64) / 64, indexing="ij"
+    )
+    rings = np.stack(
+        [np.cos(latitude) * np.cos(angle), np.cos(latitude) * np.sin(angle), np.sin(latitude)],
+        axis=-1,
+    )
     return np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])

@@ -1,7 +1,7 @@
 """The postures and rotors of an SRDF.
 
-It is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one name
-apart.
+It is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and
+keeps two states of one name apart.
 """
 
 import math
@@ -17,11 +17,17 @@ from shockpc.text.errors import RobotError
 
 
 def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
-    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped."""
+    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other
+    robots' joints are skipped.
+    """
     root = read_xml(path, "SRDF file")
     if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
-    # What a state does not set is as at the start. States of one name (an arm's and a leg's) make one posture.
+        raise RobotError(
+            f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> "
+            f"postures, no links"
+        )
+    # What a state does not set is as at the start. States of one name (an arm's and a leg's) make
+    # one posture.
     postures: dict[str, Array] = {}
     for state in root.iter("group_state"):
         q = postures.setdefault(state.get("name", ""), np.array(start))
@@ -35,7 +41,10 @@ def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
             if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
                 values = np.array([math.cos(angle[0]), math.sin(angle[0])])
             if values is None:
-                message = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
+                message = (
+                    f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the '
+                    f'value "{text}"'
+                )
                 raise RobotError(f"{message}, but it takes {joint.nq} numbers", joints=[name])
             q[joint.idx_q : joint.idx_q + joint.nq] = values
     for entry in root.iterfind("rotor_params/joint"):
@@ -45,8 +54,10 @@ def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
             inertia, ratio = (vector(entry.get(key), 1) for key in ("mass", "gear_ratio"))
             if inertia is None or ratio is None or inertia[0] < 0.0:
                 raise RobotError(
-                    f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and gear_ratio '
-                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero',
+                    f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" '
+                    f"and gear_ratio "
+                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of '
+                    f"the rotor [kg m²] not below zero",
                     joints=[name],
                 )
             joint = model.joints[model.getJointId(name)]

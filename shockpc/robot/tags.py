@@ -1,9 +1,12 @@
-"""What in a URDF or SDFormat file is not read although it may change a shock, by tables of tags and attributes.
+"""What in a URDF or SDFormat file is not read although it may change a shock, by tables of tags and
+attributes.
 
-A row of a table has a path of tags from the root, the names at that path, of which "(element)" is the element itself, "(text)" its
-text and the others are its attributes, and a treatment: read; no effect on a shock; note, which the check-up reports; warn;
-refuse. Braces list alternatives, "**" is all below, and "*" all attributes. `when` is the key of a test in `_TESTS` that a value
-has to pass to be reported. Of an element that may stand `once` the first copy counts; of several shapes in one geometry the first.
+A row of a table has a path of tags from the root, the names at that path, of which "(element)" is
+the element itself, "(text)" its text and the others are its attributes, and a treatment: read; no
+effect on a shock; note, which the check-up reports; warn; refuse. Braces list alternatives, "**" is
+all below, and "*" all attributes. `when` is the key of a test in `_TESTS` that a value has to pass
+to be reported. Of an element that may stand `once` the first copy counts; of several shapes in one
+geometry the first.
 """
 
 import csv
@@ -26,14 +29,26 @@ URDF, SDF, SDF_UNTIL_1_6 = "urdf_tags.csv", "sdf_tags.csv", "sdf_tags_until_1_6.
 """The tables: of a <robot>, of a <model>, and of what only its versions until 1.6 have besides."""
 
 _CLOSE = 0.7
-"""Similarity from which an unknown name is taken for a misspelt one where unknown names are allowed, as `difflib` has it."""
+"""Similarity from which an unknown name is taken for a misspelt one where unknown names are
+allowed, as `difflib` has it.
+"""
 _NEAREST = 0.6
 """Similarity from which a known name is offered for an unknown one."""
 _MOST = 20
 """How many kinds are reported of one treatment; of more only the number."""
 _TRIES = 500
-"""How many unknown names of one file are compared with known ones where unknown names are allowed."""
-_STRICT = ("link", "joint", "loop_joint", "drake:ball_constraint", "frame", "drake:frame", "fixed_frame", "sensor")
+"""How many unknown names of one file are compared with known ones where unknown names are allowed.
+"""
+_STRICT = (
+    "link",
+    "joint",
+    "loop_joint",
+    "drake:ball_constraint",
+    "frame",
+    "drake:frame",
+    "fixed_frame",
+    "sensor",
+)
 """Elements of the root in which every unknown name is reported."""
 _ALL, _TEXT_OF = "*", "(text)"
 _NAMELESS = ("collision", "visual", "parent", "child")
@@ -77,8 +92,14 @@ class _Node:
 
 
 _NOWHERE = _Node("")
-_TWICE = _Rule("warn", "", "stands twice in one element, and the copies differ; the first one is used")
-_TEXT = _Rule("warn", "", "holds text and no attributes, which is not read: its numbers are written as attributes")
+_TWICE = _Rule(
+    "warn", "", "stands twice in one element, and the copies differ; the first one is used"
+)
+_TEXT = _Rule(
+    "warn",
+    "",
+    "holds text and no attributes, which is not read: its numbers are written as attributes",
+)
 
 
 def unread(root: Element, *tables: str) -> tuple[Unread, ...]:
@@ -88,22 +109,35 @@ def unread(root: Element, *tables: str) -> tuple[Unread, ...]:
         root: its <robot> or <model>.
         tables: those of its format.
     """
-    walk = _Walk(frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {}, {})
+    walk = _Walk(
+        frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {}, {}
+    )
     walk.read(root, _table(*tables), root, strict=False)
     records: dict[Treatment, list[Unread]] = {}
     for kind, places in walk.kinds.items():
         several = records.setdefault(kind.treatment, [])
         if len(several) < _MOST:
             value = next((f" {value} " for _, value in places if value), " ")
-            several.append(Unread(kind.treatment, f"{_subjects(places)}{kind.what}{value}{kind.consequence}{_hint(kind)}"))
+            several.append(
+                Unread(
+                    kind.treatment,
+                    f"{_subjects(places)}{kind.what}{value}{kind.consequence}{_hint(kind)}",
+                )
+            )
         elif len(several) == _MOST:
             left = sum(other.treatment == kind.treatment for other in walk.kinds) - _MOST
-            several.append(Unread(kind.treatment, f"{left} other kinds of tags and attributes are not read either"))
+            several.append(
+                Unread(
+                    kind.treatment, f"{left} other kinds of tags and attributes are not read either"
+                )
+            )
     return tuple(record for several in records.values() for record in several)
 
 
 class _Kind(NamedTuple):
-    """What is reported together: of one treatment, in one place of files, and with one consequence; the known names there."""
+    """What is reported together: of one treatment, in one place of files, and with one consequence;
+    the known names there.
+    """
 
     treatment: Treatment
     what: str
@@ -128,22 +162,39 @@ class _Walk(NamedTuple):
     def add(self, rule: _Rule, what: str, owner: Element, value: str = "") -> None:
         self._note(_Kind(rule.treatment, what, rule.consequence), owner, value)
 
-    def add_unknown(self, what: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element) -> None:
-        """Note a name that is in no row of the table. Args: holder, the element in which it is; known, the names there."""
+    def add_unknown(
+        self, what: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element
+    ) -> None:
+        """Note a name that is in no row of the table.
+
+        Args: holder, the element in which it is; known, the names there.
+        """
         kind = "element" if what.startswith("<") else "attribute"
         consequence = f"is no {kind} of <{holder.tag}> that is known, so it is not read"
-        self._note(_Kind("warn", what, consequence, name, tuple(one for one in known if one not in (_ALL, _TEXT_OF))), owner)
+        self._note(
+            _Kind(
+                "warn",
+                what,
+                consequence,
+                name,
+                tuple(one for one in known if one not in (_ALL, _TEXT_OF)),
+            ),
+            owner,
+        )
 
     def _note(self, kind: _Kind, owner: Element, value: str = "") -> None:
         name = owner.get("name") or owner.get("reference") or ""
-        place = (f"{owner.tag} {name}", value) if owner.tag not in ("robot", "model") else ("", value)
+        place = (
+            (f"{owner.tag} {name}", value) if owner.tag not in ("robot", "model") else ("", value)
+        )
         self.kinds.setdefault(kind, []).append(place)
 
     def reported(self, name: str, known: Mapping[str, _Rule], path: str, strict: bool) -> bool:
-        """Whether an unknown name is reported: where every one is, or if it is close to a known one that matters.
+        """Whether an unknown name is reported: where every one is, or if it is close to a known one
+        that matters.
 
-        A name with a prefix is one of another program unless it is close to a known one with that prefix. Only the first unknown
-        names of a file are compared.
+        A name with a prefix is one of another program unless it is close to a known one with that
+        prefix. Only the first unknown names of a file are compared.
         """
         prefix, colon, bare = name.rpartition(":")
         if strict and not colon:
@@ -151,7 +202,9 @@ class _Walk(NamedTuple):
         if (path, name) not in self.near and len(self.near) < _TRIES:
             start = f"{prefix}:" if colon else ""
             matter = tuple(
-                one.removeprefix(start) for one, rule in known.items() if one.startswith(start) and rule.treatment != "no effect"
+                one.removeprefix(start)
+                for one, rule in known.items()
+                if one.startswith(start) and rule.treatment != "no effect"
             )
             self.near[path, name] = bool(_nearest(bare, matter, _CLOSE))
         return self.near.get((path, name), False)
@@ -170,17 +223,25 @@ class _Walk(NamedTuple):
             if rule is None:
                 known = node.attributes
                 if self.reported(key, known, f"{node.path} ", strict and _ALL not in known):
-                    self.add_unknown(f"{key} of {node.path or element.tag}", key, known, element, owner)
+                    self.add_unknown(
+                        f"{key} of {node.path or element.tag}", key, known, element, owner
+                    )
             elif rule.consequence and _TESTS[rule.when](value, element, key):
                 self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
         copies: dict[str, list[Element]] = {}
         for part in element:
             tag, inner = part.tag, node.below.get(part.tag)
             # Names of shapes and references to links say less than the link that holds them.
-            holder = part if tag not in _NAMELESS and (part.get("name") or part.get("reference")) else owner
+            holder = (
+                part
+                if tag not in _NAMELESS and (part.get("name") or part.get("reference"))
+                else owner
+            )
             if inner is None or inner.element is None:
                 at_top, tags = not node.path and ":" not in tag, node.tags
-                if self.reported(tag, tags, node.path, strict and node.deep is None) or (at_top and self._names_one(part)):
+                if self.reported(tag, tags, node.path, strict and node.deep is None) or (
+                    at_top and self._names_one(part)
+                ):
                     self.add_unknown(f"<{tag}>", tag, tags, element, holder)
                 continue
             if inner.once:
@@ -190,7 +251,13 @@ class _Walk(NamedTuple):
                 if _TESTS[inner.element.when](text, part, tag):
                     self.add(inner.element, inner.path, holder)
             elif inner.deep is None or inner.below:
-                if strict and text and not part.attrib and len(part) == 0 and not inner.attributes.keys() & {_ALL, _TEXT_OF}:
+                if (
+                    strict
+                    and text
+                    and not part.attrib
+                    and len(part) == 0
+                    and not inner.attributes.keys() & {_ALL, _TEXT_OF}
+                ):
                     self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
                 self.read(part, inner, holder, strict or (not node.path and tag in _STRICT))
         for first, *others in copies.values():
@@ -200,7 +267,9 @@ class _Walk(NamedTuple):
                 self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(apart, 6)})")
 
     def _names_one(self, element: Element) -> bool:
-        """Whether an element holds a link, a joint or a mass, or the name of a link or joint as an attribute or a text."""
+        """Whether an element holds a link, a joint or a mass, or the name of a link or joint as an
+        attribute or a text.
+        """
         return any(
             part.tag in ("link", "joint", "inertial") or value in self.named
             for part in element.iter()
@@ -231,12 +300,15 @@ def _subjects(places: list[tuple[str, str]]) -> str:
     for owner in dict.fromkeys(owner for owner, _ in places):
         tag, _, name = owner.partition(" ")
         by_tag.setdefault(tag, []).append(name)
-    texts = [f"{tag}{'s' * (len(names) > 1)} {listed(names, 3)}" for tag, names in by_tag.items() if tag]
+    texts = [
+        f"{tag}{'s' * (len(names) > 1)} {listed(names, 3)}" for tag, names in by_tag.items() if tag
+    ]
     return f"{', '.join(texts)}: " * bool(texts) + f"{len(places)} × " * (len(places) > 1)
 
 
 def _differences(first: Element, other: Element, node: _Node, within: str = "") -> Iterator[str]:
-    """What differs between two elements, with both values; a number that is not written counts as zero.
+    """What differs between two elements, with both values; a number that is not written counts as
+    zero.
 
     Args:
         first: the element that counts.
@@ -288,11 +360,17 @@ _TESTS: dict[str, Callable[[str, Element, str], bool]] = {
     "true": lambda value, element, key: value.casefold() in ("true", "1"),
     "positive": lambda value, element, key: any(number > 0.0 for number in _numbers(value) or ()),
     "not zero": lambda value, element, key: _numbers(value) != [],
-    "not symmetric": lambda value, element, key: _numbers(value) != _numbers(element.get(_TRANSPOSED[key], "")),
-    "beyond a turn": lambda value, element, key: _largest(value) > 2.0 * math.pi + 1e-3,  # files round 2 pi
+    "not symmetric": lambda value, element, key: (
+        _numbers(value) != _numbers(element.get(_TRANSPOSED[key], ""))
+    ),
+    # files round 2 pi
+    "beyond a turn": lambda value, element, key: _largest(value) > 2.0 * math.pi + 1e-3,
     "not 1.0 1.1 or 1.2": lambda value, element, key: value not in ("1.0", "1.1", "1.2"),
 }
-"""Whether a value is reported, by the condition of its row. Args: the value of an attribute, its element, and its key."""
+"""Whether a value is reported, by the condition of its row.
+
+Args: the value of an attribute, its element, and its key.
+"""
 
 
 @functools.cache

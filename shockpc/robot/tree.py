@@ -1,4 +1,6 @@
-"""Parts of a Pinocchio model that the readers of URDF and MJCF build alike: joints, and rotations of quaternions."""
+"""Parts of a Pinocchio model that the readers of URDF and MJCF build alike: joints, and rotations
+of quaternions.
+"""
 
 import functools
 from typing import Any
@@ -13,15 +15,24 @@ from shockpc.core.spatial import Array
 def axis_joint(kind: str, *axis: float) -> Any:
     """A revolute, continuous or prismatic joint. Args: axis, its three components, of any length."""
     # By the parser, because a continuous joint about any axis has no constructor in Python.
-    axis_and_limit = f'<axis xyz="{" ".join(map(repr, axis))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    axis_and_limit = (
+        f'<axis xyz="{" ".join(map(repr, axis))}"/><limit lower="0" upper="0" effort="0" '
+        f'velocity="0"/>'
+    )
     links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
     return pin.buildModelFromXML(
-        f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{axis_and_limit}</joint></robot>'
+        f'<robot name="r">{links}<joint name="j" '
+        f'type="{kind}">{ends}{axis_and_limit}</joint></robot>'
     ).joints[1]
 
 
-def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str, above: int = 0) -> int:
-    """Add a joint and its frame to a model; returns its index. Args: above, frame of the link that carries it, if it is known."""
+def add_joint(
+    model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str, above: int = 0
+) -> int:
+    """Add a joint and its frame to a model; returns its index.
+
+    Args: above, frame of the link that carries it, if it is known.
+    """
     index: int = model.addJoint(carrier, joint, place, name)
     model.addJointFrame(index, above)
     return index

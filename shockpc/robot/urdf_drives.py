@@ -19,7 +19,8 @@ class UrdfDrives(NamedTuple):
 
     Attributes:
         springs: stiffness of the joints with a spring [N m/rad, N/m].
-        rest: where these springs are without force, of the joints of which the file says so [rad, m].
+        rest: where these springs are without force, of the joints of which the file says so [rad,
+            m].
         gear_ratios: of joints without reflected inertia [1].
         warnings: of what contradicts itself or cannot be read.
     """
@@ -31,12 +32,14 @@ class UrdfDrives(NamedTuple):
 
 
 def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> UrdfDrives:
-    """Add the reflected inertia and the damping of a URDF's joints to the model, and read what else it says of their drives.
+    """Add the reflected inertia and the damping of a URDF's joints to the model, and read what else
+    it says of their drives.
 
-    Read are <dynamics> of a joint: armature and RaiSim's rotor_inertia, both at the joint, RaiSim's stiffness, and
-    spring_stiffness with spring_reference; and transmissions of one joint by one actuator, those of <ros2_control> included:
-    rotor inertia and gear ratio of Drake, or motorInertia and mechanicalReduction, whose product counts where it stands in the
-    joint and in the actuator. Of two values for one joint the first is used.
+    Read are <dynamics> of a joint: armature and RaiSim's rotor_inertia, both at the joint, RaiSim's
+    stiffness, and spring_stiffness with spring_reference; and transmissions of one joint by one
+    actuator, those of <ros2_control> included: rotor inertia and gear ratio of Drake, or
+    motorInertia and mechanicalReduction, whose product counts where it stands in the joint and in
+    the actuator. Of two values for one joint the first is used.
 
     Raises:
         RobotError: a number of a drive is negative or not finite.
@@ -49,7 +52,13 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
 
     def give(values: dict[str, float], joint: str, what: str, value: float) -> None:
         if abs(values.setdefault(joint, value) - value) > 1e-9 * abs(value):
-            faults.append(("joint", joint, f"{what} {values[joint]:g} and {value:g} are given; the first one is used"))
+            faults.append(
+                (
+                    "joint",
+                    joint,
+                    f"{what} {values[joint]:g} and {value:g} are given; the first one is used",
+                )
+            )
 
     for name, joint in joints.items():
         if (dynamics := joint.find("dynamics")) is None:
@@ -64,7 +73,14 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
             if key not in dynamics.attrib:
                 continue
             if (value := vector(dynamics.get(key), 1)) is None:
-                faults.append(("joint", name, f'its {key} is "{dynamics.get(key)}", which is no finite number, so it is not read'))
+                faults.append(
+                    (
+                        "joint",
+                        name,
+                        f'its {key} is "{dynamics.get(key)}", which is no finite number, so it is '
+                        f"not read",
+                    )
+                )
             elif key == "damping":
                 model.damping[_velocities(model, name)] = max(float(value[0]), 0.0)
             else:
@@ -73,15 +89,28 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
         ends, actuators = transmission.findall("joint"), transmission.findall("actuator")
         names = [joint.get("name", "") for joint in ends]
         parts = [*transmission, *(part for end in (*actuators, *ends) for part in end)]
-        values = {part.tag.removeprefix("drake:"): part.get("value", part.text) or "" for part in reversed(parts)}
+        values = {
+            part.tag.removeprefix("drake:"): part.get("value", part.text) or ""
+            for part in reversed(parts)
+        }
         rotor = values.get("rotor_inertia", values.get("motorInertia"))
         if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
             title = transmission.get("name", "")
             if _at_least_zero(title, "rotor inertia", rotor):
-                faults.append(("transmission", title, "has a rotor inertia and not one joint of the file, so it is not read"))
+                faults.append(
+                    (
+                        "transmission",
+                        title,
+                        "has a rotor inertia and not one joint of the file, so it is not read",
+                    )
+                )
             continue
         inertia = _at_least_zero(names[0], "rotor inertia", rotor)
-        written = [values["gear_ratio"]] if "gear_ratio" in values else list(_reductions(transmission, (*actuators, *ends)))
+        written = (
+            [values["gear_ratio"]]
+            if "gear_ratio" in values
+            else list(_reductions(transmission, (*actuators, *ends)))
+        )
         factors = [vector(text, 1) for text in written]
         ratio = float(np.prod([factor[0] for factor in factors if factor is not None]))
         if wrong := [text for text, factor in zip(written, factors, strict=True) if factor is None]:
@@ -96,31 +125,51 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     for name, inertia in inertias.items():
         v = _velocities(model, name)
         if v.stop - (v.start or 0) > 1:
-            faults.append(("joint", name, "has a reflected inertia and several degrees of freedom, so it is not read"))
+            faults.append(
+                (
+                    "joint",
+                    name,
+                    "has a reflected inertia and several degrees of freedom, so it is not read",
+                )
+            )
         else:
             model.armature[v] = inertia
-    moving = {name for name in joints if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1}
+    moving = {
+        name
+        for name in joints
+        if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1
+    }
     return UrdfDrives(
         {name: k for name, k in springs.items() if name in moving},
         {name: value for name, value in rest.items() if name in moving and name in springs},
-        {name: ratio for name, ratio in ratios.items() if name in moving and not inertias.get(name)},
+        {
+            name: ratio
+            for name, ratio in ratios.items()
+            if name in moving and not inertias.get(name)
+        },
         grouped(faults),
     )
 
 
 def with_rest(rest: dict[str, float], model: pin.Model, start: Array) -> Array | None:
-    """The configuration (nq,) in which the springs of a URDF are without force; None where it says of none."""
+    """The configuration (nq,) in which the springs of a URDF are without force; None where it says
+    of none.
+    """
     if not rest:
         return None
     q = np.array(start)
     for name, value in rest.items():
         joint = model.joints[model.getJointId(name)]
-        q[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
+        q[joint.idx_q : joint.idx_q + joint.nq] = (
+            value if joint.nq == 1 else (np.cos(value), np.sin(value))
+        )
     return q
 
 
 def _reductions(transmission: Element, ends: tuple[Element, ...]) -> Iterator[str]:
-    """The reductions of a transmission as written: of each of its ends as an element or an attribute, or its own."""
+    """The reductions of a transmission as written: of each of its ends as an element or an
+    attribute, or its own.
+    """
     for owner in (*ends, transmission):
         written = [part.get("value", part.text) or "" for part in owner if part.tag in _RATIOS]
         written += [owner.get(key, "") for key in _RATIOS if key in owner.attrib]
@@ -136,8 +185,14 @@ def _velocities(model: pin.Model, joint: str) -> slice:
 
 
 def _at_least_zero(joint: str, what: str, text: str | None) -> float:
-    """A number of a drive, zero where none is written; refused if it is empty, negative or not finite."""
+    """A number of a drive, zero where none is written; refused if it is empty, negative or not
+    finite.
+    """
     value = vector("0" if text is None else text, 1)
     if value is None or value[0] < 0.0:
-        raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero', joints=[joint])
+        raise RobotError(
+            f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below '
+            f"zero",
+            joints=[joint],
+        )
     return float(value[0])

@@ -1,4 +1,6 @@
-"""What a URDF holds beside links and joints that is part of the robot: named places, and joints that close loops."""
+"""What a URDF holds beside links and joints that is part of the robot: named places, and joints
+that close loops.
+"""
 
 from collections.abc import Container, Iterator, Mapping
 from xml.etree.ElementTree import Element, SubElement
@@ -14,7 +16,9 @@ from shockpc.robot.urdf_numbers import grouped, place_of, vector
 from shockpc.text.errors import RobotError
 
 LEVER = 0.1
-"""Distance along the axis of a hinge at which a loop holds a second point, so that its axes stay aligned [m]."""
+"""Distance along the axis of a hinge at which a loop holds a second point, so that its axes stay
+aligned [m].
+"""
 
 LOOPS = 200
 """How many joints may close loops."""
@@ -27,9 +31,11 @@ _OPEN = "so the loop is left open: its bodies move as if nothing held them toget
 
 
 def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Add the places of a URDF's <frame>, <drake:frame>, <fixed_frame> and <sensor>, and of the IMUs of <gazebo>, to the model.
+    """Add the places of a URDF's <frame>, <drake:frame>, <fixed_frame> and <sensor>, and of the
+    IMUs of <gazebo>, to the model.
 
-    A place with the name of a link or joint, or of another place, is left out: the first is what the name means.
+    A place with the name of a link or joint, or of another place, is left out: the first is what
+    the name means.
 
     Returns: the names of the IMUs, and a warning for each place that cannot be read.
 
@@ -40,11 +46,18 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
     faults: list[tuple[str, str, str]] = []
     places = list(_places(root))
     if len(places) > LINKS:
-        raise RobotError(f"it names {len(places)} places by frames and sensors, and up to {LINKS} are read; leave some out")
+        raise RobotError(
+            f"it names {len(places)} places by frames and sensors, and up to {LINKS} are read; "
+            f"leave some out"
+        )
     for element, link, place in places:
         name, kind = element.get("name", ""), element.tag
         if place is None or not model.existFrame(link, pin.FrameType.BODY):
-            fault = f'is on "{link}", which is no link of the file' if place is not None else "has a place that is not read"
+            fault = (
+                f'is on "{link}", which is no link of the file'
+                if place is not None
+                else "has a place that is not read"
+            )
             faults.append((kind, name, f"{fault}; it is left out"))
             continue
         number = model.getFrameId(link, pin.FrameType.BODY)
@@ -52,9 +65,16 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
         if not model.existFrame(name):
             model.addFrame(pin.Frame(name, joint, number, at, pin.FrameType.OP_FRAME), False)
         elif not any(
-            frame.name == name and frame.parentJoint == joint and at.isApprox(frame.placement, 1e-9) for frame in model.frames
+            frame.name == name and frame.parentJoint == joint and at.isApprox(frame.placement, 1e-9)
+            for frame in model.frames
         ):
-            faults.append((kind, name, "has the name of something else at another place, so it is left out; rename it"))
+            faults.append(
+                (
+                    kind,
+                    name,
+                    "has the name of something else at another place, so it is left out; rename it",
+                )
+            )
             continue
         if kind == "sensor" and element.get("type") == "imu":
             imus.append(name)
@@ -62,7 +82,9 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
 
 
 def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
-    """The elements that name a place on a link, with the link and the place in its frame, None where its pose is not read."""
+    """The elements that name a place on a link, with the link and the place in its frame, None
+    where its pose is not read.
+    """
     for tag in ("frame", "drake:frame", "fixed_frame", "sensor"):
         for element in root.findall(tag):
             parent, origin = element.find("parent"), element.find("origin")
@@ -72,7 +94,11 @@ def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
     links = {link.get("name") for link in root.findall("link")}
     for extension in root.findall("gazebo"):
         for element in extension.findall("sensor"):
-            if element.get("type") == "imu" and element.get("name") and (link := extension.get("reference", "")) in links:
+            if (
+                element.get("type") == "imu"
+                and element.get("name")
+                and (link := extension.get("reference", "")) in links
+            ):
                 yield element, link, _pose(element.find("pose"))
 
 
@@ -87,20 +113,28 @@ def _pose(pose: Element | None) -> pin.SE3 | None:
     """A <pose> of SDFormat in the frame of its link; None if it is in another frame or no pose."""
     values = np.zeros(6) if pose is None or not (pose.text or "").strip() else vector(pose.text, 6)
     if values is None or (
-        pose is not None and (pose.get("relative_to") or pose.get("rotation_format", "euler_rpy") != "euler_rpy")
+        pose is not None
+        and (pose.get("relative_to") or pose.get("rotation_format", "euler_rpy") != "euler_rpy")
     ):
         return None
     degrees = pose is not None and pose.get("degrees", "").casefold() in ("true", "1")
-    return pin.SE3(pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3])
+    return pin.SE3(
+        pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3]
+    )
 
 
 def ball_joints(
-    root: Element, order: Mapping[str, tuple[str, str]], joints: Mapping[str, Element], masses: Mapping[str, float]
+    root: Element,
+    order: Mapping[str, tuple[str, str]],
+    joints: Mapping[str, Element],
+    masses: Mapping[str, float],
 ) -> dict[str, str]:
-    """The joints that are parts of a ball joint which a loop closes, by name, with the name of that loop.
+    """The joints that are parts of a ball joint which a loop closes, by name, with the name of that
+    loop.
 
-    A rod with a ball joint at its end is written as links without mass, whose joints have their axes through one point, and a loop
-    there. By themselves such links can turn without resistance; with the loop these joints hold the point and nothing else.
+    A rod with a ball joint at its end is written as links without mass, whose joints have their
+    axes through one point, and a loop there. By themselves such links can turn without resistance;
+    with the loop these joints hold the point and nothing else.
 
     Args:
         root: the <robot>.
@@ -116,7 +150,9 @@ def ball_joints(
     for loop in root.findall("loop_joint"):
         kind = loop.get("type", "spherical" if loop.find("axis") is None else "revolute")
         free = {**dict.fromkeys(_HINGES, 1), **dict.fromkeys(_BALLS, 3)}.get(kind, 0)
-        for end in (end for end in loop if end.tag in ("link1", "link2") and end.get("link") in order):
+        for end in (
+            end for end in loop if end.tag in ("link1", "link2") and end.get("link") in order
+        ):
             link, place, chain = end.get("link", ""), _placed(end, loop), list[str]()
             while not carried[link] and order[link][0]:
                 joint = joints[order[link][0]]
@@ -131,16 +167,21 @@ def ball_joints(
     return parts
 
 
-def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
-    """The loops that <loop_joint> of Isaac Sim and Drake and <drake:ball_constraint> close, and a warning for each left open.
+def read_loops(
+    root: Element, robot: Robot, balls: Container[str]
+) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
+    """The loops that <loop_joint> of Isaac Sim and Drake and <drake:ball_constraint> close, and a
+    warning for each left open.
 
-    A <loop_joint> joins a frame on each of two links, at xyz and rpy of its <link1> and <link2>. Without a type it is a hinge if it
-    has an axis, as in Drake, and a ball joint if not. The axis is the same in both frames, (1, 0, 0) where none is written.
+    A <loop_joint> joins a frame on each of two links, at xyz and rpy of its <link1> and <link2>.
+    Without a type it is a hinge if it has an axis, as in Drake, and a ball joint if not. The axis
+    is the same in both frames, (1, 0, 0) where none is written.
 
     Args:
         root: the <robot>.
         robot: it, without loops.
-        balls: names of the loops that are ball joints with the joints before them, as `ball_joints` finds them.
+        balls: names of the loops that are ball joints with the joints before them, as `ball_joints`
+            finds them.
 
     Returns: the loops, of a hinge two each; and the warnings.
 
@@ -149,7 +190,10 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
     """
     count = sum(part.tag in ("loop_joint", "drake:ball_constraint") for part in root)
     if count > LOOPS:
-        raise RobotError(f"it has {count} joints that close loops, and up to {LOOPS} are computed; leave some out")
+        raise RobotError(
+            f"it has {count} joints that close loops, and up to {LOOPS} are computed; leave some "
+            f"out"
+        )
     loops: list[Loop] = []
     faults: list[tuple[str, str, str]] = []
     for number, joint in enumerate(root.findall("loop_joint"), start=1):
@@ -157,7 +201,9 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
         kind = joint.get("type", "spherical" if axis is None else "revolute")
         ends = [end for end in joint if end.tag in ("link1", "link2")]
         links = [end.get("link", "") for end in ends]
-        direction = np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis.get("xyz", "1 0 0"), 3)
+        direction = (
+            np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis.get("xyz", "1 0 0"), 3)
+        )
         fault = _fault(robot, links)
         if not fault and kind not in (*_HINGES, *_BALLS, "fixed", "prismatic"):
             fault = f'is of type "{kind}", which closes no loop that is computed'
@@ -166,14 +212,24 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
         if fault or direction is None:
             faults.append(("loop_joint", name, f"{fault}, {_OPEN}"))
             continue
-        a, b = (_end(robot.frames[link], _placed(end, joint)) for link, end in zip(links, ends, strict=True))
-        loops += _closed(name, "ball" if name in balls else kind, a, b, direction / np.linalg.norm(direction))
+        a, b = (
+            _end(robot.frames[link], _placed(end, joint))
+            for link, end in zip(links, ends, strict=True)
+        )
+        loops += _closed(
+            name, "ball" if name in balls else kind, a, b, direction / np.linalg.norm(direction)
+        )
     for number, constraint in enumerate(root.findall("drake:ball_constraint"), start=1):
         name = constraint.get("name") or f"ball_constraint_{number}"
         parts = {part.tag.removeprefix("drake:ball_constraint_"): part for part in constraint}
         links = [parts[key].get("name", "") for key in ("body_A", "body_B") if key in parts]
-        points = [vector(parts[key].get("value"), 3) if key in parts else np.zeros(3) for key in ("p_AP", "p_BQ")]
-        fault = _fault(robot, links) or ("has a point that cannot be read" if any(point is None for point in points) else "")
+        points = [
+            vector(parts[key].get("value"), 3) if key in parts else np.zeros(3)
+            for key in ("p_AP", "p_BQ")
+        ]
+        fault = _fault(robot, links) or (
+            "has a point that cannot be read" if any(point is None for point in points) else ""
+        )
         if fault:
             faults.append(("drake:ball_constraint", name, f"{fault}, {_OPEN}"))
             continue
@@ -193,7 +249,11 @@ def _fault(robot: Robot, links: list[str]) -> str:
         if link not in robot.frames or robot.frames[link].kind != "link":
             return f'is on "{link}", which is no link of the file'
     one, other = (robot.frames[link].body for link in links)
-    return f'joins "{links[0]}" and "{links[1]}", which are fixed to one another' if one == other else ""
+    return (
+        f'joins "{links[0]}" and "{links[1]}", which are fixed to one another'
+        if one == other
+        else ""
+    )
 
 
 def _end(frame: Frame, place: pin.SE3) -> tuple[int, pin.SE3]:
@@ -201,8 +261,13 @@ def _end(frame: Frame, place: pin.SE3) -> tuple[int, pin.SE3]:
     return frame.body, pin.SE3(frame.rotation, frame.offset) * place
 
 
-def _closed(name: str, kind: str, a: tuple[int, pin.SE3], b: tuple[int, pin.SE3], axis: Array) -> list[Loop]:
-    """What a joint of some kind between two ends holds. Args: axis (3,), of length 1, in the frames of both ends."""
+def _closed(
+    name: str, kind: str, a: tuple[int, pin.SE3], b: tuple[int, pin.SE3], axis: Array
+) -> list[Loop]:
+    """What a joint of some kind between two ends holds.
+
+    Args: axis (3,), of length 1, in the frames of both ends.
+    """
     across = np.linalg.svd(axis[None])[2][1:]
 
     def loop(name: str, point: Array, axes: Array, holds_orientation: bool = False) -> Loop:

@@ -1,4 +1,6 @@
-"""How the base of a robot moves unless a scene says otherwise: what its file says, and what its limbs show."""
+"""How the base of a robot moves unless a scene says otherwise: what its file says, and what its
+limbs show.
+"""
 
 import re
 from typing import Literal, NamedTuple, TypeAlias
@@ -10,7 +12,8 @@ from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 
 Reason: TypeAlias = Literal["falls", "file", "weld", "world", "legs", "arm"]
-"""Why: nothing holds it; the file gives it no joint; a weld of the file holds it; the root link is called "world"; it is called
+"""Why: nothing holds it; the file gives it no joint; a weld of the file holds it; the root link is
+called "world"; it is called
 so, but legs hang on it; the robot is an arm."""
 
 JOINTS = 3
@@ -31,8 +34,9 @@ class UsualBase(NamedTuple):
 def usual_base(robot: Robot) -> UsualBase:
     """How the base of a robot moves unless a scene says otherwise, and why.
 
-    A file that holds the base fixes it: by a weld, by giving it no joint, or by a root link called "world". If legs hang
-    on a root link of that name, it is freed: exports for simulators hold legged robots in the air so. An arm is fixed.
+    A file that holds the base fixes it: by a weld, by giving it no joint, or by a root link called
+    "world". If legs hang on a root link of that name, it is freed: exports for simulators hold
+    legged robots in the air so. An arm is fixed.
     """
     if not robot.free_base:
         return UsualBase("fixed", "file")
@@ -45,7 +49,9 @@ def usual_base(robot: Robot) -> UsualBase:
 
 @memoized()
 def has_legs_on_base(robot: Robot) -> bool:
-    """Whether two legs or more hang on the base without a joint between, such as a rail, on which the robot could fall."""
+    """Whether two legs or more hang on the base without a joint between, such as a rail, on which
+    the robot could fall.
+    """
     base = 0 if robot.free_base else -1
     limbs = set()
     for foot in each_foot(robot):
@@ -58,15 +64,19 @@ def has_legs_on_base(robot: Robot) -> bool:
 
 
 def hangs(robot: Robot, base: str | None) -> bool:
-    """Whether a robot with legs hangs on its base, which its file holds. Args: base, how it moves in a landing."""
+    """Whether a robot with legs hangs on its base, which its file holds.
+
+    Args: base, how it moves in a landing.
+    """
     return base == "fixed" and usual_base(robot).base == "fixed" and has_legs_on_base(robot)
 
 
 def is_arm(robot: Robot) -> bool:
-    """Whether a robot of a URDF hangs on its root by one chain, and no name in it is that of a foot, leg, wheel or propeller.
+    """Whether a robot of a URDF hangs on its root by one chain, and no name in it is that of a
+    foot, leg, wheel or propeller.
 
-    With fewer than three joints its end could not be stopped in space. Other formats say themselves whether the base moves, and so
-    does a URDF in which a joint carries the whole robot.
+    With fewer than three joints its end could not be stopped in space. Other formats say themselves
+    whether the base moves, and so does a URDF in which a joint carries the whole robot.
     """
     says_nothing = robot.source.kind == "urdf" and robot.joints[0].name == "root_joint"
     if not says_nothing or robot.parents.count(0) != 1 or len(robot.independent_joints) < JOINTS:

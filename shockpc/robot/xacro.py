@@ -1,8 +1,10 @@
-"""xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and 1 GB.
+"""xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and
+1 GB.
 
-The child asks for every file and package that a document names, and gets what lies in the open folders; of the environment it has
-only the seed of its hashes, so that every run gives the same text. No code of a document runs: `xacro_expression` evaluates its
-expressions. What the child answers is bounded and checked here.
+The child asks for every file and package that a document names, and gets what lies in the open
+folders; of the environment it has only the seed of its hashes, so that every run gives the same
+text. No code of a document runs: `xacro_expression` evaluates its expressions. What the child
+answers is bounded and checked here.
 """
 
 import difflib
@@ -33,24 +35,40 @@ _ENVIRONMENT = {"PYTHONHASHSEED": "0"}
 # xacro's lines about where something happened mean nothing without the file at hand.
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
 # Up to the next element, so that the time is linear in the length of a text in which none ends.
-_ARGUMENT = re.compile(r"""<xacro:arg\s[^<>]*?\bname\s*=\s*["']([^"']+)|(?:\$\(\s*arg\s+|\bxacro\.arg\(\s*["'])([^\s"')]+)""")
+_ARGUMENT = re.compile(
+    r"""<xacro:arg\s[^<>]*?\bname\s*=\s*["']([^"']+)|(?:\$\(\s*arg\s+|\bxacro\.arg\(\s*["'])([^\s"')]+)"""
+)
 _NO_TEXT = re.compile("[\0\ud800-\udfff]")
-_OBJECT = re.compile(r"""(?:&lt;|<)((?:[^<>&"']|<locals>|&lt;locals&gt;){1,200}) at 0x[0-9a-f]+(?:&gt;|>)""")
+_OBJECT = re.compile(
+    r"""(?:&lt;|<)((?:[^<>&"']|<locals>|&lt;locals&gt;){1,200}) at 0x[0-9a-f]+(?:&gt;|>)"""
+)
 """What Python prints of a function or an iterator, which differs from run to run."""
 
 
-def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
-    """Expand the text of a xacro file, which may read from these folders, with values for its arguments.
+def expand_xacro(
+    text: str, folders: OpenFolders, arguments: Mapping[str, str]
+) -> tuple[str, tuple[str, ...]]:
+    """Expand the text of a xacro file, which may read from these folders, with values for its
+    arguments.
 
     Returns: the URDF text, with mesh paths as found, and what xacro warned of.
 
     Raises:
-        RobotError: arguments are unknown or lack a value, a file is missing, not well-formed or outside the open folders, or xacro
-            cannot expand it within the limits.
+        RobotError: arguments are unknown or lack a value, a file is missing, not well-formed or
+            outside the open folders, or xacro cannot expand it within the limits.
     """
     name, texts, missing = folders.file.name, [text], dict[str, str]()
-    origins = [spec.origin for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin]
-    request = {"text": text, "file": str(folders.file), "arguments": dict(arguments), "limits": [SECONDS, MEMORY, LINKS]}
+    origins = [
+        spec.origin
+        for spec in map(importlib.util.find_spec, ("xacro", "yaml"))
+        if spec and spec.origin
+    ]
+    request = {
+        "text": text,
+        "file": str(folders.file),
+        "arguments": dict(arguments),
+        "limits": [SECONDS, MEMORY, LINKS],
+    }
     request["libraries"] = sorted({str(Path(origin).parent.parent) for origin in origins})
     try:
         answer = _result(request, folders, texts, missing)
@@ -74,18 +92,36 @@ def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) 
             nearest = f"; nearest: {listed(near)}" if near else ""
             has = f"It has {listed(sorted(known))}" if known else "It has none, so leave it out"
             raise RobotError(f'{name} has no xacro argument "{argument}"{nearest}. {has}')
-    warnings = dict.fromkeys(line for line in answer["printed"].splitlines() if line.strip() and not line.startswith(_PLACES))
-    return answer["urdf"], tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
+    warnings = dict.fromkeys(
+        line
+        for line in answer["printed"].splitlines()
+        if line.strip() and not line.startswith(_PLACES)
+    )
+    return answer["urdf"], tuple(
+        f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings
+    )
 
 
-def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], missing: dict[str, str]) -> dict[str, str] | None:
-    """Start the child and answer its questions until it has a result; None if it ends without one, or answers anything else."""
-    # As -I, but for the seed of hashes: with another in each run the order of a set, and hash(), would give other names.
+def _result(
+    request: dict[str, Any], folders: OpenFolders, texts: list[str], missing: dict[str, str]
+) -> dict[str, str] | None:
+    """Start the child and answer its questions until it has a result; None if it ends without one,
+    or answers anything else.
+    """
+    # As -I, but for the seed of hashes: with another in each run the order of a set, and hash(),
+    # would give other names.
     command = [sys.executable, "-P", "-s", "-S", "-B", "-X", "utf8", str(_CHILD)]
     pipe = subprocess.PIPE
     with (
         suppress(BrokenPipeError, json.JSONDecodeError),  # the child has ended
-        subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, encoding="utf-8", env=_ENVIRONMENT) as child,
+        subprocess.Popen(
+            command,
+            stdin=pipe,
+            stdout=pipe,
+            stderr=subprocess.DEVNULL,
+            encoding="utf-8",
+            env=_ENVIRONMENT,
+        ) as child,
     ):
         assert child.stdin is not None
         assert child.stdout is not None
@@ -97,24 +133,40 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], mis
                 child.stdin.write(json.dumps(answer) + "\n")
                 child.stdin.flush()
                 message = json.loads(child.stdout.readline(LARGEST_FILE))
-                if not (isinstance(message, dict) and all(isinstance(value, str) for value in message.values())):
+                if not (
+                    isinstance(message, dict)
+                    and all(isinstance(value, str) for value in message.values())
+                ):
                     return None
                 if _NO_TEXT.search("".join(message.values())):
                     what = "a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
                     source = "an expression, an argument or a YAML file"
-                    raise RobotError(f"{folders.file.name}: {source} contains {what}, which no XML text can; remove it")
+                    raise RobotError(
+                        f"{folders.file.name}: {source} contains {what}, which no XML text can; "
+                        f"remove it"
+                    )
                 if printed := _OBJECT.search("\n".join(message.values())):
-                    remedy = "a Python object; call it, or take the numbers and texts out of it, as list(...) and an index do"
-                    raise RobotError(f"{folders.file.name}: an expression gives <{html.unescape(printed[1])}>, {remedy}")
+                    remedy = (
+                        "a Python object; call it, or take the numbers and texts out of it, as "
+                        "list(...) and an index do"
+                    )
+                    raise RobotError(
+                        f"{folders.file.name}: an expression gives <{html.unescape(printed[1])}>, "
+                        f"{remedy}"
+                    )
                 match message:
                     case {"read": file}:
                         answer = _read(file, folders, texts)
                     case {"missing": argument}:
                         answer = missing[argument] = "1"
                     case {"glob": pattern}:
-                        folder, named = os.path.split(pattern)  # wildcards among folders could search the whole disk
+                        # wildcards among folders could search the whole disk
+                        folder, named = os.path.split(pattern)
                         answer = sorted(
-                            os.path.join(folder, name) for name in glob.glob(named, root_dir=folders.resolve(Path(folder), pattern))
+                            os.path.join(folder, name)
+                            for name in glob.glob(
+                                named, root_dir=folders.resolve(Path(folder), pattern)
+                            )
                         )
                     case {"find": package}:
                         answer = str(folders.package(package, f"$(find {package})"))
@@ -129,7 +181,9 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], mis
 
 
 def _read(filename: str, folders: OpenFolders, texts: list[str]) -> str | None:
-    """The text of a file that a document names, which is added to those read; None if it does not exist."""
+    """The text of a file that a document names, which is added to those read; None if it does not
+    exist.
+    """
     place = folders.resolve(Path(filename), filename)
     if not os.path.exists(place):
         return None

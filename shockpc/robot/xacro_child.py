@@ -1,7 +1,9 @@
-"""The child process of `xacro`: expands one document, and asks its parent for every file and package that the document names.
+"""The child process of `xacro`: expands one document, and asks its parent for every file and
+package that the document names.
 
-Expressions are evaluated by `xacro_expression`, with those functions of xacro that only compute. Messages are one line of JSON
-each, over standard input and output. It imports nothing else of this package, so that it starts quickly.
+Expressions are evaluated by `xacro_expression`, with those functions of xacro that only compute.
+Messages are one line of JSON each, over standard input and output. It imports nothing else of this
+package, so that it starts quickly.
 """
 
 import builtins
@@ -15,9 +17,11 @@ import sys
 import types
 from typing import Any, cast
 
-# Of what xacro offers to expressions, all but `type` and `vars`, which lead to the methods of any class; and all of `math`.
+# Of what xacro offers to expressions, all but `type` and `vars`, which lead to the methods of any
+# class; and all of `math`.
 _PYTHON = (
-    "list dict map len str float int bool min max round sorted range abs all any complex divmod enumerate filter frozenset hash"
+    "list dict map len str float int bool min max round sorted range abs all any complex divmod "
+    "enumerate filter frozenset hash"
 )
 _PYTHON += " isinstance issubclass ord repr reversed slice set sum tuple zip"
 _XACRO = "load_yaml abs_filename dotify arg message warning error print_location fatal tokenize"
@@ -39,9 +43,18 @@ def main() -> None:
 
     sys.path += [*request["libraries"], os.path.dirname(__file__)]
     # The last two are otherwise imported later, when nothing can be imported any more.
-    libraries = ("xacro", "xacro.substitution_args", "xacro_expression", "yaml", "xml.dom.expatbuilder")
-    xacro, substitution_args, expression, *_ = [cast(Any, importlib.import_module(library)) for library in libraries]
-    vars(builtins).update(eval=None, exec=None)  # so that a later xacro which calls them elsewhere fails
+    libraries = (
+        "xacro",
+        "xacro.substitution_args",
+        "xacro_expression",
+        "yaml",
+        "xml.dom.expatbuilder",
+    )
+    xacro, substitution_args, expression, *_ = [
+        cast(Any, importlib.import_module(library)) for library in libraries
+    ]
+    # so that a later xacro which calls them elsewhere fails
+    vars(builtins).update(eval=None, exec=None)
 
     class Arguments(dict[str, str]):
         def __missing__(self, name: str) -> str:
@@ -65,14 +78,21 @@ def main() -> None:
     functions = {**symbols["math"], **symbols["python"], "true": True, "false": False}
 
     def substitute(text: str, context: dict[str, Any]) -> str:
-        values = {name: substitution_args.convert_value(value, "auto") for name, value in context["arg"].items()}
+        values = {
+            name: substitution_args.convert_value(value, "auto")
+            for name, value in context["arg"].items()
+        }
         return str(expression.evaluate(text, {**values, **functions}))
 
     xacro.safe_eval = expression.evaluate
     substitution_args._eval = substitute
     sys.stdout = sys.stderr = printed = io.StringIO()
     seconds, memory, links = request["limits"]
-    for limit, most in ((resource.RLIMIT_CPU, int(seconds) + 1), (resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, 0)):
+    for limit, most in (
+        (resource.RLIMIT_CPU, int(seconds) + 1),
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_FSIZE, 0),
+    ):
         resource.setrlimit(limit, (most, most))
 
     try:
@@ -99,10 +119,16 @@ def _explained(error: BaseException, xacro: Any) -> str:
     if isinstance(cause, RecursionError):
         return f"{where}: xacro does not come to an end; a macro or an include calls itself"
     if isinstance(cause, MemoryError):
-        return f"{where}: xacro needs more memory than it may have; look for a macro or an expression that grows without end"
+        return (
+            f"{where}: xacro needs more memory than it may have; look for a macro or an expression "
+            f"that grows without end"
+        )
     detail = " ".join(f"{cause} {places}".split())[:500] or type(cause).__name__
     if isinstance(cause, TypeError) and any(word in detail for word in ("operand", "concatenate")):
-        return f"{where}: an argument or property holds a text where arithmetic needs a number: {detail}"
+        return (
+            f"{where}: an argument or property holds a text where arithmetic needs a number: "
+            f"{detail}"
+        )
     return f"{where}: xacro cannot expand it: {detail}"
 
 

@@ -1,7 +1,7 @@
 """A result as a JSON document: its head, and values as JSON holds them.
 
-`null` where a thing does not exist; so a number that is not finite, and a list of such numbers. Numbers are the shortest that give
-the same double.
+`null` where a thing does not exist; so a number that is not finite, and a list of such numbers.
+Numbers are the shortest that give the same double.
 """
 
 import math
@@ -18,7 +18,12 @@ from shockpc.landing.scene_file import scene_table
 
 def headed(name: str, content: dict[str, Any], version: int = 1) -> dict[str, Any]:
     """A document: its schema, what computed it, and what was found, as JSON holds it."""
-    return {"schema": f"shockpc.{name}/{version}", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO, **_plain(content)}
+    return {
+        "schema": f"shockpc.{name}/{version}",
+        "shockpc": shockpc.__version__,
+        "pinocchio": PINOCCHIO,
+        **_plain(content),
+    }
 
 
 def record(instance: object, *keys: str) -> dict[str, Any]:
@@ -43,7 +48,11 @@ def _plain(value: Any) -> Any:
             parts = [_plain(part) for part in value]
             return None if parts and all(part is None for part in parts) else parts
         case tuple():
-            return _plain(value._asdict()) if hasattr(value, "_asdict") else [_plain(part) for part in value]
+            return (
+                _plain(value._asdict())
+                if hasattr(value, "_asdict")
+                else [_plain(part) for part in value]
+            )
         case Scene():
             return scene_table(value)
         case _:

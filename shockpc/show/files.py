@@ -1,4 +1,6 @@
-"""Files of results: each is complete before it gets its name, and none replaces what the command has read."""
+"""Files of results: each is complete before it gets its name, and none replaces what the command
+has read.
+"""
 
 import contextlib
 import os
@@ -11,7 +13,8 @@ from shockpc.text.paths import inputs, open_file, read_file
 
 
 def check_folder(folder: Path, option: str) -> None:
-    """Check that the folder of an option can be written, or made, before anything is computed; nothing is left behind.
+    """Check that the folder of an option can be written, or made, before anything is computed;
+    nothing is left behind.
 
     Raises:
         OutputError: it is a file, it cannot be made, or nothing may be written in it.
@@ -19,7 +22,9 @@ def check_folder(folder: Path, option: str) -> None:
     import tempfile
 
     try:
-        with tempfile.TemporaryFile(dir=next(place for place in (folder, *folder.parents) if place.exists())):
+        with tempfile.TemporaryFile(
+            dir=next(place for place in (folder, *folder.parents) if place.exists())
+        ):
             pass
     except OSError as refusal:
         raise OutputError(
@@ -33,20 +38,32 @@ def destination(path: Path, replaceable: str = "") -> Path:
 
     Args:
         path: as given.
-        replaceable: what a file that this command has read may be to be replaced all the same, such as "scene file".
+        replaceable: what a file that this command has read may be to be replaced all the same, such
+            as "scene file".
 
     Raises:
-        OutputError: what is there is a folder, a pipe, a device or a link to itself, or is read by the same command.
+        OutputError: what is there is a folder, a pipe, a device or a link to itself, or is read by
+            the same command.
     """
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
     for status_of in (path.stat, target.lstat):
         with contextlib.suppress(OSError):
             status = status_of()
             if not stat.S_ISREG(status.st_mode):
-                kind = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe, a device or a link to itself"
-                raise OutputError(f'"{path}" is {kind}, but a file has to be written there; move it, or name another file')
+                kind = (
+                    "a folder"
+                    if stat.S_ISDIR(status.st_mode)
+                    else "a pipe, a device or a link to itself"
+                )
+                raise OutputError(
+                    f'"{path}" is {kind}, but a file has to be written there; move it, or name '
+                    f"another file"
+                )
             if inputs.get((status.st_dev, status.st_ino), replaceable) != replaceable:
-                raise OutputError(f'"{path}" is read by the same command, so it is not replaced; name another file')
+                raise OutputError(
+                    f'"{path}" is read by the same command, so it is not replaced; name another '
+                    f"file"
+                )
     return target
 
 
@@ -68,7 +85,10 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes], name: str) -> N
     real, manifest = Path(os.path.realpath(folder)), f".{name}.sha256"
     for path in (*files, manifest):
         if os.path.realpath(destination(folder / path)) != str(real / path):
-            raise OutputError(f'"{folder / path}" leads out of its folder by a link; remove it, or name another with --out')
+            raise OutputError(
+                f'"{folder / path}" leads out of its folder by a link; remove it, or name another '
+                f"with --out"
+            )
     recorded = _recorded(folder / manifest)
     for path, content in files.items():
         write_file(folder / path, content)
@@ -116,17 +136,23 @@ def _remove(path: Path) -> None:
     try:
         path.unlink()
     except OSError as refusal:
-        raise OutputError(f'"{path}", of an earlier run, cannot be removed: {refusal.strerror}') from None
+        raise OutputError(
+            f'"{path}", of an earlier run, cannot be removed: {refusal.strerror}'
+        ) from None
 
 
-def write_file(path: Path, content: str | bytes, replaceable: str = "", flush: bool = False) -> None:
+def write_file(
+    path: Path, content: str | bytes, replaceable: str = "", flush: bool = False
+) -> None:
     """Write a file of one content; the arguments and what is raised are those of `new_file`."""
     with new_file(path, replaceable, flush) as append:
         append(content)
 
 
 @contextlib.contextmanager
-def new_file(path: Path, replaceable: str = "", flush: bool = False) -> Iterator[Callable[[str | bytes], None]]:
+def new_file(
+    path: Path, replaceable: str = "", flush: bool = False
+) -> Iterator[Callable[[str | bytes], None]]:
     """A function that appends to a new file, which replaces that of its path when the block ends.
 
     The file has a temporary name beside its place until it is complete; on failure no file is

@@ -12,15 +12,18 @@ PAGE = "report.html"
 
 
 def report_files(
-    report: Report, command: str = "", warn: Callable[[str], None] | None = None, folder: Path = Path()
+    report: Report,
+    command: str = "",
+    warn: Callable[[str], None] | None = None,
+    folder: Path = Path(),
 ) -> dict[str, str | bytes]:
     """The files of a report by name. One of landings has no page where Plotly is not installed.
 
     Args:
         report: the result.
         command: the command line that made it.
-        warn: is called with the reason why the page cannot be made, and the other files are still made; without it the error
-            is raised.
+        warn: is called with the reason why the page cannot be made, and the other files are still
+            made; without it the error is raised.
         folder: in which they are written.
     """
     files, library = report.files(folder), plotly() if report.landings else None
@@ -31,13 +34,20 @@ def report_files(
     except (MemoryError, ArithmeticError, ValueError) as failure:
         if warn is None:
             raise
-        reason = "the memory of this computer does not suffice" if isinstance(failure, MemoryError) else str(failure)
+        reason = (
+            "the memory of this computer does not suffice"
+            if isinstance(failure, MemoryError)
+            else str(failure)
+        )
         warn(f"{PAGE} cannot be made: {reason}; the other files are complete")
         return files
 
 
-def write_report_folder(folder: Path, report: Report, command: str = "", warn: Callable[[str], None] | None = None) -> None:
-    """Write the files of a report into a folder, and remove those of the command's last run that this one lacks.
+def write_report_folder(
+    folder: Path, report: Report, command: str = "", warn: Callable[[str], None] | None = None
+) -> None:
+    """Write the files of a report into a folder, and remove those of the command's last run that
+    this one lacks.
 
     Args:
         folder: is made if it does not exist.

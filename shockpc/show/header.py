@@ -1,4 +1,6 @@
-"""The header of a landing, the same in tables and figures: robot, posture, base, contacts, strike, joint model and plane."""
+"""The header of a landing, the same in tables and figures: robot, posture, base, contacts, strike,
+joint model and plane.
+"""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -35,8 +37,14 @@ BASES = {
     "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
     "file": "fixed in the file; --base free releases it",
     "weld": "fixed to the world by a weld of the file; --base free releases it",
-    "arm": "fixed to the world, because the robot has no feet and hangs on its root by one chain; --base free releases it",
-    "legs": f'freed, although its root link is called "{WORLD}", because legs hang on that; --base fixed holds it',
+    "arm": (
+        "fixed to the world, because the robot has no feet and hangs on its root by one chain; "
+        "--base free releases it"
+    ),
+    "legs": (
+        f'freed, although its root link is called "{WORLD}", because legs hang on that; --base '
+        f"fixed holds it"
+    ),
 }
 
 ROUNDED = 1e-6
@@ -52,35 +60,54 @@ def landing_text(profile: ShockProfile) -> str:
     held = ", the base held" if hangs(robot, profile.landing.base) else ""
     if len(struck) == 1:
         return f"{names} only{held}"
-    on_feet = recognised(robot) and all(contact.frame in (*feet(robot), *each) for contact in contacts)
+    on_feet = recognised(robot) and all(
+        contact.frame in (*feet(robot), *each) for contact in contacts
+    )
     if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
-        return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together{held}"
+        return (
+            f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together{held}"
+        )
     return f"{names} together{held}"
 
 
 def landings_text(landings: Mapping[str, ShockProfile]) -> str:
-    """Which landings these are: on all level feet, on those of edges of their support, and on single ones; or their names."""
+    """Which landings these are: on all level feet, on those of edges of their support, and on
+    single ones; or their names.
+    """
     first, *others = landings.values()
     if not others:
         return landing_text(first)
-    contacts = list(dict.fromkeys(frozenset(contact.frame for contact in profile.scene.contact) for profile in landings.values()))
+    contacts = list(
+        dict.fromkeys(
+            frozenset(contact.frame for contact in profile.scene.contact)
+            for profile in landings.values()
+        )
+    )
     single = [one for one in contacts if len(one) == 1]
     if len(contacts[0]) < 2 or len(single) < 2:
         names = list(landings)
-        return "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
+        return (
+            "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
+        )
     several = len(contacts) - len(single) - 1
     edges = [f"{count(several, 'edge')} of their support"] if several else []
-    return f"{len(landings)}: " + ", ".join([landing_text(first), *edges, f"{number_text(len(single))} single feet"])
+    return f"{len(landings)}: " + ", ".join(
+        [landing_text(first), *edges, f"{number_text(len(single))} single feet"]
+    )
 
 
 def contacts_text(landings: Iterable[ShockProfile]) -> str:
     """Where and how the contacts of some landings strike, each once."""
-    texts = dict.fromkeys(_contact_text(profile, i) for profile in landings for i in range(len(profile.contacts)))
+    texts = dict.fromkeys(
+        _contact_text(profile, i) for profile in landings for i in range(len(profile.contacts))
+    )
     return printable(few(list(texts), 8, "; "))
 
 
 def unknown_lines(landings: Iterable[ShockProfile]) -> list[tuple[str, str]]:
-    """What landings take for granted: a line for each thing that nobody knows, and one for what was chosen; (name, text)."""
+    """What landings take for granted: a line for each thing that nobody knows, and one for what was
+    chosen; (name, text).
+    """
     found = merged(profile.unknowns for profile in landings)
     lines = [("unknown", printable(str(one))) for one in found if not one.known]
     assumed = "; ".join(printable(one.named) for one in found if one.known)
@@ -96,14 +123,22 @@ def scene_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     """What was computed, one line for each part of the scene; (name, text)."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
-    normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
+    normalised = (
+        f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass"
+        if scene.v_in == "com"
+        else ""
+    )
     lines = {
         "landing": landing_text(profile),
         "robot": f"{robot.label} ({robot.name}, {moving_text(robot, profile.landing.base)}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
-        **({"stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance)} if profile.stance else {}),
+        **(
+            {"stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance)}
+            if profile.stance
+            else {}
+        ),
         "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
         "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
         "plane": plane_text(profile),
@@ -121,33 +156,51 @@ def common_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
     if len(landings) == 1:
         return scene_lines(*landings.values())
     headers = [dict(scene_lines(profile)) for profile in landings.values()]
-    texts = {name: list(dict.fromkeys(one[name] for one in headers)) for name in ("robot", "posture", "base", "joint model")}
+    texts = {
+        name: list(dict.fromkeys(one[name] for one in headers))
+        for name in ("robot", "posture", "base", "joint model")
+    }
     lines = [("landings", landings_text(landings))]
     for name, (text, *others) in texts.items():
         # Parts of the text, such as the drives, may be those of all landings.
-        parts = [part for part in text.split("; ") if all(part in other.split("; ") for other in others)]
-        lines.append((name, "; ".join(parts if not others or parts else ["differs between the landings"])))
+        parts = [
+            part for part in text.split("; ") if all(part in other.split("; ") for other in others)
+        ]
+        lines.append(
+            (name, "; ".join(parts if not others or parts else ["differs between the landings"]))
+        )
     return lines
 
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
-    """A line for each thing that landings warn of, with the landing in which it is largest, after `unknown_lines`.
+    """A line for each thing that landings warn of, with the landing in which it is largest, after
+    `unknown_lines`.
 
     Args:
         landings: by name.
         without: warnings of a kind that are left out.
     """
-    warnings = [(one, name) for name, profile in landings.items() for one in other_warnings(profile) if one.kind != without]
+    warnings = [
+        (one, name)
+        for name, profile in landings.items()
+        for one in other_warnings(profile)
+        if one.kind != without
+    ]
     lines = []
     for every in alike(warnings):
         named = list(dict.fromkeys(name for _, name in every))
         less = f", less in {len(named) - 1} more" if len(named) > 1 else ""
-        lines.append(f"warning: {every[0][0]}" + ("" if len(named) == len(landings) else f" (in {named[0]}{less})"))
+        lines.append(
+            f"warning: {every[0][0]}"
+            + ("" if len(named) == len(landings) else f" (in {named[0]}{less})")
+        )
     return lines
 
 
 def plane_text(profile: ShockProfile) -> str:
-    """The plane of CoPc and RoPc, and whether more than half of the motion before the impact is out of the sagittal plane."""
+    """The plane of CoPc and RoPc, and whether more than half of the motion before the impact is out
+    of the sagittal plane.
+    """
     plane, share = profile.scene.plane, sideways(profile.scene.strike)
     if not isinstance(plane, str):
         return f"normal ({vector_text(profile.plane.normal)})"
@@ -184,17 +237,26 @@ def joint_model_text(profile: ShockProfile) -> str:
 def _drive_texts(profile: ShockProfile) -> list[str]:
     """What the scene and the file say of the drives, and of the springs."""
     robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
-    texts = [f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))]
+    texts = [
+        f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))
+    ]
     for name, motor in joints.rotor.items():
         given = motor.gear_ratio
         ratio = "the file's gear ratio" if given is None else f"gear ratio {interval_text(given)}"
-        behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
+        behind = (
+            "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
+        )
         gear = "" if motor.gear is None else f", {motor.gear}"
-        texts.append(f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², {ratio}{gear}{behind}")
+        texts.append(
+            f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², "
+            f"{ratio}{gear}{behind}"
+        )
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     if not joints.carried:
         texts.append("rotors are not coupled to the links that carry them")
-    texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
+    texts += [
+        f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()
+    ]
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]
@@ -203,11 +265,16 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         texts.append(f"springs have an effect after {1e3 * profile.spring_time:.2g} ms")
     deflection = model.deflection(robot, profile.landing.q)
     load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
-    if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
+    if loaded := {
+        name: torque
+        for name in sprung
+        if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0
+    }:
         most = max(loaded, key=lambda name: loaded[name])
         size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"
         texts.append(
-            f"{most} is loaded by its spring with {size} at touchdown, which has an effect only on contacts of finite stiffness"
+            f"{most} is loaded by its spring with {size} at touchdown, which has an effect only on "
+            f"contacts of finite stiffness"
         )
     return texts
 
@@ -215,10 +282,18 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
 def posture_text(profile: ShockProfile) -> str:
     """The reference posture and what was set besides, with units."""
     posture = profile.landing.scene.posture
-    bent = " (neutral, with straight legs bent by 30 deg at the knees and level feet, as no standing posture is known)"
+    bent = (
+        " (neutral, with straight legs bent by 30 deg at the knees and level feet, as no standing "
+        "posture is known)"
+    )
     words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
-    words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))
-    words += [f"{printable(name)} at quaternion ({vector_text(turned)})" for name, turned in posture.joint_quaternions.items()]
+    words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(
+        profile.robot, posture.joints_deg, ("deg", "m")
+    )
+    words += [
+        f"{printable(name)} at quaternion ({vector_text(turned)})"
+        for name, turned in posture.joint_quaternions.items()
+    ]
     if posture.base_rpy_deg:
         words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))
     if posture.base_quaternion:
@@ -229,21 +304,30 @@ def posture_text(profile: ShockProfile) -> str:
 def strike_text(profile: ShockProfile) -> str:
     """Speed of the contact, its direction, and what moves before the impact."""
     strike = profile.scene.strike
-    parts = [f"{float(np.linalg.norm(profile.strike)):.4g} m/s, {angle_text(profile)} deg from the vertical"]
+    parts = [
+        f"{float(np.linalg.norm(profile.strike)):.4g} m/s, {angle_text(profile)} deg from the "
+        f"vertical"
+    ]
     if strike.drop_height is not None:
         parts.append(f"after a fall of {strike.drop_height:g} m")
     rates = {name: rate for name, rate in strike.joint_velocities.items() if rate}
     moving = (
-        [f"robot rotates at ({vector_text(strike.angular_velocity or ())}) rad/s"] if any(strike.angular_velocity or ()) else []
+        [f"robot rotates at ({vector_text(strike.angular_velocity or ())}) rad/s"]
+        if any(strike.angular_velocity or ())
+        else []
     )
     moving += _settings(profile.robot, rates, ("rad/s", "m/s"))
     if moving:
-        parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [few(moving, 4, what=" joint rates")]
+        parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [
+            few(moving, 4, what=" joint rates")
+        ]
     return ", ".join(parts)
 
 
 def angle_text(profile: ShockProfile) -> str:
-    """Angle of the contact's velocity from straight down, to four digits; below zero if it moves backward in the plane [deg]."""
+    """Angle of the contact's velocity from straight down, to four digits; below zero if it moves
+    backward in the plane [deg].
+    """
     x, y, z = profile.strike
     angle = math.degrees(math.atan2(math.hypot(x, y), -z))
     backward = profile.strike @ profile.plane.forward < -1e-9 * np.linalg.norm(profile.strike)
@@ -267,27 +351,37 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
         value = "minimum" if side_of(profile.robot, block) > 0.0 else "maximum"
         rebound = f", restitution {asked.restitution:g}" * bool(asked.restitution)
         return (
-            f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are those of its body's CoM against it"
+            f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are "
+            f"those of its body's CoM against it"
         )
     where = ", ".join(f"{x:.3f}" for x in contact.point.round(3) + 0.0)
     parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
     kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
     friction = profile.friction
     slides = (
-        "" if friction is None or friction.impact is None else f" ({friction.state[i]} with friction {profile.scene.friction:g})"
+        ""
+        if friction is None or friction.impact is None
+        else f" ({friction.state[i]} with friction {profile.scene.friction:g})"
     )
-    parts.append(f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
+    parts.append(
+        f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}"
+    )
     parts += _sole_words(profile, i)
     parts += [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
-    parts += [f"not along ({axis}), where only rounding of the file moves it" for axis in _left_out(profile, i)]
+    parts += [
+        f"not along ({axis}), where only rounding of the file moves it"
+        for axis in _left_out(profile, i)
+    ]
     if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
     return ", ".join(parts)
 
 
 def _sole_words(profile: ShockProfile, i: int) -> list[str]:
-    """What of its sole a contact carries with: where the pressure is on an edge, and what its twist needs."""
+    """What of its sole a contact carries with: where the pressure is on an edge, and what its twist
+    needs.
+    """
     contact, kind = profile.contacts[i], profile.scene.contact[i].kind
     if kind in ("point", "auto"):
         return []
@@ -305,7 +399,9 @@ def _sole_words(profile: ShockProfile, i: int) -> list[str]:
 
 
 def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
-    """The directions in which a contact is not stopped, because the mechanism moves it there only by what rounding leaves."""
+    """The directions in which a contact is not stopped, because the mechanism moves it there only
+    by what rounding leaves.
+    """
     block, rows = profile.landing.blocks[i], slices_of(profile.landing.blocks)[i]
     for combination in profile.choice.infeasible:
         axis = combination[rows][: len(block.forces)] @ block.forces
@@ -321,5 +417,8 @@ def _settings(robot: Robot, values: Mapping[str, Interval], units: tuple[str, st
     texts = []
     for pattern, value in values.items():
         slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
-        texts.append(f"{printable(pattern)} = {interval_text(value)} {' or '.join(units[kind] for kind in slides)}")
+        texts.append(
+            f"{printable(pattern)} = {interval_text(value)} "
+            f"{' or '.join(units[kind] for kind in slides)}"
+        )
     return texts

@@ -25,7 +25,10 @@ def show(report: Report) -> None:
     text = page if isinstance(page, str) else page.decode()
     ipython = sys.modules.get("IPython")
     if ipython is not None and hasattr(ipython.get_ipython(), "kernel"):
-        frame = f'<div><iframe style="width: 100%; height: 900px; border: 0" srcdoc="{html.escape(text)}"></iframe></div>'
+        frame = (
+            f'<div><iframe style="width: 100%; height: 900px; border: 0" '
+            f'srcdoc="{html.escape(text)}"></iframe></div>'
+        )
         display = importlib.import_module("IPython.display")
         display.display(display.HTML(frame))
         return

@@ -1,4 +1,6 @@
-"""A result, described once: the text, the Markdown document, CSV, JSON and the files of a folder are made from that."""
+"""A result, described once: the text, the Markdown document, CSV, JSON and the files of a folder
+are made from that.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -6,7 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import headed
-from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped, joined, sheet_of
+from shockpc.show.tables import (
+    Lines,
+    Sheet,
+    as_csv,
+    as_markdown,
+    as_records,
+    as_text,
+    escaped,
+    joined,
+    sheet_of,
+)
 from shockpc.text.printed import json_text
 
 if TYPE_CHECKING:
@@ -49,7 +61,10 @@ ROWS = 20
 
 
 def table_report(table: "Table", rows: int | None = None) -> "Report":
-    """The first rows of a table, and why some of them could not be computed. Args: table; rows, number of all."""
+    """The first rows of a table, and why some of them could not be computed.
+
+    Args: table; rows, number of all.
+    """
     first, rows = table.first_rows(ROWS), len(table) if rows is None else rows
     notes = [f"the first {len(first)} of {rows} rows"] if len(first) < rows else []
     return Report(
@@ -71,30 +86,38 @@ Section = Sheet | Lines | Picture
 
 
 class Report(NamedTuple):
-    """One result as people and as programs read it. What costs time is a function that is called if it is needed.
+    """One result as people and as programs read it.
+
+    What costs time is a function that is called if it is needed.
 
     Attributes:
         name: of the JSON file, and of its schema.
-        body: lines, tables and figures in the order of reading; the argument is whether all rows are wanted, as in the Markdown
-            document, or on a terminal those of the largest values.
-        sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
-        document: the JSON document without its head and tables; `null` where a thing does not exist, positions in metres.
+        body: lines, tables and figures in the order of reading; the argument is whether all rows
+            are wanted, as in the Markdown document, or on a terminal those of the largest values.
+        sheets: the tables with all digits, by the name of their CSV file; the first one is what
+            --format csv prints.
+        document: the JSON document without its head and tables; `null` where a thing does not
+            exist, positions in metres.
         title: heading of the Markdown document.
         page: name of the file of that document.
-        lead: how many sections of the whole body are the answer of the command, which report.html has before the view, with the
-            lines under the body; by default the lines that the body begins with.
+        lead: how many sections of the whole body are the answer of the command, which report.html
+            has before the view, with the lines under the body; by default the lines that the body
+            begins with.
         brief: what a terminal shows in place of the body and the lines under it; by default these.
         width: most characters of a line of a table on a terminal; None for any number.
         closing: lines under the body.
         warnings: lines under those: what warns, and what could not be computed.
         formats: texts in formats of other programs, by the name of the format.
-        more: contents of further files by name, which may hold paths relative to the folder that they are written in.
+        more: contents of further files by name, which may hold paths relative to the folder that
+            they are written in.
         landings: those that report.html shows in three dimensions, by name.
-        live: of the joints that have sliders in report.html, besides those that carry what strikes, names or globs; None for a page
-            whose landings keep their postures.
-        tables: whether the document holds the rows of the sheets, by name, and the units of their keys.
-        parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
-            body of this report follows, and its document if that has an entry.
+        live: of the joints that have sliders in report.html, besides those that carry what strikes,
+            names or globs; None for a page whose landings keep their postures.
+        tables: whether the document holds the rows of the sheets, by name, and the units of their
+            keys.
+        parts: the reports of several results by the names of their folders. Their texts and
+            documents are put together, and the body of this report follows, and its document if
+            that has an entry.
     """
 
     name: str
@@ -116,7 +139,10 @@ class Report(NamedTuple):
     parts: Mapping[str, "Report"] = {}
 
     def text(self, format_: str) -> str:
-        """What goes to standard output. Args: format_, "table", "markdown", "csv", "json" or one of `formats`."""
+        """What goes to standard output.
+
+        Args: format_, "table", "markdown", "csv", "json" or one of `formats`.
+        """
         if format_ in self.formats:
             return self.formats[format_]()
         if format_ == "json":
@@ -132,18 +158,39 @@ class Report(NamedTuple):
         document = self.document()
         if self.tables:
             sheets = {name: sheet() for name, sheet in self.sheets.items()}
-            units = {name: {one.key: one.exact_unit for one in sheet.columns if one.unit} for name, sheet in sheets.items()}
-            return headed(self.name, {**document, "tables": {name: as_records(sheets[name]) for name in sheets}, "units": units}, 2)
+            units = {
+                name: {one.key: one.exact_unit for one in sheet.columns if one.unit}
+                for name, sheet in sheets.items()
+            }
+            return headed(
+                self.name,
+                {
+                    **document,
+                    "tables": {name: as_records(sheets[name]) for name in sheets},
+                    "units": units,
+                },
+                2,
+            )
         parts = [part.json() for part in self.parts.values()]
-        return [*parts, *([headed(self.name, document)] if document else [])] if parts else headed(self.name, document)
+        return (
+            [*parts, *([headed(self.name, document)] if document else [])]
+            if parts
+            else headed(self.name, document)
+        )
 
     def files(self, folder: Path = Path()) -> dict[str, str | bytes]:
-        """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several results have a folder each."""
+        """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several
+        results have a folder each.
+        """
         body = list(self.body(True))
         pictures = [block for block in body if isinstance(block, Picture)]
         document = {} if self.parts else {f"{self.name}.json": self.text("json")}
         return {
-            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part.files(folder / name).items()},
+            **{
+                f"{name}/{file}": text
+                for name, part in self.parts.items()
+                for file, text in part.files(folder / name).items()
+            },
             **{file: content for picture in pictures for file, content in picture.files().items()},
             **{f"{name}.csv": as_csv(sheet()) for name, sheet in self.sheets.items()},
             f"{self.page}.md": self._markdown(body, figures=True),
@@ -152,7 +199,10 @@ class Report(NamedTuple):
         }
 
     def _markdown(self, body: Iterable[Section], figures: bool = False) -> str:
-        """The Markdown document; of several results the part about all. Args: figures, whether their files are beside it."""
+        """The Markdown document; of several results the part about all.
+
+        Args: figures, whether their files are beside it.
+        """
         blocks = [f"## {escaped(self.title)}\n" if self.title else ""]
         for block in (*body, self._end):
             if not isinstance(block, Picture):
@@ -162,8 +212,17 @@ class Report(NamedTuple):
         return "\n".join(filter(None, blocks))
 
     def _terminal(self) -> str:
-        blocks = (*self.body(False), self._end) if self.brief is None else (*self.brief(), Lines(self.warnings))
-        return "\n".join(filter(None, (as_text(block, self.width) for block in blocks if not isinstance(block, Picture))))
+        blocks = (
+            (*self.body(False), self._end)
+            if self.brief is None
+            else (*self.brief(), Lines(self.warnings))
+        )
+        return "\n".join(
+            filter(
+                None,
+                (as_text(block, self.width) for block in blocks if not isinstance(block, Picture)),
+            )
+        )
 
     @property
     def _end(self) -> Lines:
@@ -171,5 +230,7 @@ class Report(NamedTuple):
 
     def _first_sheet(self) -> Sheet:
         """What --format csv prints, of several results with the rows of all."""
-        sheets = [part._first_sheet() for part in self.parts.values()] or [next(iter(self.sheets.values()))()]
+        sheets = [part._first_sheet() for part in self.parts.values()] or [
+            next(iter(self.sheets.values()))()
+        ]
         return joined(sheets)

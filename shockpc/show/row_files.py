@@ -92,7 +92,10 @@ class RowFiles:
         if path.exists() or self._present:
             if not resume:
                 remedy = "continue it with --resume, or " if self.format == "parquet" else ""
-                raise OutputError(f'"{self.folder}" holds a {noun} already; {remedy}name another folder with --out')
+                raise OutputError(
+                    f'"{self.folder}" holds a {noun} already; {remedy}name another folder with '
+                    f"--out"
+                )
             different = _different(path, description)
             if different:
                 raise OutputError(
@@ -180,7 +183,9 @@ class RowFiles:
         yield 0
         with new_file(self._csv, flush=True) as append:
             append(csv_text([[exact(name) for name in self.headings]]))
-            for k, (lines, notes) in enumerate(self.evaluation.each(list(chunks), _lines, executor)):
+            for k, (lines, notes) in enumerate(
+                self.evaluation.each(list(chunks), _lines, executor)
+            ):
                 append(lines)
                 self._notes.append(notes)
                 yield _count(self.evaluation, k)
@@ -330,7 +335,9 @@ def _opened(path: Path) -> Iterator[Any]:
             # What reads whole data sets imports pandas where that is installed.
             yield arrow().parquet.ParquetFile(content)
     except (OSError, ValueError, LookupError, TypeError, NotImplementedError):
-        raise OutputError(f'"{path}" is damaged; delete it, and run the same command with --resume') from None
+        raise OutputError(
+            f'"{path}" is damaged; delete it, and run the same command with --resume'
+        ) from None
 
 
 def _from_arrow(column: Any) -> np.ndarray:
@@ -365,7 +372,8 @@ def arrow() -> Any:
         import pyarrow.parquet
     except ImportError:
         raise OutputError(
-            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or write a CSV file: --rows csv'
+            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or '
+            "write a CSV file: --rows csv"
         ) from None
     return pyarrow
 

@@ -1,4 +1,6 @@
-"""Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
+"""Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a
+spreadsheet.
+"""
 
 import io
 import itertools
@@ -20,20 +22,28 @@ Row = tuple[Cell, ...]
 
 
 _MARKUP = (
-    r"[\\`*|~$]|\](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|^[#+=]|^-(?=[ -])|(?i:(?<=http)|(?<=https)|(?<=ftp)):(?=//)|(?i:(?<=www))\."
+    r"[\\`*|~$]|\](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|^[#+=]|^-(?=[ "
+    r"-])|(?i:(?<=http)|(?<=https)|(?<=ftp)):(?=//)|(?i:(?<=www))\."
 )
 _FORMULA = tuple("=+-@＝＋－＠")
 _NUMBER = re.compile(r"[+-]?\d+(\.\d+)?(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
 SHOWN = {"%": ("-", 0.01), "ms": ("s", 1e-3), "µs": ("s", 1e-6)}
-"""Units that people read, each with that of cells, CSV and JSON, and its size in that. All others are the same for both."""
+"""Units that people read, each with that of cells, CSV and JSON, and its size in that.
+
+All others are the same for both.
+"""
 
 
 WIDTH, NARROW, GAP = 100, 12, "  "
-"""Characters of a line of a table on a terminal; of a column of names at least; and between columns."""
+"""Characters of a line of a table on a terminal; of a column of names at least; and between
+columns.
+"""
 
 NAMES = 0.7
-"""Share of the width that the first columns, which name the rows, may have to be repeated where a table continues."""
+"""Share of the width that the first columns, which name the rows, may have to be repeated where a
+table continues.
+"""
 
 
 class Column(NamedTuple):
@@ -42,7 +52,8 @@ class Column(NamedTuple):
     Attributes:
         key: its name in JSON, which no other column of the table has.
         title: over it.
-        unit: as people read it, "-" for 1; empty of texts, counts, and numbers whose rows name theirs.
+        unit: as people read it, "-" for 1; empty of texts, counts, and numbers whose rows name
+            theirs.
         width: largest number of characters of a cell on a terminal.
         zero: size below which people read a number as zero, which rounding leaves.
     """
@@ -55,13 +66,17 @@ class Column(NamedTuple):
 
     @classmethod
     def of(cls, head: "str | Column") -> "Column":
-        """A column by its heading, a title with the unit in brackets; the key follows, with the unit of an angle in degrees."""
+        """A column by its heading, a title with the unit in brackets; the key follows, with the
+        unit of an angle in degrees.
+        """
         if isinstance(head, Column):
             return head
         title, bracket, unit = head.partition(" [")
         unit = unit.removesuffix("]") if bracket else ""
         key = re.sub(r"[^\w@.:/+-]+", "_", title.replace(" - ", " minus ")).strip("_")
-        return cls(key.removesuffix("_deg") + "_deg" * (unit == "deg"), title.removesuffix("_deg"), unit)
+        return cls(
+            key.removesuffix("_deg") + "_deg" * (unit == "deg"), title.removesuffix("_deg"), unit
+        )
 
     @property
     def exact_unit(self) -> str:
@@ -75,11 +90,17 @@ class Column(NamedTuple):
 
     def shown(self, cell: Cell) -> str:
         """A cell as people read it."""
-        return rounded(cell / SHOWN[self.unit][1] if self.unit in SHOWN and isinstance(cell, float) else cell, self.zero)
+        return rounded(
+            cell / SHOWN[self.unit][1] if self.unit in SHOWN and isinstance(cell, float) else cell,
+            self.zero,
+        )
 
 
 class Sheet(NamedTuple):
-    """A table: a title, columns, rows, and notes under it. Numbers are in SI units, or degrees, as `Column.exact_unit` says."""
+    """A table: a title, columns, rows, and notes under it.
+
+    Numbers are in SI units, or degrees, as `Column.exact_unit` says.
+    """
 
     title: str
     header: Sequence[str | Column]
@@ -87,7 +108,9 @@ class Sheet(NamedTuple):
     notes: Sequence[str] = ()
 
     @classmethod
-    def of(cls, title: str, columns: Mapping[Any, Iterable[Any]], notes: Sequence[str] = ()) -> "Sheet":
+    def of(
+        cls, title: str, columns: Mapping[Any, Iterable[Any]], notes: Sequence[str] = ()
+    ) -> "Sheet":
         """A table of columns by heading, or by `Column`."""
         values = (x.tolist() if hasattr(x, "tolist") else x for x in columns.values())
         return cls(title, tuple(columns), list(zip(*values, strict=True)), notes)
@@ -101,22 +124,35 @@ class Sheet(NamedTuple):
         """Those of some columns that it has."""
         names = [column.key for column in self.columns]
         kept = [names.index(key) for key in keys if key in names]
-        return self._replace(header=[self.header[k] for k in kept], rows=[[row[k] for k in kept] for row in self.rows])
+        return self._replace(
+            header=[self.header[k] for k in kept],
+            rows=[[row[k] for k in kept] for row in self.rows],
+        )
 
     def without(self, *keys: str) -> "Sheet":
         """All columns but some."""
         return self.only(*(column.key for column in self.columns if column.key not in keys))
 
     def known(self) -> "Sheet":
-        """The columns in which some row has a cell; all columns of a table without rows, of which nothing is known."""
+        """The columns in which some row has a cell; all columns of a table without rows, of which
+        nothing is known.
+        """
         if not self.rows:
             return self
-        return self.only(*(column.key for k, column in enumerate(self.columns) if not all(_empty(row[k]) for row in self.rows)))
+        return self.only(
+            *(
+                column.key
+                for k, column in enumerate(self.columns)
+                if not all(_empty(row[k]) for row in self.rows)
+            )
+        )
 
     def where(self, kept: Callable[[dict[str, Cell]], bool]) -> "Sheet":
         """The rows of which a condition holds. Args: kept, of the cells of a row by key."""
         keys = [column.key for column in self.columns]
-        return self._replace(rows=[row for row in self.rows if kept(dict(zip(keys, row, strict=True)))])
+        return self._replace(
+            rows=[row for row in self.rows if kept(dict(zip(keys, row, strict=True)))]
+        )
 
     def ranked(self, key: str) -> "Sheet":
         """The rows with the largest numbers of a column first."""
@@ -124,7 +160,8 @@ class Sheet(NamedTuple):
         return self._replace(rows=sorted(self.rows, key=lambda row: -float(row[k] or 0.0)))
 
     def largest(self, most: int | None, noun: str, sizes: Sequence[float] = ()) -> "Sheet":
-        """The rows of the largest sizes in the order of the table, with a note before the others that says how many are left out.
+        """The rows of the largest sizes in the order of the table, with a note before the others
+        that says how many are left out.
 
         Args:
             most: largest number of rows; None for all.
@@ -134,23 +171,41 @@ class Sheet(NamedTuple):
         if most is None or len(self.rows) <= most:
             return self
         kept = sorted(range(len(self.rows)), key=lambda k: -sizes[k] if len(sizes) else k)[:most]
-        left = count(len(self.rows) - most, noun) + " with smaller values" * bool(len(sizes)) + " not shown; --out writes all"
+        left = (
+            count(len(self.rows) - most, noun)
+            + " with smaller values" * bool(len(sizes))
+            + " not shown; --out writes all"
+        )
         return self._replace(rows=[self.rows[k] for k in sorted(kept)], notes=(left, *self.notes))
 
 
 def joined(sheets: Sequence[Sheet]) -> Sheet:
     """The rows of several tables below one another, with the columns that some of them have."""
     columns = {column.key: column for sheet in sheets for column in sheet.columns}
-    cells = [dict(zip((column.key for column in sheet.columns), row, strict=True)) for sheet in sheets for row in sheet.rows]
-    return sheets[0]._replace(header=list(columns.values()), rows=[[row.get(key) for key in columns] for row in cells])
+    cells = [
+        dict(zip((column.key for column in sheet.columns), row, strict=True))
+        for sheet in sheets
+        for row in sheet.rows
+    ]
+    return sheets[0]._replace(
+        header=list(columns.values()), rows=[[row.get(key) for key in columns] for row in cells]
+    )
 
 
 def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
     """The columns of a study's table, of the rows without a message; in the units of sheets."""
-    heads = [Column.of(name if " [" in name or not unit else f"{name} [{unit}]") for name, unit in table.units.items()]
-    columns = (x * SHOWN[head.unit][1] if head.unit in SHOWN else x for head, x in zip(heads, table.columns.values(), strict=True))
+    heads = [
+        Column.of(name if " [" in name or not unit else f"{name} [{unit}]")
+        for name, unit in table.units.items()
+    ]
+    columns = (
+        x * SHOWN[head.unit][1] if head.unit in SHOWN else x
+        for head, x in zip(heads, table.columns.values(), strict=True)
+    )
     rows = list(zip(*(x.tolist() for x in columns), strict=True))
-    return Sheet(title, heads, [row for i, row in enumerate(rows) if i not in table.messages], notes)
+    return Sheet(
+        title, heads, [row for i, row in enumerate(rows) if i not in table.messages], notes
+    )
 
 
 class Lines(NamedTuple):
@@ -168,25 +223,34 @@ class Lines(NamedTuple):
 
 
 def as_text(block: Sheet | Lines, width: int | None = None) -> str:
-    """Lines, or a table for a terminal: names to the left, numbers below one another at their points, columns as wide as needed.
+    """Lines, or a table for a terminal: names to the left, numbers below one another at their
+    points, columns as wide as needed.
 
     Args:
         block: lines or a table.
-        width: most characters of a line of a table; None for any number. Names are shortened, and what is still too wide
-            continues below with the columns that name the rows.
+        width: most characters of a line of a table; None for any number. Names are shortened, and
+            what is still too wide continues below with the columns that name the rows.
     """
     if isinstance(block, Lines):
         show = printable if block.whole else message
-        lines = [f"{show(line)}" if isinstance(line, str) else f"{line[0]:<12} {show(line[1])}" for line in block.lines]
+        lines = [
+            f"{show(line)}" if isinstance(line, str) else f"{line[0]:<12} {show(line[1])}"
+            for line in block.lines
+        ]
         return "".join(f"{line}\n" for line in ([block.title] if block.title else []) + lines)
     columns = _as_wide(_columns_of(block), width)
     parts = [_lines_of(group) for group in _side_by_side(columns, width)]
     text = "\n\n".join("\n".join(lines) for lines in parts)
-    return "\n".join([printable(block.title), text, *(f"({message(note)})" for note in block.notes)]) + "\n"
+    return (
+        "\n".join([printable(block.title), text, *(f"({message(note)})" for note in block.notes)])
+        + "\n"
+    )
 
 
 class _TextColumn(NamedTuple):
-    """A column on a terminal: its two lines of heading, its cells, and whether these are to the right."""
+    """A column on a terminal: its two lines of heading, its cells, and whether these are to the
+    right.
+    """
 
     title: str
     unit: str
@@ -204,7 +268,10 @@ class _TextColumn(NamedTuple):
 
     def shortened(self, width: int) -> "_TextColumn":
         """The column with names of at most so many characters; numbers and sentences stay whole."""
-        title, *cells = (text if " " in text.replace(", ", "") else printable(text, width) for text in (self.title, *self.cells))
+        title, *cells = (
+            text if " " in text.replace(", ", "") else printable(text, width)
+            for text in (self.title, *self.cells)
+        )
         return self._replace(title=title, cells=self.cells if self.right else cells)
 
 
@@ -218,9 +285,14 @@ def _columns_of(sheet: Sheet) -> list[_TextColumn]:
 
 
 def _as_wide(columns: list[_TextColumn], width: int | None) -> list[_TextColumn]:
-    """Columns with the longest names shortened until all have room, as far as `NARROW`; as they are where they have none."""
+    """Columns with the longest names shortened until all have room, as far as `NARROW`; as they are
+    where they have none.
+    """
     short, left = list(columns), set(range(len(columns)))
-    while width is not None and (over := sum(c.width + len(GAP) for c in short) - len(GAP) - width) > 0:
+    while (
+        width is not None
+        and (over := sum(c.width + len(GAP) for c in short) - len(GAP) - width) > 0
+    ):
         if not left:
             alone = max(column.width for column in columns[1:]) + len(GAP) + columns[0].width
             return columns if alone <= width else short
@@ -233,9 +305,15 @@ def _as_wide(columns: list[_TextColumn], width: int | None) -> list[_TextColumn]
 
 
 def _side_by_side(columns: list[_TextColumn], width: int | None) -> list[list[_TextColumn]]:
-    """Groups of columns that have room beside one another, each with the columns that name the rows."""
+    """Groups of columns that have room beside one another, each with the columns that name the
+    rows.
+    """
     texts = list(itertools.takewhile(lambda column: not column.right or column.counts, columns))
-    named = texts if texts and width is not None and sum(c.width + len(GAP) for c in texts) <= NAMES * width else columns[:1]
+    named = (
+        texts
+        if texts and width is not None and sum(c.width + len(GAP) for c in texts) <= NAMES * width
+        else columns[:1]
+    )
     groups = [list(named)]
     for column in columns[len(named) :]:
         used = sum(one.width + len(GAP) for one in groups[-1]) + column.width
@@ -249,10 +327,17 @@ def _lines_of(columns: list[_TextColumn]) -> list[str]:
     """The heading, a line, and the rows of columns beside one another."""
 
     def line(parts: Sequence[str]) -> str:
-        placed = [part.rjust(c.width) if c.right else part.ljust(c.width) for part, c in zip(parts, columns, strict=True)]
+        placed = [
+            part.rjust(c.width) if c.right else part.ljust(c.width)
+            for part, c in zip(parts, columns, strict=True)
+        ]
         return GAP.join(placed).rstrip()
 
-    heading = [line(parts) for parts in ([c.title for c in columns], [c.unit for c in columns]) if any(parts)]
+    heading = [
+        line(parts)
+        for parts in ([c.title for c in columns], [c.unit for c in columns])
+        if any(parts)
+    ]
     rows = zip(*(column.cells for column in columns), strict=True)
     return [*heading, GAP.join("─" * column.width for column in columns), *map(line, rows)]
 
@@ -260,12 +345,18 @@ def _lines_of(columns: list[_TextColumn]) -> list[str]:
 def as_markdown(block: Sheet | Lines) -> str:
     """Lines as a list, or a table, for a report."""
     if isinstance(block, Lines):
-        texts = [escaped(line) if isinstance(line, str) else f"**{line[0]}**: {escaped(line[1])}" for line in block.lines]
+        texts = [
+            escaped(line) if isinstance(line, str) else f"**{line[0]}**: {escaped(line[1])}"
+            for line in block.lines
+        ]
         return _heading(block.title) + "".join(f"- {text}\n" for text in texts)
     sheet = block
     rows = [
         [column.heading() for column in sheet.columns],
-        *([column.shown(cell) for column, cell in zip(sheet.columns, row, strict=True)] for row in sheet.rows),
+        *(
+            [column.shown(cell) for column, cell in zip(sheet.columns, row, strict=True)]
+            for row in sheet.rows
+        ),
     ]
     lines = ["| " + " | ".join(map(escaped, row)) + " |" for row in rows]
     lines.insert(1, "|" + "|".join("---:" if right else "---" for right in numeric(sheet)) + "|")
@@ -279,12 +370,16 @@ def _heading(title: str) -> str:
 
 
 def as_csv(sheet: Sheet) -> str:
-    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing.
+    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where
+    there is nothing.
 
-    An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula. Characters that are not printable
-    are escapes.
+    An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
+    Characters that are not printable are escapes.
     """
-    return csv_text([exact(cell) for cell in row] for row in ([column.heading(True) for column in sheet.columns], *sheet.rows))
+    return csv_text(
+        [exact(cell) for cell in row]
+        for row in ([column.heading(True) for column in sheet.columns], *sheet.rows)
+    )
 
 
 def as_records(sheet: Sheet) -> list[dict[str, Cell]]:
@@ -314,14 +409,17 @@ def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """A text that Markdown shows as it is: neither HTML nor markup, links, references, formulas or new cells."""
+    """A text that Markdown shows as it is: neither HTML nor markup, links, references, formulas or
+    new cells.
+    """
     import html  # a table of all entities, which no other format needs
 
     return re.sub(_MARKUP, r"\\\g<0>", html.escape(printable(text), quote=False))
 
 
 def rounded(cell: Cell, zero: float = 1e-12) -> str:
-    """A cell as people read it: at most four digits and four decimals; powers of ten where those would hide a number.
+    """A cell as people read it: at most four digits and four decimals; powers of ten where those
+    would hide a number.
 
     Args: cell; zero, size below which a number is 0.
     """
@@ -339,16 +437,27 @@ def rounded(cell: Cell, zero: float = 1e-12) -> str:
 
 def _at_the_point(cells: list[str]) -> list[str]:
     """The cells of a column with blanks after the decimals that some numbers have fewer of."""
-    decimals = [len(cell.partition(".")[2]) if re.fullmatch(r"-?\d+\.\d+", cell) else None for cell in cells]
+    decimals = [
+        len(cell.partition(".")[2]) if re.fullmatch(r"-?\d+\.\d+", cell) else None for cell in cells
+    ]
     most = max((n for n in decimals if n is not None), default=0)
-    return [cell if n is None else cell + " " * (most - n) for cell, n in zip(cells, decimals, strict=True)]
+    return [
+        cell if n is None else cell + " " * (most - n)
+        for cell, n in zip(cells, decimals, strict=True)
+    ]
 
 
 def exact(cell: Cell) -> str:
-    """A cell with all digits, empty where there is nothing; a text is printable and no formula, as a number is none."""
+    """A cell with all digits, empty where there is nothing; a text is printable and no formula, as
+    a number is none.
+    """
     if isinstance(cell, str):
         text = printable(cell)
-        return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) and not _NUMBER.fullmatch(text) and text != "-" else text
+        return (
+            f"'{text}"
+            if text.lstrip(" ").startswith(_FORMULA) and not _NUMBER.fullmatch(text) and text != "-"
+            else text
+        )
     if isinstance(cell, int):
         return exact_text(cell)
     return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
@@ -362,4 +471,7 @@ def exact_text(cell: str | int) -> str:
 def numeric(sheet: Sheet) -> list[bool]:
     """Which columns hold numbers."""
     kinds = (float, int)
-    return [any(isinstance(row[k], kinds) and not isinstance(row[k], bool) for row in sheet.rows) for k in range(len(sheet.header))]
+    return [
+        any(isinstance(row[k], kinds) and not isinstance(row[k], bool) for row in sheet.rows)
+        for k in range(len(sheet.header))
+    ]

@@ -15,11 +15,15 @@ if TYPE_CHECKING:
     from shockpc.evaluation.columns import Column
 
 BRACKETED = 0.5
-"""Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest, are in brackets [1]."""
+"""Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest,
+are in brackets [1].
+"""
 
 
 def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
-    """For each body (n,), whether so much of its motion is out of the plane that CoPc and RoPc say little of it."""
+    """For each body (n,), whether so much of its motion is out of the plane that CoPc and RoPc say
+    little of it.
+    """
     return np.asarray(profile.off_plane > BRACKETED)
 
 
@@ -50,7 +54,8 @@ SEPARATORS = "_-. /:"
 
 
 def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> list[str]:
-    """Short names of landings, such as "all four feet" and "FL + FR", without what all names of feet begin or end with.
+    """Short names of landings, such as "all four feet" and "FL + FR", without what all names of
+    feet begin or end with.
 
     Args:
         landings: names of the contacts of each.
@@ -61,12 +66,15 @@ def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> lis
     whole = "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
     on_all = [len(feet) > 1 and set(contacts) == set(feet) for contacts in landings]
     return [
-        whole if every else " + ".join(short[name] for name in contacts) for contacts, every in zip(landings, on_all, strict=True)
+        whole if every else " + ".join(short[name] for name in contacts)
+        for contacts, every in zip(landings, on_all, strict=True)
     ]
 
 
 def without_common(names: list[str]) -> list[str]:
-    """Names without what all of them begin or end with, up to a separator; as they are where nothing would be left of one."""
+    """Names without what all of them begin or end with, up to a separator; as they are where
+    nothing would be left of one.
+    """
     if len(names) < 2:
         return names
     for turned in (True, False):
@@ -83,16 +91,24 @@ def without_common(names: list[str]) -> list[str]:
 
 def count(number: int, noun: str) -> str:
     """A number with its noun, such as "1 body" or "2 bodies"."""
-    return f"{number} {noun if number == 1 else f'{noun[:-1]}ies' if noun.endswith('y') else f'{noun}s'}"
+    return (
+        f"{number} "
+        f"{noun if number == 1 else f'{noun[:-1]}ies' if noun.endswith('y') else f'{noun}s'}"
+    )
 
 
 def at_place(text: str) -> str:
-    """A quantity and its places as they are typed, such as "shock@imu_link", in words and on one line of a figure."""
+    """A quantity and its places as they are typed, such as "shock@imu_link", in words and on one
+    line of a figure.
+    """
     return printable(text.replace("@", " at ", 1), 60)
 
 
 def varied_text(name: str, unit: str) -> str:
-    """What a sweep varies, in words. Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values."""
+    """What a sweep varies, in words.
+
+    Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values.
+    """
     from shockpc.evaluation.variation import DRIVEN, OF_A_PART, WORDS
 
     kind, _, target = name.partition(":")
@@ -106,7 +122,10 @@ def varied_text(name: str, unit: str) -> str:
 
 
 def size_at_place(text: str, column: "Column") -> str:
-    """A quantity as `at_place`, with its unit, as a heading of sizes. Args: column, one of its numbers."""
+    """A quantity as `at_place`, with its unit, as a heading of sizes.
+
+    Args: column, one of its numbers.
+    """
     return f"{'size of ' if column.selection.signed else ''}{at_place(text)} [{column.unit}]"
 
 
@@ -122,18 +141,23 @@ def vector_text(values: Iterable[float]) -> str:
 
 
 STICKING = (
-    "these numbers are of contacts that stick; the friction only decides whether flat ground allows a landing; "
+    "these numbers are of contacts that stick; the friction only decides whether flat ground "
+    "allows a landing; "
     "--quantity shock_friction depends on it"
 )
 """What a friction changes where no quantity with friction was asked for."""
 
 
 def proof_text(bound: float) -> str:
-    """How large the rounding of the jumps is, which is proven; not how far a real robot agrees with its file."""
+    """How large the rounding of the jumps is, which is proven; not how far a real robot agrees with
+    its file.
+    """
     return f"rounding below {bound:.0e} of each body's motion (proven)"
 
 
-def proof_lines(proven: int, compared: int, largest: float, columns: "Iterable[Column]") -> Iterator[str]:
+def proof_lines(
+    proven: int, compared: int, largest: float, columns: "Iterable[Column]"
+) -> Iterator[str]:
     """How many landings of a table are proven, and how far double precision is off elsewhere.
 
     Args:
@@ -146,8 +170,15 @@ def proof_lines(proven: int, compared: int, largest: float, columns: "Iterable[C
         yield f"rounding proven (ill-conditioned, redundant, or a quantity that needs it): {count(proven, 'landing')}"
     if compared:
         rows = count(compared, "other landing" if proven else "landing")
-        yield (f"double precision, compared with a proof in {rows}: off by at most {largest:.0e} of the point's most severe shock")
-    if unproven := [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.with_stiffness]:
+        yield (
+            f"double precision, compared with a proof in {rows}: off by at most {largest:.0e} of "
+            f"the point's most severe shock"
+        )
+    if unproven := [
+        column.name
+        for column in columns
+        if (entry := column.selection.quantity).unproven or entry.with_stiffness
+    ]:
         yield f"in double precision, not proven: {few(unproven, 4)}"
 
 
@@ -159,7 +190,8 @@ def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
 
 
 LEFT_OUT = (
-    "on contacts of finite stiffness the change of geometry and springs before rotors of unknown inertia are left out; "
+    "on contacts of finite stiffness the change of geometry and springs before rotors of unknown "
+    "inertia are left out; "
     "shockpc analyze says where that matters in a landing"
 )
 """Said of many landings, for which the warnings of each are not computed."""

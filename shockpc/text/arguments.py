@@ -1,4 +1,6 @@
-"""Arguments of the functions of the package: wrong types and values beyond their bounds are errors that say what is valid."""
+"""Arguments of the functions of the package: wrong types and values beyond their bounds are errors
+that say what is valid.
+"""
 
 import functools
 import inspect
@@ -12,7 +14,9 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 from shockpc.text.errors import StudyError
 
 LARGEST_NUMBER = 1e12
-"""Largest number of an option or a record without a maximum, in whatever unit: beyond it squares run out of range."""
+"""Largest number of an option or a record without a maximum, in whatever unit: beyond it squares
+run out of range.
+"""
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -25,7 +29,8 @@ def checked(
     signature: inspect.Signature | None = None,
     fault_of: Mapping[str, Callable[[Any], str]] | None = None,
 ) -> F:
-    """The function, which raises a StudyError before it is called with an argument that its annotations or bounds do not allow.
+    """The function, which raises a StudyError before it is called with an argument that its
+    annotations or bounds do not allow.
 
     Args:
         function: whose arguments are checked.
@@ -40,7 +45,10 @@ def checked(
         for name, value in signature.bind(*args, **kwargs).arguments.items():
             if not _fits(value, kinds[name]):
                 wanted = re.sub(r"\b(?:\w+\.)+", "", inspect.formatannotation(kinds[name]))
-                raise StudyError(f"{name} is {reprlib.repr(value)}, of type {type(value).__name__}; it has to be {wanted}")
+                raise StudyError(
+                    f"{name} is {reprlib.repr(value)}, of type {type(value).__name__}; it has to "
+                    f"be {wanted}"
+                )
             if fault_of and name in fault_of and (fault := fault_of[name](value)):
                 raise StudyError(f"{name} {fault}")
         return function(*args, **kwargs)
@@ -55,9 +63,12 @@ def is_numeric(kind: Any) -> bool:
 
 
 def _fits(value: Any, kind: Any) -> bool:
-    """Whether a value is of a type as annotations write it. A text is no sequence, any other collection is one; int is a float.
+    """Whether a value is of a type as annotations write it.
 
-    An array without an axis is the number in it. An annotation that is a text is not looked up, so any value is.
+    A text is no sequence, any other collection is one; int is a float.
+
+    An array without an axis is the number in it. An annotation that is a text is not looked up, so
+    any value is.
     """
     value = value.item() if getattr(value, "ndim", None) == 0 else value
     origin, parts = get_origin(kind) or kind, get_args(kind)
@@ -66,16 +77,26 @@ def _fits(value: Any, kind: Any) -> bool:
     if origin is Literal:
         return isinstance(value, str) and value in parts
     if origin in (int, float):
-        return isinstance(value, numbers.Integral if origin is int else numbers.Real) and not isinstance(value, bool)
+        return isinstance(
+            value, numbers.Integral if origin is int else numbers.Real
+        ) and not isinstance(value, bool)
     if origin is Mapping:
         return isinstance(value, Mapping) and all(
-            _fits(one, part) for item in value.items() for one, part in zip(item, parts, strict=True)
+            _fits(one, part)
+            for item in value.items()
+            for one, part in zip(item, parts, strict=True)
         )
     if origin in (Sequence, tuple, Iterable):
-        if isinstance(value, str | bytes) or not isinstance(value, Iterable if origin is Iterable else Collection):
+        if isinstance(value, str | bytes) or not isinstance(
+            value, Iterable if origin is Iterable else Collection
+        ):
             return False
         ones = list(value) if isinstance(value, Collection) else []
         if origin is tuple and parts[-1] is not ...:
             return len(ones) == len(parts) and all(map(_fits, ones, parts))
         return all(_fits(one, parts[0]) for one in ones)
-    return origin in (Any, inspect.Parameter.empty) or isinstance(origin, str) or isinstance(value, origin)
+    return (
+        origin in (Any, inspect.Parameter.empty)
+        or isinstance(origin, str)
+        or isinstance(value, origin)
+    )

@@ -12,14 +12,19 @@ MOST_FILES = 256
 
 
 def cache_folder() -> Path | None:
-    """The folder, which need not exist: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache; None for a user without a home."""
+    """The folder, which need not exist: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache; None for a
+    user without a home.
+    """
     place = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     return None if place.startswith("~") else Path(place) / "shockpc"
 
 
 @functools.cache
 def version_of_code(rooms: tuple[str, ...] = (".",)) -> str:
-    """The version of this package, with a digest of its code. Args: rooms, the folders of it that count."""
+    """The version of this package, with a digest of its code.
+
+    Args: rooms, the folders of it that count.
+    """
     import shockpc
 
     root, code = Path(shockpc.__file__).parent, hashlib.sha256()
@@ -29,9 +34,11 @@ def version_of_code(rooms: tuple[str, ...] = (".",)) -> str:
 
 
 def cached(name: str, make: Callable[[], bytes]) -> bytes:
-    """Bytes as an earlier run made them, or else made now and kept; a folder that cannot be written costs time alone.
+    """Bytes as an earlier run made them, or else made now and kept; a folder that cannot be written
+    costs time alone.
 
-    A file begins with the digest of its content: one that is incomplete, or was changed, is made again.
+    A file begins with the digest of its content: one that is incomplete, or was changed, is made
+    again.
 
     Args:
         name: of the file, which says all that the bytes depend on.

@@ -1,4 +1,6 @@
-"""What a user should know about a result: a warning as a record, so that no code decides by the words of a message."""
+"""What a user should know about a result: a warning as a record, so that no code decides by the
+words of a message.
+"""
 
 import re
 import sys
@@ -12,10 +14,27 @@ from shockpc.text.printed import few
 T = TypeVar("T")
 
 KINDS = (
-    "size", "standing", "base", "energy", "drives", "inertia", "robot", "unit", "height", "contact", "scene",
-    "straight", "posture", "data", "part", "sensor", "geometry", "limits",
-)  # fmt: skip
-"""Kinds of warnings in the order of their effect: no number, another landing or robot than is meant, numbers in doubt, damage, and
+    "size",
+    "standing",
+    "base",
+    "energy",
+    "drives",
+    "inertia",
+    "robot",
+    "unit",
+    "height",
+    "contact",
+    "scene",
+    "straight",
+    "posture",
+    "data",
+    "part",
+    "sensor",
+    "geometry",
+    "limits",
+)
+"""Kinds of warnings in the order of their effect: no number, another landing or robot than is
+meant, numbers in doubt, damage, and
 what leaves the numbers as they are."""
 
 
@@ -23,10 +42,12 @@ class Diagnostic(NamedTuple):
     """A warning; `str` gives its text.
 
     Attributes:
-        kind: what it is about, one of `KINDS`: "size" where impulses are too large to be determined, "standing" where the robot
-            does not stand on its feet, "base" where it hangs on a base that its file holds, "straight"
-            where a leg is straight in a posture that nobody chose.
-        subject: name of the body, joint, contact or sensor concerned; empty if it is the whole landing.
+        kind: what it is about, one of `KINDS`: "size" where impulses are too large to be
+            determined, "standing" where the robot does not stand on its feet, "base" where it hangs
+            on a base that its file holds, "straight" where a leg is straight in a posture that
+            nobody chose.
+        subject: name of the body, joint, contact or sensor concerned; empty if it is the whole
+            landing.
         value: the number that gave rise to it, if there is one, in SI units.
         text: what was found, and its consequence.
     """
@@ -41,10 +62,17 @@ class Diagnostic(NamedTuple):
 
     @property
     def cause(self) -> tuple[str, str]:
-        """Its kind, and its text without names and numbers: warnings of several places have one cause where these are equal."""
+        """Its kind, and its text without names and numbers: warnings of several places have one
+        cause where these are equal.
+        """
         said = {name for name in self.subject.split("+") if name and name in self.text}
         names = sorted(said, key=lambda name: (-len(name), name))
-        parts = [r" \(\d+ alike: .*\)$", *(rf"(?<!\w){re.escape(name)}(?!\w)" for name in names), '"[^"]*"', r"[-+]?\d[\d.e+-]*"]
+        parts = [
+            r" \(\d+ alike: .*\)$",
+            *(rf"(?<!\w){re.escape(name)}(?!\w)" for name in names),
+            '"[^"]*"',
+            r"[-+]?\d[\d.e+-]*",
+        ]
         return self.kind, re.sub("|".join(parts), "", self.text)
 
     @property
@@ -54,27 +82,41 @@ class Diagnostic(NamedTuple):
 
     @property
     def size(self) -> float:
-        """How bad it is among those of its cause: the magnitude of its value; of a margin the less, the worse."""
+        """How bad it is among those of its cause: the magnitude of its value; of a margin the less,
+        the worse.
+        """
         return abs(self.value or 0.0) * (-1.0 if self.kind == "part" else 1.0)
 
 
 def alike(warnings: Iterable[tuple[Diagnostic, T]]) -> list[list[tuple[Diagnostic, T]]]:
-    """Warnings, each with what has it, of one cause after another in the order of `KINDS`, and of each the worst first."""
+    """Warnings, each with what has it, of one cause after another in the order of `KINDS`, and of
+    each the worst first.
+    """
     groups: dict[object, list[tuple[Diagnostic, T]]] = {}
     for pair in warnings:
         groups.setdefault(pair[0].cause, []).append(pair)
-    return sorted((sorted(every, key=lambda pair: -pair[0].size) for every in groups.values()), key=lambda every: every[0][0].rank)
+    return sorted(
+        (sorted(every, key=lambda pair: -pair[0].size) for every in groups.values()),
+        key=lambda every: every[0][0].rank,
+    )
 
 
 def by_cause(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """One warning for each cause, the worst of its places with their number and names, in the order of `KINDS`."""
+    """One warning for each cause, the worst of its places with their number and names, in the order
+    of `KINDS`.
+    """
     found: list[Diagnostic] = []
     for every in alike((one, one.subject) for one in warnings):
         worst, names = every[0][0], [name for _, name in every]
-        if len(set(names)) < max(len(names), 2):  # one alone, or of one place, which differ in something else
+        # one alone, or of one place, which differ in something else
+        if len(set(names)) < max(len(names), 2):
             found += [one for one, _ in every]
         else:
-            found.append(worst._replace(subject="+".join(names), text=f"{worst} ({len(names)} alike: {few(names, 4)})"))
+            found.append(
+                worst._replace(
+                    subject="+".join(names), text=f"{worst} ({len(names)} alike: {few(names, 4)})"
+                )
+            )
     return tuple(found)
 
 
@@ -91,10 +133,12 @@ class ShockWarning(UserWarning):
 
 
 def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
-    """Give diagnostics as Python warnings, once for each cause, whatever its numbers, at the line outside the package that asked.
+    """Give diagnostics as Python warnings, once for each cause, whatever its numbers, at the line
+    outside the package that asked.
 
     Args:
-        found: gives them; it is not called where a filter ignores `ShockWarning`, as some take time to find.
+        found: gives them; it is not called where a filter ignores `ShockWarning`, as some take time
+            to find.
     """
     plain = (
         action
@@ -105,7 +149,10 @@ def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
         return
     level = 1
     frame: FrameType | None = sys._getframe()
-    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
+    while (
+        frame is not None
+        and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]
+    ):
         level, frame = level + 1, frame.f_back
     for one in by_cause({(one.cause, one.subject): one for one in found()}.values()):
         warnings.warn(ShockWarning(one), stacklevel=level)

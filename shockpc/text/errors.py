@@ -9,8 +9,9 @@ ShockError                 the root; its text is the whole message for a user
 ├── OutputError            a result cannot be written to the given place
 └── DefectError            an unexpected exception while one landing of many was computed
 
-Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved, 70 for
-an error in shockpc itself, as any other exception. Codes 0 (done) and 1 (a budget is exceeded) belong to no error.
+Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model
+that cannot be solved, 70 for an error in shockpc itself, as any other exception. Codes 0 (done) and
+1 (a budget is exceeded) belong to no error.
 """
 
 import re
@@ -46,12 +47,19 @@ class ShockError(Exception):
         joints: Iterable[str] = (),
         rows: Iterable[int] = (),
     ) -> None:
-        self.blocks, self.bodies, self.joints, self.rows = tuple(blocks), tuple(bodies), tuple(joints), tuple(rows)
+        self.blocks, self.bodies, self.joints, self.rows = (
+            tuple(blocks),
+            tuple(bodies),
+            tuple(joints),
+            tuple(rows),
+        )
         super().__init__(text)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the text has in quotation marks: names of any kind, such as of links and files, and values as they were given."""
+        """What the text has in quotation marks: names of any kind, such as of links and files, and
+        values as they were given.
+        """
         return tuple(re.findall('"([^"]*)"', str(self)))
 
     @property
@@ -72,10 +80,19 @@ class UnknownName(ShockError):
         hint: what else would be valid; may be empty.
     """
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], where: str, listing: str, hint: str = ""):
+    def __init__(
+        self, kind: str, name: str, known: Iterable[str], where: str, listing: str, hint: str = ""
+    ):
         import difflib
 
-        self.kind, self.name, self.known, self.where, self.listing, self.hint = kind, name, tuple(known), where, listing, hint
+        self.kind, self.name, self.known, self.where, self.listing, self.hint = (
+            kind,
+            name,
+            tuple(known),
+            where,
+            listing,
+            hint,
+        )
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
         nearest = ", ".join(_quoted(folded[k]) for k in close)
@@ -135,19 +152,26 @@ class DefectError(ShockError):
 
 
 def refusal(error: Exception) -> ShockError:
-    """The error of one landing of many, which is the message of its row. An unexpected exception is a defect of shockpc."""
+    """The error of one landing of many, which is the message of its row.
+
+    An unexpected exception is a defect of shockpc.
+    """
     if isinstance(error, ShockError):
         return error
     import traceback
 
     place = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
-    text = f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}"
+    text = (
+        f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}"
+    )
     return DefectError(text, "".join(traceback.format_exception(error)))
 
 
 def attempt(compute: Callable[..., T], *given: Any) -> T | ShockError:
-    """The value of a function of what is given, or the error of one landing of many that it raises, as `refusal`."""
+    """The value of a function of what is given, or the error of one landing of many that it raises,
+    as `refusal`.
+    """
     try:
         return compute(*given)
     except Exception as error:
@@ -160,5 +184,7 @@ def traces(errors: Iterable[object]) -> list[str]:
 
 
 def _quoted(name: str) -> str:
-    """A name as a message shows it: in quotation marks, at most 80 characters, without control characters."""
+    """A name as a message shows it: in quotation marks, at most 80 characters, without control
+    characters.
+    """
     return f'"{printable(name, 80)}"'

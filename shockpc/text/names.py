@@ -1,4 +1,6 @@
-"""What a typed name means: the exact name, else all that it matches as a glob, upper and lower case apart; else an error."""
+"""What a typed name means: the exact name, else all that it matches as a glob, upper and lower case
+apart; else an error.
+"""
 
 import fnmatch
 import itertools
@@ -12,11 +14,17 @@ from shockpc.text.printed import listed
 def matches(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
     """The names that a pattern means, each once, in their order; none if it means nothing."""
     known = dict.fromkeys(names)
-    return (pattern,) if pattern in known else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
+    return (
+        (pattern,)
+        if pattern in known
+        else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
+    )
 
 
 def glob_of(names: Sequence[str], every: Iterable[str]) -> str:
-    """What means just some names of all: the name, or a glob where they differ in only one part; empty if there is none."""
+    """What means just some names of all: the name, or a glob where they differ in only one part;
+    empty if there is none.
+    """
     if len(names) == 1:
         return names[0]
     glob = f"{_beginning(names)}*{_beginning([name[::-1] for name in names])[::-1]}"
@@ -25,11 +33,22 @@ def glob_of(names: Sequence[str], every: Iterable[str]) -> str:
 
 def _beginning(names: Sequence[str]) -> str:
     """How all names begin."""
-    return "".join(letters[0] for letters in itertools.takewhile(lambda letters: len({*letters}) == 1, zip(*names, strict=False)))
+    return "".join(
+        letters[0]
+        for letters in itertools.takewhile(
+            lambda letters: len({*letters}) == 1, zip(*names, strict=False)
+        )
+    )
 
 
 def match(
-    pattern: str, names: Iterable[str], kind: str, where: str, listing: str, known: Iterable[str] = (), hint: str = ""
+    pattern: str,
+    names: Iterable[str],
+    kind: str,
+    where: str,
+    listing: str,
+    known: Iterable[str] = (),
+    hint: str = "",
 ) -> tuple[str, ...]:
     """The names that a pattern means, each once, in their order.
 
@@ -43,12 +62,23 @@ def match(
         hint: what else would be valid.
 
     Raises:
-        UnknownName: it means none. Where it is a part of some names, the text says which glob matches them.
+        UnknownName: it means none. Where it is a part of some names, the text says which glob
+            matches them.
     """
     names = tuple(names)
     if matching := matches(pattern, names):
         return matching
     part = re.search(re.escape(pattern), "\n".join(names), re.IGNORECASE) if pattern else None
     glob = f"*{part.group()}*" if part else ""
-    hints = (f'"{glob}" matches {listed(fitting, 4)}' if (fitting := matches(glob, names)) else "", hint)
-    raise UnknownName(kind, pattern, dict.fromkeys([*names, *known]), where, listing, "; ".join(filter(None, hints)))
+    hints = (
+        f'"{glob}" matches {listed(fitting, 4)}' if (fitting := matches(glob, names)) else "",
+        hint,
+    )
+    raise UnknownName(
+        kind,
+        pattern,
+        dict.fromkeys([*names, *known]),
+        where,
+        listing,
+        "; ".join(filter(None, hints)),
+    )

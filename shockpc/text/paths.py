@@ -1,4 +1,6 @@
-"""Paths as users write them, checked before the operating system sees them, and the one function that opens a file."""
+"""Paths as users write them, checked before the operating system sees them, and the one function
+that opens a file.
+"""
 
 import os
 import stat
@@ -11,7 +13,9 @@ LARGEST_FILE = 64 * 2**20
 Inputs: TypeAlias = dict[tuple[int, int], str]
 
 inputs: Inputs = {}
-"""What every file is that the command has read, by device and inode; none of its outputs may replace one."""
+"""What every file is that the command has read, by device and inode; none of its outputs may
+replace one.
+"""
 
 
 def usable_path(text: str) -> Path:
@@ -21,14 +25,17 @@ def usable_path(text: str) -> Path:
         text: as written; relative paths stay relative.
 
     Raises:
-        ValueError: it is empty, begins with the home of an unknown user, is relative to a folder that no longer exists, or is not
-            UTF-8 (a JSON document could not hold it).
+        ValueError: it is empty, begins with the home of an unknown user, is relative to a folder
+            that no longer exists, or is not UTF-8 (a JSON document could not hold it).
     """
     if not text:
         raise ValueError("the path is empty; give a name")
     expanded = os.path.expanduser(text)
     if expanded.startswith("~"):
-        raise ValueError(f'"{text}" begins with the home of a user whom this computer does not have; give the folder itself')
+        raise ValueError(
+            f'"{text}" begins with the home of a user whom this computer does not have; give the '
+            f"folder itself"
+        )
     try:
         absolute = os.path.abspath(expanded)
     except FileNotFoundError:
@@ -42,7 +49,8 @@ def usable_path(text: str) -> Path:
 
 
 def read_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> bytes:
-    """Read a whole file; what users name, or what such a file names, is read here or opened by `open_file`.
+    """Read a whole file; what users name, or what such a file names, is read here or opened by
+    `open_file`.
 
     Args:
         path: of the file.
@@ -60,11 +68,15 @@ def read_file(path: Path, what: str, error: type[Exception], *, output: bool = F
                 return file.read(LARGEST_FILE + 1)
             except OSError as refusal:  # a damaged disk, or a file of /proc
                 raise error(f'"{path}" cannot be read: {refusal.strerror}') from None
-    raise error(f'"{path}" has {size / 2**20:.0f} MB; files of up to {LARGEST_FILE // 2**20} MB are read')
+    raise error(
+        f'"{path}" has {size / 2**20:.0f} MB; files of up to {LARGEST_FILE // 2**20} MB are read'
+    )
 
 
 def open_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> BinaryIO:
-    """Open a file to read it, and remember that no output may replace it. The arguments are those of `read_file`.
+    """Open a file to read it, and remember that no output may replace it.
+
+    The arguments are those of `read_file`.
 
     Raises:
         error: it is missing, a folder, not readable or not a regular file.
@@ -78,7 +90,9 @@ def open_file(path: Path, what: str, error: type[Exception], *, output: bool = F
     except OSError as refusal:
         raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except ValueError:
-        raise error(f'"{path}" is not a valid path: it holds a NUL character'.replace("\0", "\\0")) from None
+        raise error(
+            f'"{path}" is not a valid path: it holds a NUL character'.replace("\0", "\\0")
+        ) from None
     status = os.fstat(number)
     if not stat.S_ISREG(status.st_mode):
         os.close(number)

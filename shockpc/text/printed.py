@@ -1,4 +1,6 @@
-"""How names and documents are printed: without what controls a terminal, the direction of text or a CI runner, and not too long."""
+"""How names and documents are printed: without what controls a terminal, the direction of text or a
+CI runner, and not too long.
+"""
 
 import json
 import math
@@ -10,11 +12,15 @@ UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 _COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
-"""How lines begin, or what they contain, that CI runners take for commands, and what is printed instead."""
+"""How lines begin, or what they contain, that CI runners take for commands, and what is printed
+instead.
+"""
 
 
 class Cause(NamedTuple):
-    """Why some rows were not computed: the message, how many of them have it, and the name of the first."""
+    """Why some rows were not computed: the message, how many of them have it, and the name of the
+    first.
+    """
 
     text: str
     rows: int
@@ -22,10 +28,16 @@ class Cause(NamedTuple):
 
 
 def visible(text: str, allowed: str = "") -> str:
-    r"""A text with control characters, line breaks and invisible marks, except those kept, as escapes such as `\x1b`."""
+    r"""A text with control characters, line breaks and invisible marks, except those kept, as
+    escapes such as `\x1b`.
+    """
     if text.isprintable():
         return text
-    return re.sub(f"[^ -~{re.escape(allowed)}]", lambda sign: sign[0] if sign[0].isprintable() else _escape(sign[0]), text)
+    return re.sub(
+        f"[^ -~{re.escape(allowed)}]",
+        lambda sign: sign[0] if sign[0].isprintable() else _escape(sign[0]),
+        text,
+    )
 
 
 def _escape(sign: str) -> str:
@@ -33,7 +45,8 @@ def _escape(sign: str) -> str:
 
 
 def printable(text: str, most: int | None = None) -> str:
-    r"""A name or a line as it is printed: visible, and not a command for a CI runner (`::error` at its beginning, or `##[`).
+    r"""A name or a line as it is printed: visible, and not a command for a CI runner (`::error` at
+    its beginning, or `##[`).
 
     Args:
         text: any text.
@@ -49,14 +62,21 @@ def printable(text: str, most: int | None = None) -> str:
 
 
 def message(text: str) -> str:
-    """A message on one line of at most 2000 characters, in which quoted names of more than 160 are shortened to 80."""
+    """A message on one line of at most 2000 characters, in which quoted names of more than 160 are
+    shortened to 80.
+    """
     # All quoted names are matched, so that what stands between two of them is not taken for one.
-    quoted = re.sub('"([^"]*)"', lambda name: f'"{printable(name[1], 80)}"' if len(name[1]) > 160 else name[0], text)
+    quoted = re.sub(
+        '"([^"]*)"',
+        lambda name: f'"{printable(name[1], 80)}"' if len(name[1]) > 160 else name[0],
+        text,
+    )
     return printable(quoted, 2000)
 
 
 def json_text(document: Any) -> str:
-    """A document, or a list of them, as text: each entry, and each object of an entry that has several, on a separate line.
+    """A document, or a list of them, as text: each entry, and each object of an entry that has
+    several, on a separate line.
 
     JSON's escapes stand for what a terminal or a CI runner would interpret.
     """
@@ -64,7 +84,13 @@ def json_text(document: Any) -> str:
 
     def written(value: Any, depth: int, start: str) -> str:
         if depth and value and isinstance(value, dict):
-            brackets, parts = "{}", [f"{encode(key)}: {written(part, depth - 1, f'{start} ')}" for key, part in value.items()]
+            brackets, parts = (
+                "{}",
+                [
+                    f"{encode(key)}: {written(part, depth - 1, f'{start} ')}"
+                    for key, part in value.items()
+                ],
+            )
         elif depth and isinstance(value, list) and isinstance(next(iter(value), None), dict):
             brackets, parts = "[]", [written(part, depth - 1, f"{start} ") for part in value]
         else:
@@ -72,22 +98,38 @@ def json_text(document: Any) -> str:
         return f",{start} ".join(parts).join((f"{brackets[0]}{start} ", f"{start}{brackets[1]}"))
 
     text = written(document, 2 if isinstance(document, dict) else 3, "\n").replace("##", "#\\u0023")
-    return re.sub("[^ -~\n]", lambda sign: sign[0] if sign[0].isprintable() else json.dumps(sign[0])[1:-1], text) + "\n"
+    return (
+        re.sub(
+            "[^ -~\n]",
+            lambda sign: sign[0] if sign[0].isprintable() else json.dumps(sign[0])[1:-1],
+            text,
+        )
+        + "\n"
+    )
 
 
 def causes(messages: Iterable[tuple[object, str]]) -> list[Cause]:
-    """The causes of what was not computed, the most frequent first; those that differ only in the gap of an open loop are one.
+    """The causes of what was not computed, the most frequent first; those that differ only in the
+    gap of an open loop are one.
 
     Args: messages, of what was not computed by its name.
     """
     named: dict[str, list[object]] = {}
     for name, text in messages:
-        named.setdefault(re.sub(r"(?<![\d.e+-])[\d.e+-]++(?= (mm apart|deg turned))", "some", text), []).append(name)
-    return sorted((Cause(text, len(names), names[0]) for text, names in named.items()), key=lambda cause: -cause.rows)
+        named.setdefault(
+            re.sub(r"(?<![\d.e+-])[\d.e+-]++(?= (mm apart|deg turned))", "some", text), []
+        ).append(name)
+    return sorted(
+        (Cause(text, len(names), names[0]) for text, names in named.items()),
+        key=lambda cause: -cause.rows,
+    )
 
 
 def cause_lines(groups: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
-    """A line for each of the most frequent causes, as "12 rows: cause (first: NAME)". Args: noun, of the rows in the plural."""
+    """A line for each of the most frequent causes, as "12 rows: cause (first: NAME)".
+
+    Args: noun, of the rows in the plural.
+    """
     for text, number, first in groups[:most]:
         yield f"{first}: {text}" if number == 1 else f"{number} {noun}: {text} (first: {first})"
     if left := groups[most:]:
@@ -95,13 +137,17 @@ def cause_lines(groups: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
 
 
 def in_degrees(angle: float) -> float:
-    """An angle [rad] in degrees without the rounding of its conversion: 30, and not 29.999999999999996."""
+    """An angle [rad] in degrees without the rounding of its conversion: 30, and not
+    29.999999999999996.
+    """
     return round(math.degrees(angle), 9) + 0.0
 
 
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:
     """The first names, and how many more there are."""
-    return separator.join(names[:most]) + (f" and {len(names) - most} more{what}" if len(names) > most else "")
+    return separator.join(names[:most]) + (
+        f" and {len(names) - most} more{what}" if len(names) > most else ""
+    )
 
 
 def listed(names: Iterable[object], most: int = 10**6) -> str:

@@ -23,5 +23,10 @@ def shown_by(report: str, *before: Any) -> Callable[[Any], str]:
 
 
 def show_page(report: str, result: Any) -> None:
-    """Show the page of a report: in the cell of a notebook, else in a browser. Args: report, as above; result, that it is of."""
-    pkgutil.resolve_name("shockpc.show.notebook:show")(pkgutil.resolve_name(f"shockpc.{report}")(result))
+    """Show the page of a report: in the cell of a notebook, else in a browser.
+
+    Args: report, as above; result, that it is of.
+    """
+    pkgutil.resolve_name("shockpc.show.notebook:show")(
+        pkgutil.resolve_name(f"shockpc.{report}")(result)
+    )

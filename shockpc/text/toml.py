@@ -1,7 +1,8 @@
-"""Records as TOML: a file is read into dataclasses, whose field types say what is valid, and written from them.
+"""Records as TOML: a file is read into dataclasses, whose field types say what is valid, and
+written from them.
 
-A key that is not known is refused with the nearest one, and all that does not fit is reported at once. Values from Python are
-checked in the same way.
+A key that is not known is refused with the nearest one, and all that does not fit is reported at
+once. Values from Python are checked in the same way.
 """
 
 import dataclasses
@@ -27,12 +28,15 @@ _DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){
 
 @contextmanager
 def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str, Any]]:
-    """Read a TOML file. Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
+    """Read a TOML file.
+
+    Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
 
     Args:
         path: of the file.
         what: it is, in one word, for messages.
-        error: raised with a message that names the file; when the caller raises it, the file is named in front of its message.
+        error: raised with a message that names the file; when the caller raises it, the file is
+            named in front of its message.
 
     Yields: the file's table.
     """
@@ -42,14 +46,19 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
     try:
         text = data.decode("utf-8-sig")
         if re.search(_DEEP_KEY, text):
-            raise ValueError("a key of many parts, for which the time grows with the square of their number")
+            raise ValueError(
+                "a key of many parts, for which the time grows with the square of their number"
+            )
         yield tomllib.loads(text)
     except error as refusal:
         raise error(f"{path}: {refusal}", **refusal.data) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
         raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
     except (ValueError, RecursionError):
-        raise error(f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; shorten it") from None
+        raise error(
+            f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; "
+            f"shorten it"
+        ) from None
 
 
 def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
@@ -66,16 +75,28 @@ def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
         return None if value is None else converted(value, Union[parts[:-1]], key, faults)  # noqa: UP007
     if isinstance(kind, type) and is_dataclass(kind):
         if isinstance(value, kind | Mapping):
-            return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
+            return _record(
+                vars(value) if is_dataclass(value) else value,
+                kind,
+                f"{key}." if key else "",
+                faults,
+            )
     elif origin is Mapping:
         if isinstance(value, Mapping):
-            return {name: converted(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
+            return {
+                name: converted(part, parts[1], f"{key}.{_toml_key(str(name))}", faults)
+                for name, part in value.items()
+            }
     elif parts[1:] == (...,):
         if isinstance(value, tuple | list):
-            return tuple(converted(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
+            return tuple(
+                converted(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value)
+            )
     else:
         options = (kind,) if origin in (None, Literal, tuple) else parts
-        accepted = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
+        accepted = next(
+            (leaf for option in options if (leaf := _leaf(value, option)) is not None), None
+        )
         if accepted is not None:
             return accepted
     faults.append(f"{key} has to be {_wanted(kind)}, not {_shown(value)}")
@@ -87,12 +108,19 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
     values: dict[str, Any] = {}
     for item in fields(kind):
         if item.name in table:
-            if table[item.name] is item.default:  # is valid, and most of the fields of a scene have it
+            # is valid, and most of the fields of a scene have it
+            if table[item.name] is item.default:
                 values[item.name] = item.default
                 continue
             before = len(faults)
-            values[item.name] = value = converted(table[item.name], item.type, f"{key}{item.name}", faults)
-            if "option" in item.metadata and len(faults) == before and (fault := item.metadata["option"].fault(value)):
+            values[item.name] = value = converted(
+                table[item.name], item.type, f"{key}{item.name}", faults
+            )
+            if (
+                "option" in item.metadata
+                and len(faults) == before
+                and (fault := item.metadata["option"].fault(value))
+            ):
                 faults.append(f"{key}{item.name} {fault}")
         elif item.default is item.default_factory is dataclasses.MISSING:
             faults.append(f"{key}{item.name} is missing; every {_words(kind)} needs it")
@@ -107,7 +135,9 @@ def _words(kind: type) -> str:
 
 
 def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
-    """The message for a key that no record has: its position, and the nearest valid key or all of them."""
+    """The message for a key that no record has: its position, and the nearest valid key or all of
+    them.
+    """
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
     hint = f"nearest: {near[0]}" if near else f"valid here: {', '.join(known)}"
     return f"{key}: no such key; {hint}"
@@ -134,7 +164,9 @@ def _wanted(kind: Any) -> str:
     """What a field accepts, in words."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Literal:
-        return " or ".join(filter(None, [", ".join(inline(part) for part in parts[:-1]), inline(parts[-1])]))
+        return " or ".join(
+            filter(None, [", ".join(inline(part) for part in parts[:-1]), inline(parts[-1])])
+        )
     if is_dataclass(kind):
         return "a table"
     if origin is Mapping:
@@ -147,7 +179,9 @@ def _wanted(kind: Any) -> str:
         return f"a list of {len(parts)} numbers up to {LARGEST_NUMBER:g}"
     if parts:
         return " or ".join(_wanted(part) for part in parts)
-    return {float: f"a number up to {LARGEST_NUMBER:g}", bool: "true or false"}.get(kind, "text in quotes")
+    return {float: f"a number up to {LARGEST_NUMBER:g}", bool: "true or false"}.get(
+        kind, "text in quotes"
+    )
 
 
 def _shown(value: Any) -> str:
@@ -175,5 +209,7 @@ def _toml_key(key: str) -> str:
 
 
 def inline(value: Any) -> str:
-    """A value on one line: JSON's strings, numbers and lists are valid TOML, except for one control character."""
+    """A value on one line: JSON's strings, numbers and lists are valid TOML, except for one control
+    character.
+    """
     return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")

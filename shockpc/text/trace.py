@@ -39,5 +39,8 @@ class Trace:
         times = [*self.seconds.items(), ("in all", sum(self.seconds.values()))]
         lines = ["what ran", *(f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in times)]
         if self.left_out:
-            lines += ["what did not run", *(f"  {what}: {why}" for what, why in self.left_out.items())]
+            lines += [
+                "what did not run",
+                *(f"  {what}: {why}" for what, why in self.left_out.items()),
+            ]
         return "\n".join(lines) + "\n"

@@ -1,7 +1,9 @@
-"""What the exact path asks of its arithmetic: of a number, of a matrix of numbers, and how both are made of doubles.
+"""What the exact path asks of its arithmetic: of a number, of a matrix of numbers, and how both are
+made of doubles.
 
-Balls (`balls`) enclose the exact answer for one posture, symbols (`symbols`) become code for any. Arrays of numbers are NumPy
-arrays of objects, so that the formulas of arrays of doubles run on them as well.
+Balls (`balls`) enclose the exact answer for one posture, symbols (`symbols`) become code for any.
+Arrays of numbers are NumPy arrays of objects, so that the formulas of arrays of doubles run on them
+as well.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -81,7 +83,8 @@ class NoValueError(TypeError):
 
 
 class SingularError(ArithmeticError):
-    """A pivot may be zero: no inertia resists a motion, rows depend on one another, or the precision is too low to tell.
+    """A pivot may be zero: no inertia resists a motion, rows depend on one another, or the
+    precision is too low to tell.
 
     Attributes:
         of_inertia: whether it is the inertia's.
@@ -98,7 +101,8 @@ class Arithmetic(NamedTuple):
     Attributes:
         number: of a double, exactly, or of a number.
         block: of a matrix: (n, m) of zeros, (n, m, entries), or of its rows.
-        symmetric: makes of a matrix whose exact value is symmetric one in which both halves are the same expression.
+        symmetric: makes of a matrix whose exact value is symmetric one in which both halves are the
+            same expression.
     """
 
     number: Callable[..., Any]
@@ -131,11 +135,21 @@ class Arithmetic(NamedTuple):
         return self.block(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
 
     def rotation(self, quaternion: Iterable[Any]) -> Any:
-        """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or numbers, divided by its length: exactly orthogonal."""
+        """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or numbers, divided by its
+        length: exactly orthogonal.
+        """
         x, y, z, w = (self.number(value) for value in quaternion)
         s = 2 / (x * x + y * y + z * z + w * w)
-        xx, yy, zz, xy, xz, yz, wx, wy, wz = (s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z))
-        return self.block([[1 - yy - zz, xy - wz, xz + wy], [xy + wz, 1 - xx - zz, yz - wx], [xz - wy, yz + wx, 1 - xx - yy]])
+        xx, yy, zz, xy, xz, yz, wx, wy, wz = (
+            s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z)
+        )
+        return self.block(
+            [
+                [1 - yy - zz, xy - wz, xz + wy],
+                [xy + wz, 1 - xx - zz, yz - wx],
+                [xz - wy, yz + wx, 1 - xx - yy],
+            ]
+        )
 
 
 def entries(M: Matrix) -> Numbers:

@@ -1,4 +1,6 @@
-"""Balls (midpoint and radius, python-flint's `arb`): an impact in them, and the doubles nearest to them."""
+"""Balls (midpoint and radius, python-flint's `arb`): an impact in them, and the doubles nearest to
+them.
+"""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -24,10 +26,13 @@ BallMatrix: TypeAlias = arb_mat
 """A matrix of balls, with the operations of linear algebra."""
 
 ENOUGH = 2.0**-60
-"""Largest radius, relative to the number or to a share of its natural size, with which a ball is rounded to a double."""
+"""Largest radius, relative to the number or to a share of its natural size, with which a ball is
+rounded to a double.
+"""
 
 NEGLIGIBLE = 1e-15
-"""Share of its natural size below which a number is enclosed relative to that share, not to itself."""
+"""Share of its natural size below which a number is enclosed relative to that share, not to itself.
+"""
 
 
 class PrecisionError(ArithmeticError):
@@ -38,7 +43,9 @@ def radii(values: Balls | arb) -> Array:
     """Upper bounds of the radii of some balls, of the same shape; of a double, which is exact, 0."""
     array = np.asarray(values, dtype=object)
     flat = array.ravel().tolist()
-    return np.array([0.0 if isinstance(ball, float) else float(ball.rad()) for ball in flat]).reshape(array.shape)
+    return np.array(
+        [0.0 if isinstance(ball, float) else float(ball.rad()) for ball in flat]
+    ).reshape(array.shape)
 
 
 def to_double(values: Balls | arb, size: Array | float) -> Array:
@@ -46,14 +53,21 @@ def to_double(values: Balls | arb, size: Array | float) -> Array:
 
     Args:
         values: (...) of any shape; where a thing does not exist, NaN or infinite doubles.
-        size: natural size of the numbers, of a shape that broadcasts against theirs, above or equal to zero. A number far below it,
-            such as a component that vanishes, is enclosed relative to this size; one that may be zero is returned as zero.
+        size: natural size of the numbers, of a shape that broadcasts against theirs, above or equal
+            to zero. A number far below it, such as a component that vanishes, is enclosed relative
+            to this size; one that may be zero is returned as zero.
 
     Raises:
         PrecisionError: a ball is too wide.
     """
     rounded, radius = np.asarray(values, dtype=object).astype(float), radii(values)
-    if not np.all((radius == 0.0) | (radius <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE))):
+    if not np.all(
+        (radius == 0.0)
+        | (
+            radius
+            <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE)
+        )
+    ):
         raise PrecisionError
     return np.asarray(np.where(np.abs(rounded) <= radius, 0.0, rounded))
 
@@ -70,7 +84,9 @@ class BallImpact(ExactImpact):
     def rounded(self, values: Balls, size: Callable[[Array], Any]) -> Array:
         """The doubles nearest to balls; doubles as they are."""
         values = np.asarray(values)
-        return values + 0.0 if values.dtype == float else to_double(values, size(values.astype(float)))
+        return (
+            values + 0.0 if values.dtype == float else to_double(values, size(values.astype(float)))
+        )
 
     @cached_property
     def _unit(self) -> Array:

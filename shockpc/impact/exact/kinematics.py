@@ -1,8 +1,10 @@
-"""A robot in one posture in an arithmetic: the same record that `landing.dynamics` computes in doubles with Pinocchio.
+"""A robot in one posture in an arithmetic: the same record that `landing.dynamics` computes in
+doubles with Pinocchio.
 
-Every joint is split into elementary ones (a composite joint has several, with massless bodies between them). The rotation through
-an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists (ω, v) and wrenches
-(moment, force) are written in world axes at the base's origin, where those of different bodies may be added.
+Every joint is split into elementary ones (a composite joint has several, with massless bodies
+between them). The rotation through an elementary joint is affine in the sine and cosine of its
+angle, and its place in its displacement. Twists (ω, v) and wrenches (moment, force) are written in
+world axes at the base's origin, where those of different bodies may be added.
 """
 
 from collections.abc import Sequence
@@ -44,7 +46,10 @@ class Data(NamedTuple):
 
 @memoized()
 def data_of(robot: Robot) -> Data:
-    """The numbers of a robot as loaded. Rotation matrices become quaternions, so that they can be made exactly orthogonal."""
+    """The numbers of a robot as loaded.
+
+    Rotation matrices become quaternions, so that they can be made exactly orthogonal.
+    """
     parts = robot.single_joints
     carried = [robot.model.inertias[body.joint] for body in robot.bodies]
     return Data(
@@ -71,17 +76,25 @@ def forward_kinematics(
         q: (nq,) configuration in Pinocchio's layout, as doubles or numbers.
         plane: along and about whose axes the velocities of a floating base are counted.
 
-    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
-        the frame of each joint that carries a body; and origins (1, n, 3) of the frames of the elementary joints.
+    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need;
+        rotation (3, 3) and origin (3, 1) of the frame of each joint that carries a body; and
+        origins (1, n, 3) of the frames of the elementary joints.
     """
     q = arithmetic.numbers(q)
     constants = zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
-    axes, zero = arithmetic.matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1)), arithmetic.number(0)
+    axes, zero = (
+        arithmetic.matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1)),
+        arithmetic.number(0),
+    )
     places: list[tuple[Matrix, Matrix]] = []
     origins: list[list[Any]] = []
     columns: list[list[Any]] = []
     for joint in robot.joints:
-        R, p = places[joint.parent] if joint.parent >= 0 else (arithmetic.eye(3), arithmetic.block(3, 1))
+        R, p = (
+            places[joint.parent]
+            if joint.parent >= 0
+            else (arithmetic.eye(3), arithmetic.block(3, 1))
+        )
         for part in joint.parts or (joint,):
             base = robot.free_base and not places
             turned, moved, slides, spins = _through(arithmetic, part, q[part.q], *next(constants))
@@ -90,12 +103,18 @@ def forward_kinematics(
             slides, spins = (axes, axes) if base else (R * slides, R * spins)
             columns += [[*[zero] * 3, *slide] for slide in slides.transpose().table()]
             levers = (arithmetic.cross_matrix(p) * spins).transpose().table()
-            columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
+            columns += [
+                [*spin, *lever]
+                for spin, lever in zip(spins.transpose().table(), levers, strict=True)
+            ]
         places.append((R, p))
     frames = places
     if robot.body_frames is not None:
         placed = zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
-        frames = [(R * _rotation(arithmetic, turn), p + R * arithmetic.column(r)) for (R, p), turn, r in placed]
+        frames = [
+            (R * _rotation(arithmetic, turn), p + R * arithmetic.column(r))
+            for (R, p), turn, r in placed
+        ]
     state = Dynamics(
         np.zeros((1, 0, 0)),
         np.array(columns, dtype=object).T[None],
@@ -109,9 +128,15 @@ def forward_kinematics(
 
 
 def _through(
-    arithmetic: Arithmetic, joint: Joint, at: Numbers, quaternion: Sequence[float], offset: Sequence[float], axis: Sequence[float]
+    arithmetic: Arithmetic,
+    joint: Joint,
+    at: Numbers,
+    quaternion: Sequence[float],
+    offset: Sequence[float],
+    axis: Sequence[float],
 ) -> tuple[Any, Any, Any, Any]:
-    """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of its displacements and rotations.
+    """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of
+    its displacements and rotations.
 
     Args:
         arithmetic: of the result.
@@ -121,12 +146,22 @@ def _through(
         offset: (3,) origin of that.
         axis: (3,) of a joint of one coordinate.
     """
-    rest, p, nothing, values = _rotation(arithmetic, quaternion), arithmetic.column(offset), arithmetic.block(3, 0), at.tolist()
+    rest, p, nothing, values = (
+        _rotation(arithmetic, quaternion),
+        arithmetic.column(offset),
+        arithmetic.block(3, 0),
+        at.tolist(),
+    )
     eye = arithmetic.eye(3)
     if joint.kind == "ball":
         return rest * arithmetic.rotation(at), p, nothing, eye
     if joint.kind == "free":
-        return rest * arithmetic.rotation(at[3:]), p + rest * arithmetic.column(values[:3]), eye, eye
+        return (
+            rest * arithmetic.rotation(at[3:]),
+            p + rest * arithmetic.column(values[:3]),
+            eye,
+            eye,
+        )
     a = arithmetic.column([0.0, 0.0, 1.0] if joint.kind == "planar" else axis)
     a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
@@ -138,9 +173,16 @@ def _through(
         length = (cosine * cosine + sine * sine).sqrt()
         cosine, sine = cosine / length, sine / length
     # Rodrigues' formula.
-    turned = rest * (eye * cosine + arithmetic.cross_matrix(a) * sine + a * a.transpose() * (1 - cosine))
+    turned = rest * (
+        eye * cosine + arithmetic.cross_matrix(a) * sine + a * a.transpose() * (1 - cosine)
+    )
     if joint.kind == "planar":
-        return turned, p + rest * arithmetic.column([*values[:2], 0]), arithmetic.block(3, 2, [1, 0, 0, 1, 0, 0]), a
+        return (
+            turned,
+            p + rest * arithmetic.column([*values[:2], 0]),
+            arithmetic.block(3, 2, [1, 0, 0, 1, 0, 0]),
+            a,
+        )
     return turned, p, nothing, a
 
 
@@ -149,7 +191,10 @@ def _rotation(arithmetic: Arithmetic, quaternion: Sequence[float]) -> Any:
 
 
 def shift(arithmetic: Arithmetic, r: Matrix) -> Any:
-    """The matrix T (6, 6) for wrenches about a point r (3, 1) behind: T w. Twists go the other way by Tᵀ; inertias are T I Tᵀ."""
+    """The matrix T (6, 6) for wrenches about a point r (3, 1) behind: T w.
+
+    Twists go the other way by Tᵀ; inertias are T I Tᵀ.
+    """
     T, (x, y, z) = arithmetic.eye(6), r.entries()
     T[0, 5], T[1, 3], T[2, 4] = y, z, x
     T[0, 4], T[1, 5], T[2, 3] = -z, -x, -y
@@ -158,12 +203,19 @@ def shift(arithmetic: Arithmetic, r: Matrix) -> Any:
 
 def body_coms(arithmetic: Arithmetic, data: Data) -> Numbers:
     """Centres of mass (nb, 3) in the bodies' frames [m]."""
-    turns = [_rotation(arithmetic, quaternion).transpose() for quaternion in data.body_rotation.tolist()]
+    turns = [
+        _rotation(arithmetic, quaternion).transpose() for quaternion in data.body_rotation.tolist()
+    ]
     levers = (arithmetic.numbers(data.lever) - data.body_offset).tolist()
-    return np.array([(R * arithmetic.column(lever)).entries() for R, lever in zip(turns, levers, strict=True)], dtype=object)
+    return np.array(
+        [(R * arithmetic.column(lever)).entries() for R, lever in zip(turns, levers, strict=True)],
+        dtype=object,
+    )
 
 
-def body_inertia(arithmetic: Arithmetic, mass: Any, lever: Array | Numbers, inertia: Array | Numbers, R: Matrix) -> Any:
+def body_inertia(
+    arithmetic: Arithmetic, mass: Any, lever: Array | Numbers, inertia: Array | Numbers, R: Matrix
+) -> Any:
     """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63).
 
     Args:
@@ -178,19 +230,28 @@ def body_inertia(arithmetic: Arithmetic, mass: Any, lever: Array | Numbers, iner
     moments = arithmetic.symmetric(R * arithmetic.matrix(inertia) * R.transpose() - mC * C)
     a, b, c = moments.entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
-    return arithmetic.block(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
+    return arithmetic.block(
+        6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass]
+    )
 
 
 def rotor_inertia(arithmetic: Arithmetic, coupling: float, axis: Numbers) -> Any:
-    """Moments (6, 6) of a coupling about its axis (3,) in the bodies beside it, as `spatial_inertias` of `landing.dynamics`."""
+    """Moments (6, 6) of a coupling about its axis (3,) in the bodies beside it, as
+    `spatial_inertias` of `landing.dynamics`.
+    """
     x, y, z = axis.tolist()
     row = [arithmetic.number(0)] * 3
     moments = [[*(part * other * coupling for other in (x, y, z)), *row] for part in (x, y, z)]
-    return arithmetic.block(6, 6, [entry for line in (*moments, *[row + row] * 3) for entry in line])
+    return arithmetic.block(
+        6, 6, [entry for line in (*moments, *[row + row] * 3) for entry in line]
+    )
 
 
-def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Sequence[Matrix], armature: Numbers) -> Numbers:
-    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves.
+def joint_inertia(
+    arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Sequence[Matrix], armature: Numbers
+) -> Numbers:
+    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the
+    momentum of all that j moves.
 
     Args:
         arithmetic: of the result.
@@ -199,7 +260,11 @@ def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Se
         inertias: (6, 6) of each body.
         armature: (nv,) inertia of the joints that is in none of the bodies [kg m², kg].
     """
-    composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
+    composite, columns, H = (
+        list(inertias),
+        J.T.tolist(),
+        np.zeros((len(armature), len(armature)), dtype=object),
+    )
     for i in range(len(composite) - 1, -1, -1):
         v, before = robot.joints[i].v, np.flatnonzero(robot.ancestors[i])
         momenta = composite[i] * arithmetic.block(columns[v]).transpose()

@@ -1,7 +1,7 @@
 """The proof of a landing: enclosures of its results, and how far double precision was off.
 
-The precision is raised until every enclosure is narrow enough to be rounded to the nearest double. Proven means: for the robot as
-loaded, the posture, and the rows that were found independent.
+The precision is raised until every enclosure is narrow enough to be rounded to the nearest double.
+Proven means: for the robot as loaded, the posture, and the rows that were found independent.
 """
 
 import math
@@ -27,14 +27,18 @@ LEAST_BITS, MOST_BITS = 128, 8192
 """Precision to begin with, and at which a pivot that still may be zero is zero."""
 
 LEAST_MOTION = 1e-200
-"""Share of the fastest motion below which a body is proven to be at rest, and not how fast it moves."""
+"""Share of the fastest motion below which a body is proven to be at rest, and not how fast it
+moves.
+"""
 
 PRECISION = threading.RLock()
 """Held while balls are computed: their precision is one setting of the whole process."""
 
 
 class Proof:
-    """The impact of a landing in ball arithmetic, and what was proven of it. Its arrays cannot be written to.
+    """The impact of a landing in ball arithmetic, and what was proven of it.
+
+    Its arrays cannot be written to.
 
     Args:
         landing: the landing.
@@ -43,11 +47,13 @@ class Proof:
     Attributes:
         landing: the landing.
         choice: which of its rows are independent.
-        jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for strikes of 1 m/s along world x,
-            y and z and for the scene's [rad/s, m/s]; the doubles nearest to the exact ones.
+        jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for
+            strikes of 1 m/s along world x, y and z and for the scene's [rad/s, m/s]; the doubles
+            nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
-        bounds: (nb,) proven error of the scene's jumps relative to each body's motion, `LEAST_MOTION` at least [1].
+        bounds: (nb,) proven error of the scene's jumps relative to each body's motion,
+            `LEAST_MOTION` at least [1].
         bits: precision at which they were proven.
 
     Raises:
@@ -59,30 +65,44 @@ class Proof:
         freeze(choice)
         self._bits, self._impact = LEAST_BITS, None
         length = landing.robot.rotation_lengths
-        self.jumps, self.bounds = map(read_only, self.read(lambda impact: _jumps(impact.jumps[0], length)))
+        self.jumps, self.bounds = map(
+            read_only, self.read(lambda impact: _jumps(impact.jumps[0], length))
+        )
         self.delta_qd = read_only(self.read(lambda impact: round_velocities(impact.delta_qd[0])))
-        self.impulse = read_only(self.read(lambda impact: to_double(impact.impulse[0], _size(impact.impulse[0]))))
+        self.impulse = read_only(
+            self.read(lambda impact: to_double(impact.impulse[0], _size(impact.impulse[0])))
+        )
         self.bits = self._bits
 
     condition = math.inf
-    """Estimated factor by which the inertia and the rows enlarge rounding, as in `Solution`; `solve_exactly` gives it."""
+    """Estimated factor by which the inertia and the rows enlarge rounding, as in `Solution`;
+    `solve_exactly` gives it.
+    """
 
     _impact: BallImpact | None
 
     def __getstate__(self) -> dict[str, object]:
         return vars(self) | {"_impact": None}
 
-    def read(self, compute: Callable[..., T], *arguments: Any, size: Callable[[BallImpact, Array], Any] | None = None) -> T:
-        """The value of a function of the impact, at the lowest precision at which it raises no `PrecisionError` or `SingularError`.
+    def read(
+        self,
+        compute: Callable[..., T],
+        *arguments: Any,
+        size: Callable[[BallImpact, Array], Any] | None = None,
+    ) -> T:
+        """The value of a function of the impact, at the lowest precision at which it raises no
+        `PrecisionError` or `SingularError`.
 
         Args:
             compute: the function.
             arguments: its further ones.
-            size: natural size of the values, of the impact and the values; they are rounded to doubles relative to it, if given.
+            size: natural size of the values, of the impact and the values; they are rounded to
+                doubles relative to it, if given.
 
         Raises:
             SolveError: the number is not known closely enough at the highest precision.
-            SingularError: a pivot may be zero there: no inertia resists a motion, or rows are dependent.
+            SingularError: a pivot may be zero there: no inertia resists a motion, or rows are
+                dependent.
         """
         with PRECISION:
             while True:
@@ -91,20 +111,28 @@ class Proof:
                         if self._impact is None:
                             self._impact = BallImpact(self.landing, self.choice)
                         values: Any = compute(self._impact, *arguments)
-                        return cast(T, values if size is None else self._impact.rounded(values, partial(size, self._impact)))
+                        return cast(
+                            T,
+                            values
+                            if size is None
+                            else self._impact.rounded(values, partial(size, self._impact)),
+                        )
                     except (PrecisionError, SingularError) as failure:
                         if self._bits >= MOST_BITS:
                             if isinstance(failure, SingularError):
                                 raise
                             raise SolveError(
-                                f'no verdict: {MOST_BITS} bits do not give a number of robot "{self.landing.robot.name}", because '
-                                "terms cancel: masses and lengths lie too many orders of magnitude apart, or a chain is too long"
+                                f"no verdict: {MOST_BITS} bits do not give a number of robot "
+                                f'"{self.landing.robot.name}", because '
+                                "terms cancel: masses and lengths lie too many orders of magnitude "
+                                "apart, or a chain is too long"
                             ) from None
                 self._bits *= 2
                 self._impact = None
 
     def with_last_digits_changed(self, compute: Callable[[BallImpact], T], pattern: int) -> T:
-        """The value of a function of the impact when every datum is changed in its last digit, in a pattern of that number.
+        """The value of a function of the impact when every datum is changed in its last digit, in a
+        pattern of that number.
 
         Raises:
             PrecisionError: a ball is too wide.
@@ -116,11 +144,15 @@ class Proof:
 
 
 def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
-    """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
+    """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column
+    relative to the motion.
+    """
     values, radius = jumps.astype(float), radii(jumps)
     size, width = motion(values, length), motion(radius, length)
     reference = np.maximum(size[:, 3], LEAST_MOTION * size[:, 3].max())
-    if np.any(width[:, 3] > 2.0**-70 * reference) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
+    if np.any(width[:, 3] > 2.0**-70 * reference) or np.any(
+        width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))
+    ):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.
     values[np.abs(values) <= radius] = 0.0
@@ -129,9 +161,15 @@ def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
 
 
 def motion(jumps: Array, length: Array) -> Array:
-    """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation times a length (nb,)."""
+    """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation
+    times a length (nb,).
+    """
     # Unlike a sum of squares, hypot does not underflow.
-    return np.asarray(np.hypot.reduce(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1), axis=1))
+    return np.asarray(
+        np.hypot.reduce(
+            np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1), axis=1
+        )
+    )
 
 
 def round_velocities(velocities: Balls) -> Array:
@@ -141,7 +179,9 @@ def round_velocities(velocities: Balls) -> Array:
         PrecisionError: a ball is too wide.
     """
     size = np.abs(velocities.astype(float))
-    return to_double(velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0)))
+    return to_double(
+        velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0))
+    )
 
 
 def _size(values: Balls) -> float:

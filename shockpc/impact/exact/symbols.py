@@ -1,6 +1,9 @@
-"""Symbols (CasADi's expression graphs): an impact in them, for any posture. The only importer of CasADi.
+"""Symbols (CasADi's expression graphs): an impact in them, for any posture.
 
-A symbol has no value. A formula that needs one, to compare it or to round it, cannot be written in symbols: `NoValueError`.
+The only importer of CasADi.
+
+A symbol has no value. A formula that needs one, to compare it or to round it, cannot be written in
+symbols: `NoValueError`.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -102,7 +105,8 @@ def _expression(value: Any) -> casadi.SX:
 
 
 class SymbolMatrix:
-    """A matrix of expressions, with the operations of python-flint's `arb_mat` that the exact path uses; zeros take no operations.
+    """A matrix of expressions, with the operations of python-flint's `arb_mat` that the exact path
+    uses; zeros take no operations.
 
     Args:
         shape: (n, m) of zeros, (n, m, entries), the rows, or a matrix of CasADi.
@@ -116,7 +120,11 @@ class SymbolMatrix:
             return
         if len(shape) == 1:
             rows = shape[0]
-            shape = len(rows), len(rows[0]) if len(rows) else 0, [value for row in rows for value in row]
+            shape = (
+                len(rows),
+                len(rows[0]) if len(rows) else 0,
+                [value for row in rows for value in row],
+            )
         n, m, *values = shape
         self.m = casadi.SX(n, m)
         for k, value in enumerate(values[0] if values else ()):
@@ -171,7 +179,8 @@ class SymbolMatrix:
         return [value for row in self.table() for value in row]
 
     def solve(self, right: "SymbolMatrix", /, *, algorithm: Literal["lu"]) -> "SymbolMatrix":
-        """The solution X of A X = right by elimination in the order of the rows, as suits a positive definite A.
+        """The solution X of A X = right by elimination in the order of the rows, as suits a
+        positive definite A.
 
         Raises:
             ZeroDivisionError: a pivot is zero in every posture.
@@ -193,15 +202,19 @@ class SymbolMatrix:
         return SymbolMatrix(casadi.sparsify(X))
 
 
-SYMBOLS = Arithmetic(Symbol, SymbolMatrix, lambda M: SymbolMatrix(casadi.triu2symm(casadi.triu(M.m))))
+SYMBOLS = Arithmetic(
+    Symbol, SymbolMatrix, lambda M: SymbolMatrix(casadi.triu2symm(casadi.triu(M.m)))
+)
 """The arithmetic of symbols."""
 
 
 class SymbolImpact(ExactImpact):
-    """An impact in symbols; arguments as of `ExactImpact`, the landing's posture and motion in symbols too.
+    """An impact in symbols; arguments as of `ExactImpact`, the landing's posture and motion in
+    symbols too.
 
     Raises:
-        SingularError: no inertia resists a motion, or the rows depend on one another, in any posture.
+        SingularError: no inertia resists a motion, or the rows depend on one another, in any
+            posture.
     """
 
     arithmetic, has_values = SYMBOLS, False
@@ -211,9 +224,11 @@ class SymbolImpact(ExactImpact):
         """The impact of a landing in whatever posture and motion.
 
         Args:
-            landing: the landing; its posture is not used, and its motion not where the symbols say it.
+            landing: the landing; its posture is not used, and its motion not where the symbols say
+                it.
             q: (nq,) symbols of the configuration.
-            before: those of what is before the impact: the strike (3,), or all joint velocities (nv,).
+            before: those of what is before the impact: the strike (3,), or all joint velocities
+                (nv,).
 
         Raises:
             SingularError: as for the class.
@@ -224,7 +239,9 @@ class SymbolImpact(ExactImpact):
             moving = landing.before._replace(velocity=motion)
         elif landing.robot.free_base:
             turn = entries(impact._places[0][0])
-            moving = Motion(turn @ motion[:3], turn @ motion[3:6], np.concatenate([np.zeros(6), motion[6:]]))
+            moving = Motion(
+                turn @ motion[:3], turn @ motion[3:6], np.concatenate([np.zeros(6), motion[6:]])
+            )
         else:
             moving = Motion(np.zeros(3), np.zeros(3), motion)
         impact.landing = replace(impact.landing, before=moving)
@@ -240,19 +257,25 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def pivot(self) -> Symbol:
-        """The smallest pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal rows, 0 for dependent ones."""
+        """The smallest pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal
+        rows, 0 for dependent ones.
+        """
         S = entries(self._by_rows[1])
         diagonal, pivots = np.diagonal(S).copy(), []
         for k in range(len(S)):
             pivots.append(S[k, k] / diagonal[k])
-            S[k + 1 :, k + 1 :] = S[k + 1 :, k + 1 :] - S[k + 1 :, k, None] * (S[k, k + 1 :] / S[k, k])
+            S[k + 1 :, k + 1 :] = S[k + 1 :, k + 1 :] - S[k + 1 :, k, None] * (
+                S[k, k + 1 :] / S[k, k]
+            )
         return _least(pivots)
 
     @cached_property
     def condition(self) -> Symbol:
-        """The factor by which rounding is enlarged in double precision, estimated as for `ShockMaps.condition` [1].
+        """The factor by which rounding is enlarged in double precision, estimated as for
+        `ShockMaps.condition` [1].
 
-        It is that of the landing's strike alone, and a free base counts along the plane's axes, so it is not the same to the digit.
+        It is that of the landing's strike alone, and a free base counts along the plane's axes, so
+        it is not the same to the digit.
         """
         size, jump = self._sizes, entries(self._solution[0])[:, 3]
         light = _length(jump * size) / (_greatest(map(abs, jump)) * _least(size))
@@ -261,18 +284,24 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def _responses(self) -> tuple[SymbolMatrix, Numbers]:
-        """The first of `_by_rows`, and the response (ny,) by which the norm of the inertia's inverse is estimated."""
+        """The first of `_by_rows`, and the response (ny,) by which the norm of the inertia's
+        inverse is estimated.
+        """
         # In Pinocchio's order of the free velocities, whose last is the first here.
         signs = np.where(np.arange(len(self._sizes))[::-1] * 2654435761 % 7 < 4, 1.0, -1.0)
         J = self._rows[self.choice.rows.tolist()]
-        X = entries(self._by_inertia(self.arithmetic.matrix(np.column_stack([J.T, self._sizes * signs]))))
+        X = entries(
+            self._by_inertia(self.arithmetic.matrix(np.column_stack([J.T, self._sizes * signs])))
+        )
         return self.arithmetic.matrix(X[:, :-1]), X[:, -1]
 
     @cached_property
     def _by_rows(self) -> tuple[SymbolMatrix, SymbolMatrix]:
         """As of `ExactImpact`."""
         X = self._responses[0]
-        return X, self.arithmetic.symmetric(self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X)
+        return X, self.arithmetic.symmetric(
+            self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X
+        )
 
     @cached_property
     def _stiff(self) -> Numbers:
@@ -286,19 +315,30 @@ class SymbolImpact(ExactImpact):
         # Of all that a joint carries the mass, the first moment and the inertia about the base.
         robot, eye = self.landing.robot, self.exact(np.eye(3))
         composite, found = [], self._armature.copy()
-        for mass, (_, p), moments in zip(self._data.mass.tolist(), self._places, self._moments, strict=True):
+        for mass, (_, p), moments in zip(
+            self._data.mass.tolist(), self._places, self._moments, strict=True
+        ):
             whole, r = entries(moments), np.array(p.entries(), dtype=object)
             h = np.array([whole[2, 4], whole[0, 5], whole[1, 3]], dtype=object)
-            apart = eye * (mass * (r @ r) + 2 * (r @ h)) - np.outer(r, r) * mass - np.outer(r, h) - np.outer(h, r)
+            apart = (
+                eye * (mass * (r @ r) + 2 * (r @ h))
+                - np.outer(r, r) * mass
+                - np.outer(r, h)
+                - np.outer(h, r)
+            )
             composite.append([self.arithmetic.number(mass), h + r * mass, whole[:3, :3] + apart])
         for i in range(len(composite) - 1, -1, -1):
             mass, h, inertia = composite[i]
             for k in range(robot.joints[i].v.start, robot.joints[i].v.stop):
                 omega, v = self.state.J[0, :3, k], self.state.J[0, 3:, k]
-                found[k] = found[k] + omega @ inertia @ omega + 2 * (omega @ cross(h, v)) + (v @ v) * mass
+                found[k] = (
+                    found[k] + omega @ inertia @ omega + 2 * (omega @ cross(h, v)) + (v @ v) * mass
+                )
             if robot.parents[i] >= 0:
                 carrier = composite[robot.parents[i]]
-                composite[robot.parents[i]] = [a + b for a, b in zip(carrier, composite[i], strict=True)]
+                composite[robot.parents[i]] = [
+                    a + b for a, b in zip(carrier, composite[i], strict=True)
+                ]
         return _roots(found[self._free])
 
     @cached_property
@@ -328,7 +368,10 @@ def _least(values: Iterable[Symbol]) -> Symbol:
 
 
 def tangent(robot: Robot, q: casadi.SX) -> casadi.SX:
-    """The derivatives (nq, nv) of a configuration by its tangent, Pinocchio's layout. Args: q (nq,)."""
+    """The derivatives (nq, nv) of a configuration by its tangent, Pinocchio's layout.
+
+    Args: q (nq,).
+    """
     T = casadi.SX(robot.model.nq, robot.model.nv)
     for joint in robot.single_joints:
         at, v = q[joint.q], joint.v
@@ -344,9 +387,13 @@ def tangent(robot: Robot, q: casadi.SX) -> casadi.SX:
             continue
         x, y, z, w = casadi.vertsplit(at[-4:])
         turns = slice(v.stop - 3, v.stop)
-        T[joint.q.stop - 4 : joint.q.stop, turns] = casadi.blockcat([[w, -z, y], [z, w, -x], [-y, x, w], [-x, -y, -z]]) / 2
+        T[joint.q.stop - 4 : joint.q.stop, turns] = (
+            casadi.blockcat([[w, -z, y], [z, w, -x], [-y, x, w], [-x, -y, -z]]) / 2
+        )
         if joint.kind == "free":
-            T[joint.q.start : joint.q.start + 3, v.start : v.start + 3] = SYMBOLS.rotation([x, y, z, w]).m
+            T[joint.q.start : joint.q.start + 3, v.start : v.start + 3] = SYMBOLS.rotation(
+                [x, y, z, w]
+            ).m
     return T
 
 
@@ -356,8 +403,11 @@ def _symbols(vector: casadi.SX) -> Numbers:
     return out
 
 
-def traced(landing: PosedLanding, given: int, formulas: Callable[[Impact], list[Any]]) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-    """Symbols of the configuration (nq,) and of what is before the impact (given,), and what formulas make of them (m,).
+def traced(
+    landing: PosedLanding, given: int, formulas: Callable[[Impact], list[Any]]
+) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
+    """Symbols of the configuration (nq,) and of what is before the impact (given,), and what
+    formulas make of them (m,).
 
     Raises:
         SingularError, NoValueError: as for `SymbolImpact`; a formula compares or rounds numbers.
@@ -379,23 +429,40 @@ def _densified(arrays: Iterable[Any]) -> casadi.SX:
 
 
 def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
-    """Numbers (m,), then their derivatives (m, nv + given), row after row, by the tangent of q and by what is before."""
+    """Numbers (m,), then their derivatives (m, nv + given), row after row, by the tangent of q and
+    by what is before.
+    """
     slopes = casadi.horzcat(casadi.jacobian(y, q) @ tangent(robot, q), casadi.jacobian(y, before))
     return casadi.densify(casadi.vertcat(y, casadi.vec(slopes.T)))
 
 
 NAMES = {
-    casadi.OP_ADD: "add", casadi.OP_SUB: "subtract", casadi.OP_MUL: "multiply", casadi.OP_DIV: "divide",
-    casadi.OP_FMAX: "maximum", casadi.OP_FMIN: "minimum", casadi.OP_LT: "less", casadi.OP_LE: "less_equal",
-    casadi.OP_NEG: "negative", casadi.OP_INV: "reciprocal", casadi.OP_SQRT: "sqrt", casadi.OP_SIN: "sin", casadi.OP_COS: "cos",
-    casadi.OP_FABS: "absolute", casadi.OP_SIGN: "sign", casadi.OP_NOT: "not",
-    casadi.OP_SQ: "multiply", casadi.OP_TWICE: "add",  # of a value with itself
-}  # fmt: skip
+    casadi.OP_ADD: "add",
+    casadi.OP_SUB: "subtract",
+    casadi.OP_MUL: "multiply",
+    casadi.OP_DIV: "divide",
+    casadi.OP_FMAX: "maximum",
+    casadi.OP_FMIN: "minimum",
+    casadi.OP_LT: "less",
+    casadi.OP_LE: "less_equal",
+    casadi.OP_NEG: "negative",
+    casadi.OP_INV: "reciprocal",
+    casadi.OP_SQRT: "sqrt",
+    casadi.OP_SIN: "sin",
+    casadi.OP_COS: "cos",
+    casadi.OP_FABS: "absolute",
+    casadi.OP_SIGN: "sign",
+    casadi.OP_NOT: "not",
+    casadi.OP_SQ: "multiply",
+    casadi.OP_TWICE: "add",  # of a value with itself
+}
 """Operations of a program by CasADi's numbers."""
 
 
 def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, str]:
-    """The steps from vectors of inputs, one after another, to one of outputs, each expression once; and their function's text."""
+    """The steps from vectors of inputs, one after another, to one of outputs, each expression once;
+    and their function's text.
+    """
     function = casadi.Function("landing", [casadi.vertcat(*inputs)], [outputs], {"cse": True})
     return program_of(function), function.serialize()
 
@@ -409,7 +476,9 @@ def program_of(function: casadi.Function) -> Program:
     ]
     # By their digits, because NaN is not equal to itself.
     texts = [
-        float(function.instruction_constant(k)).hex() for k, (operation, *_) in enumerate(steps) if operation == casadi.OP_CONST
+        float(function.instruction_constant(k)).hex()
+        for k, (operation, *_) in enumerate(steps)
+        if operation == casadi.OP_CONST
     ]
     constants = {text: n + k for k, text in enumerate(dict.fromkeys(texts))}
     read = iter(texts)
@@ -441,8 +510,15 @@ def function_from(text: str) -> Callable[[Array], Any]:
     return lambda columns: function(columns).full()
 
 
-def function_of(text: str, inputs: Mapping[str, int], outputs: Mapping[str, slice]) -> casadi.Function:
-    """A function by its text. Args: inputs, sizes of the vectors that its input is made of; outputs, places among its outputs."""
+def function_of(
+    text: str, inputs: Mapping[str, int], outputs: Mapping[str, slice]
+) -> casadi.Function:
+    """A function by its text.
+
+    Args: inputs, sizes of the vectors that its input is made of; outputs, places among its outputs.
+    """
     vectors = [casadi.SX.sym(name, size) for name, size in inputs.items()]
     rows = casadi.Function.deserialize(text)(casadi.vertcat(*vectors))
-    return casadi.Function("landing", vectors, [rows[part] for part in outputs.values()], [*inputs], [*outputs])
+    return casadi.Function(
+        "landing", vectors, [rows[part] for part in outputs.values()], [*inputs], [*outputs]
+    )

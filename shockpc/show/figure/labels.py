@@ -1,4 +1,6 @@
-"""Short labels on a drawing, each where it covers as little as possible of the marks, the bodies and the labels before it."""
+"""Short labels on a drawing, each where it covers as little as possible of the marks, the bodies
+and the labels before it.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -26,7 +28,9 @@ THIN = 0.9
 
 
 class Labels:
-    """Short labels on axes in plane coordinates, placed one after the other so that they cover as little as possible."""
+    """Short labels on axes in plane coordinates, placed one after the other so that they cover as
+    little as possible.
+    """
 
     def __init__(self, axes: Axes, window: Window, bodies: PlaneShape):
         """Args: axes; window: what they show; bodies: all silhouettes together."""
@@ -37,10 +41,14 @@ class Labels:
 
     def keep_free(self, place: Array, radius: float) -> None:
         """Let no label cover the disc around a place (2,) [m] of that radius [inches]."""
-        self._taken = shapely.union(self._taken, shapely.Point(place).buffer(radius * self._inch, quad_segs=4))
+        self._taken = shapely.union(
+            self._taken, shapely.Point(place).buffer(radius * self._inch, quad_segs=4)
+        )
 
     def tag(self, region: PlaneShape, text: str) -> None:
-        """Write a number in a ring: at the centroid of a region, in the middle of its widest part, or beside what is too thin."""
+        """Write a number in a ring: at the centroid of a region, in the middle of its widest part,
+        or beside what is too thin.
+        """
         free = shapely.difference(shapely.intersection(region, self._window), self._taken)
         free = max(shapely.get_parts(free), key=lambda part: float(part.area), default=None)
         if free is None or free.geom_type != "Polygon" or free.is_empty:
@@ -48,25 +56,49 @@ class Labels:
         widest = shapely.maximum_inscribed_circle(free)
         (x, y), centroid = widest.coords[0], region.centroid
         room = TAG * self._inch
-        if free.contains(centroid) and free.boundary.distance(centroid) > 0.6 * min(widest.length, room):
+        if free.contains(centroid) and free.boundary.distance(centroid) > 0.6 * min(
+            widest.length, room
+        ):
             x, y = centroid.x, centroid.y
         if widest.length < THIN * room:
             angles = np.arange(16) * np.pi / 8.0
-            away = (1.15 * room + widest.length) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-            x, y = min((np.array([x, y]) + away).tolist(), key=lambda place: round(self._covered(place, room), 9))
-        self._axes.plot(x, y, "o", markersize=9.5, markerfacecolor=PAPER, markeredgecolor=INK, markeredgewidth=0.5, zorder=6.5)
+            away = (1.15 * room + widest.length) * np.stack(
+                [np.cos(angles), np.sin(angles)], axis=1
+            )
+            x, y = min(
+                (np.array([x, y]) + away).tolist(),
+                key=lambda place: round(self._covered(place, room), 9),
+            )
+        self._axes.plot(
+            x,
+            y,
+            "o",
+            markersize=9.5,
+            markerfacecolor=PAPER,
+            markeredgecolor=INK,
+            markeredgewidth=0.5,
+            zorder=6.5,
+        )
         self._axes.text(x, y, text, fontsize=6.5, ha="center", va="center_baseline", zorder=6.6)
         self.keep_free(np.array([x, y]), TAG)
 
     def _covered(self, place: Sequence[float], radius: float) -> float:
-        """What a disc covers: marks and labels count most, then what is outside, then bodies; as shares of the disc."""
+        """What a disc covers: marks and labels count most, then what is outside, then bodies; as
+        shares of the disc.
+        """
         disc = shapely.Point(place).buffer(radius, quad_segs=4)
         outside = disc.difference(self._window).area
-        covered = 4.0 * disc.intersection(self._taken).area + 2.0 * outside + disc.intersection(self._bodies).area
+        covered = (
+            4.0 * disc.intersection(self._taken).area
+            + 2.0 * outside
+            + disc.intersection(self._bodies).area
+        )
         return float(covered / disc.area)
 
     def place(self, mark: Array, text: str, gap: float, faint: bool = False) -> None:
-        """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
+        """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers
+        least.
+        """
         size = self._size(text, LETTERS)
         sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
         shifts = [
@@ -74,7 +106,9 @@ class Labels:
             for farther in FARTHER
             for side in sides
         ]
-        look: dict[str, Any] = {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
+        look: dict[str, Any] = (
+            {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
+        )
         self._write([mark + shift for shift in shifts], text, LETTERS, **look)
 
     def on_line(self, line: Array, text: str, faint: bool = False) -> None:
@@ -90,12 +124,30 @@ class Labels:
         options, size = [], self._size(text, letters)
         for middle in middles:
             box = shapely.box(*(middle - size / 2.0), *(middle + size / 2.0))
-            # What is covered counts most, then what is outside, then edges of bodies; all as shares of the label.
-            cost = 4.0 * box.intersection(self._taken).area + 2.0 * box.difference(self._window).area
+            # What is covered counts most, then what is outside, then edges of bodies; all as shares
+            # of the label.
+            cost = (
+                4.0 * box.intersection(self._taken).area + 2.0 * box.difference(self._window).area
+            )
             cost += 0.5 * size[1] * box.intersection(self._edges).length
             options.append((round(float(cost / size.prod()), 9), middle, box))
         # Of places that cover as much the first one, which is the nearest.
         _, middle, box = min(options, key=lambda option: option[0])
         self._taken = shapely.union(self._taken, box)
-        backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}
-        self._axes.text(middle[0], middle[1], text, fontsize=letters, ha="center", va="center", zorder=8, bbox=backing, **look)
+        backing = {
+            "boxstyle": "round,pad=0.06",
+            "facecolor": PAPER,
+            "edgecolor": "none",
+            "alpha": 0.8,
+        }
+        self._axes.text(
+            middle[0],
+            middle[1],
+            text,
+            fontsize=letters,
+            ha="center",
+            va="center",
+            zorder=8,
+            bbox=backing,
+            **look,
+        )

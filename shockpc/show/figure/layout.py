@@ -1,4 +1,6 @@
-"""A page with places in inches: a heading, pictures over a bar of colours, and beside them tables, notes and a key."""
+"""A page with places in inches: a heading, pictures over a bar of colours, and beside them tables,
+notes and a key.
+"""
 
 import math
 import re
@@ -31,7 +33,9 @@ NOTE, UNDER = 0.85 * LINE, 0.3
 """Height of a line of a note, and between pictures and the notes under them [inches]."""
 
 MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.6
-"""Room around everything, for the vertical coordinate left of a picture, and for the column [inches]."""
+"""Room around everything, for the vertical coordinate left of a picture, and for the column
+[inches].
+"""
 
 
 class Page:
@@ -58,7 +62,8 @@ class Page:
             height: of the pictures with what is under them [inches].
             heading: lines, the first one as title; the others are wrapped.
             tables: of the column; without any, there is no column.
-            notes: in italics, under the tables, or under the pictures where that makes the page less high.
+            notes: in italics, under the tables, or under the pictures where that makes the page
+                less high.
             column: left edge of the column [inches]; by default right of the pictures.
         """
         shown = [_cut_rows(rows) for rows in tables]
@@ -69,13 +74,21 @@ class Page:
         under = bool(notes) and max(rest, column_height(tables, ())) < max(height, tall)
         top = max(rest, column_height(tables, ())) if under else max(height, tall)
         top += MARGIN
-        lines = [part for line in heading[1:] for part in textwrap.wrap(line, int(LETTERS * (across - 2.0 * MARGIN)))]
+        lines = [
+            part
+            for line in heading[1:]
+            for part in textwrap.wrap(line, int(LETTERS * (across - 2.0 * MARGIN)))
+        ]
         self.low, up = top - height, top + 0.5 + 0.18 * len(lines)
         self.figure = Figure(figsize=(across, up))
         self._axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, across), ylim=(0.0, up))
         self._axes.set_axis_off()
         for k, text in enumerate([heading[0], *lines]):
-            y, size, weight = up - 0.14 - 0.07 * bool(k) - 0.18 * k, 8.0 if k else 11.0, "normal" if k else "bold"
+            y, size, weight = (
+                up - 0.14 - 0.07 * bool(k) - 0.18 * k,
+                8.0 if k else 11.0,
+                "normal" if k else "bold",
+            )
             self.write(MARGIN, y, text, size, across - 2.0 * MARGIN, fontweight=weight)
         self._y = top
         for rows in shown:
@@ -93,27 +106,52 @@ class Page:
         stops = [0.0, 0.2, *(COLUMN - 0.62 * k for k in reversed(range(len(rows[0]) - 2)))]
         for k, row in enumerate(rows):
             for column, (stop, cell) in enumerate(zip(stops, row, strict=False)):
-                weight, side = "bold" if k == 0 or column == 0 else "normal", "left" if column < 2 else "right"
+                weight, side = (
+                    "bold" if k == 0 or column == 0 else "normal",
+                    "left" if column < 2 else "right",
+                )
                 self.write(self._x + stop, self._y, cell, fontweight=weight, ha=side)
             self._y -= LINE
             if k == 0:
-                self._axes.plot([self._x, self._x + COLUMN], [self._y + 0.01] * 2, color=INK, linewidth=0.6)
+                self._axes.plot(
+                    [self._x, self._x + COLUMN], [self._y + 0.01] * 2, color=INK, linewidth=0.6
+                )
                 self._y -= 0.03
 
-    def write(self, x: float, y: float, text: str, size: float = 7.5, width: float = math.inf, **style: str) -> None:
-        """Write one line of text down from (x, y), in smaller letters if the width [inches] requires it."""
+    def write(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float = 7.5,
+        width: float = math.inf,
+        **style: str,
+    ) -> None:
+        """Write one line of text down from (x, y), in smaller letters if the width [inches]
+        requires it.
+        """
         needed = (0.72 if style.get("fontweight") == "bold" else 0.62) * max(len(text), 1) / 72.0
         look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
         self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
 
     def caption(self, x: float, y: float, lines: Sequence[str], width: float) -> None:
-        """Write lines under a small picture with its lower left corner at (x, y) [inches], the first one bold."""
+        """Write lines under a small picture with its lower left corner at (x, y) [inches], the
+        first one bold.
+        """
         for k, text in enumerate(lines):
             style = {"fontweight": "normal" if k else "bold"}
-            self.write(x, y - 0.05 - 0.12 * k - 0.02 * bool(k), text, 7.0 if k else 7.5, width, **style)
+            self.write(
+                x, y - 0.05 - 0.12 * k - 0.02 * bool(k), text, 7.0 if k else 7.5, width, **style
+            )
 
     def picture(
-        self, x: float, y: float, window: Window, names: Sequence[str] = ("", ""), left: bool = True, bottom: bool = True
+        self,
+        x: float,
+        y: float,
+        window: Window,
+        names: Sequence[str] = ("", ""),
+        left: bool = True,
+        bottom: bool = True,
     ) -> Axes:
         """Add axes that show a window.
 
@@ -126,10 +164,16 @@ class Page:
             bottom: whether the lower edge has numbers.
         """
         axes = self.axes(x, y, *window.sides)
-        axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]), facecolor="none")
+        axes.set(
+            xlim=(window.low[0], window.high[0]),
+            ylim=(window.low[1], window.high[1]),
+            facecolor="none",
+        )
         if not any(names):
             axes.set_axis_off()
-        for axis, side, name, shown in zip((axes.xaxis, axes.yaxis), window.sides, names, (bottom, left), strict=True):
+        for axis, side, name, shown in zip(
+            (axes.xaxis, axes.yaxis), window.sides, names, (bottom, left), strict=True
+        ):
             axis.set_major_locator(MaxNLocator(max(1, round(side / 0.45)), steps=[1, 2, 5, 10]))
             axis.set_label_text(f"{name} [m]" if shown else "")
         axes.tick_params(labelleft=left, left=left, labelbottom=bottom)
@@ -149,27 +193,51 @@ class Page:
         colours: Sequence[str] = BANDS,
         text: str = f"{SHOCK}; grey: 1.0 when rounded",
     ) -> None:
-        """Show colours between levels, one more than colours, under the pictures; the text stands under the bar."""
+        """Show colours between levels, one more than colours, under the pictures; the text stands
+        under the bar.
+        """
         y, step = self.low + 0.14, width / len(colours)
         for k, colour in enumerate(colours):
             place = (x + k * step, y)
-            self._axes.add_artist(Rectangle(place, step, 0.12, facecolor=colour, edgecolor=INK, linewidth=0.5))
+            self._axes.add_artist(
+                Rectangle(place, step, 0.12, facecolor=colour, edgecolor=INK, linewidth=0.5)
+            )
         for k, level in enumerate(levels):
-            self.write(x + k * step, y - 0.05, "∞" if math.isinf(level) else f"{round(level, 12):g}", 7.0, ha="center")
+            self.write(
+                x + k * step,
+                y - 0.05,
+                "∞" if math.isinf(level) else f"{round(level, 12):g}",
+                7.0,
+                ha="center",
+            )
         self.write(x + width / 2.0, y - 0.2, text, ha="center")
 
     def key(self, place: tuple[float, float] | None = None, columns: int = 1) -> None:
-        """Explain the signs of the pictures down from a place [inches], by default the end of the column."""
-        signs = {sign.get_label(): sign for axes in self.figure.axes for sign in axes.get_legend_handles_labels()[0]}
+        """Explain the signs of the pictures down from a place [inches], by default the end of the
+        column.
+        """
+        signs = {
+            sign.get_label(): sign
+            for axes in self.figure.axes
+            for sign in axes.get_legend_handles_labels()[0]
+        }
         self._axes.legend(
-            handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()), loc="upper left", borderpad=0.0, borderaxespad=0.0,
-            bbox_to_anchor=place or (self._x, self._y), bbox_transform=self._axes.transData, ncols=columns,
-        )  # fmt: skip
+            handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()),
+            loc="upper left",
+            borderpad=0.0,
+            borderaxespad=0.0,
+            bbox_to_anchor=place or (self._x, self._y),
+            bbox_transform=self._axes.transData,
+            ncols=columns,
+        )
 
 
 def _cut_rows(rows: TableRows) -> TableRows:
     """A table as it is shown."""
-    return [*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))]
+    return [
+        *rows[: ROWS + 1],
+        *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1)),
+    ]
 
 
 def _wrapped(notes: Sequence[str], width: float) -> list[str]:

@@ -1,4 +1,6 @@
-"""Draw a landing on axes: bodies in the colours of their shock, centres and radii of percussion, joints, sensors, velocities."""
+"""Draw a landing on axes: bodies in the colours of their shock, centres and radii of percussion,
+joints, sensors, velocities.
+"""
 
 import math
 from typing import Any
@@ -19,29 +21,64 @@ GOLD = "#ffd24d"
 """Of sensors."""
 
 ARROW_SIGN = Path([(-1, 0), (0.3, 0), (0.3, 0.25), (1, 0), (0.3, -0.25), (0.3, 0)])
-CROSSED = Path.make_compound_path(Path.unit_circle(), Path([[-1, 0], [1, 0], [0, -1], [0, 1]], [1, 2, 1, 2]))
+CROSSED = Path.make_compound_path(
+    Path.unit_circle(), Path([[-1, 0], [1, 0], [0, -1], [0, 1]], [1, 2, 1, 2])
+)
 
 
 def sign(label: str, zorder: float = 7.0, **look: Any) -> dict[str, Any]:
     """How `Axes.plot` draws a mark, and what it means."""
-    return {"linestyle": "none", "color": INK, "markerfacecolor": PAPER, "label": label, "zorder": zorder, **look}
+    return {
+        "linestyle": "none",
+        "color": INK,
+        "markerfacecolor": PAPER,
+        "label": label,
+        "zorder": zorder,
+        **look,
+    }
 
 
 SIGNS = {
-    "arrow": sign("velocity of the contact before the impact", 8.0, marker=ARROW_SIGN, markersize=14.0, markerfacecolor=INK),
-    "ring": sign("contact that moves perpendicular to the plane", marker="o", markersize=12.0, fillstyle="none"),
+    "arrow": sign(
+        "velocity of the contact before the impact",
+        8.0,
+        marker=ARROW_SIGN,
+        markersize=14.0,
+        markerfacecolor=INK,
+    ),
+    "ring": sign(
+        "contact that moves perpendicular to the plane",
+        marker="o",
+        markersize=12.0,
+        fillstyle="none",
+    ),
     "centre": sign("CoPc of the body with this number", marker=CROSSED, markersize=8.0),
-    "circle": sign("RoPc of the body with this number: shock is 1 there", 0.5, linestyle=(0, (5, 3)), linewidth=0.55),
+    "circle": sign(
+        "RoPc of the body with this number: shock is 1 there",
+        0.5,
+        linestyle=(0, (5, 3)),
+        linewidth=0.55,
+    ),
     "faint centre": sign(
-        "CoPc of a body that moves mostly out of the plane", 5.9, marker=CROSSED, markersize=8.0, color=PALE, markeredgewidth=0.7
+        "CoPc of a body that moves mostly out of the plane",
+        5.9,
+        marker=CROSSED,
+        markersize=8.0,
+        color=PALE,
+        markeredgewidth=0.7,
     ),
     "faint circle": sign("its RoPc", 0.4, linestyle=(0, (2, 4)), linewidth=0.45, color=PALE),
     "joint": sign("joint", 4.0, marker="o", markersize=2.6, markeredgewidth=0.5),
-    "sensor": sign("sensor or point", marker="D", markersize=4.2, markerfacecolor=GOLD, markeredgewidth=0.7),
+    "sensor": sign(
+        "sensor or point", marker="D", markersize=4.2, markerfacecolor=GOLD, markeredgewidth=0.7
+    ),
 }
 """Marks of a landing; the look of the arrow is for the key."""
 
-OUTLINED, BOXED = "body in front of the struck limb", "box of the inertia: there is no shape to draw"
+OUTLINED, BOXED = (
+    "body in front of the struck limb",
+    "box of the inertia: there is no shape to draw",
+)
 """Meaning of edges."""
 
 DOTTED = (0, (4, 1.5, 1, 1.5))
@@ -51,7 +88,8 @@ OWN = 0.07
 """Room that a centre of percussion takes around itself [inches]."""
 
 WHOLE = 0.75
-"""Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn."""
+"""Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn.
+"""
 
 
 def draw_bodies(axes: Axes, view: View, fine: float = 4000.0, scale: float = 1.0) -> None:
@@ -73,16 +111,21 @@ def draw_bodies(axes: Axes, view: View, fine: float = 4000.0, scale: float = 1.0
             "edgecolor": faded(INK, fade),
         }
         label = BOXED if drawn.box else OUTLINED if drawn.outlined else None
-        edge = outlined(axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style)
+        edge = outlined(
+            axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style
+        )
         for k, patch in [] if drawn.outlined else layers(drawn.region, drawn.field):
-            axes.add_artist(patch).set(facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge)
+            axes.add_artist(patch).set(
+                facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge
+            )
     if all(drawn.region.is_empty for drawn in view.drawn):
         nothing = "no body has a shape\nor a valid inertia"
         axes.text(0.5, 0.9, nothing, ha="center", va="top", transform=axes.transAxes)
 
 
 def layers(region: PlaneShape, field: Field) -> list[tuple[int, Patch]]:
-    """Bands, highest first, each with the ellipse in which shock is at most the band's upper limit; the first one covers the body.
+    """Bands, highest first, each with the ellipse in which shock is at most the band's upper limit;
+    the first one covers the body.
 
     Painted one over the other, what stays visible of each has a shock in its band.
     """
@@ -97,9 +140,13 @@ def layers(region: PlaneShape, field: Field) -> list[tuple[int, Patch]]:
     patches: list[tuple[int, Patch]] = [(top, Rectangle((x0, y0), x1 - x0, y1 - y0, linewidth=0.0))]
     for k in reversed(range(top)):
         if EDGES[k + 1] > least:
-            width, height = 2.0 * math.sqrt(EDGES[k + 1] ** 2 - least**2) / np.maximum(sigma, smallest)
+            width, height = (
+                2.0 * math.sqrt(EDGES[k + 1] ** 2 - least**2) / np.maximum(sigma, smallest)
+            )
             angle = math.degrees(math.atan2(turn[0, 1], turn[0, 0]))
-            patches.append((k, Ellipse((centre[0], centre[1]), width, height, angle=angle, linewidth=0.0)))
+            patches.append(
+                (k, Ellipse((centre[0], centre[1]), width, height, angle=angle, linewidth=0.0))
+            )
     return patches
 
 
@@ -115,10 +162,22 @@ def outlined(axes: Axes, region: PlaneShape, detail: float, **style: Any) -> Pat
 def draw_marks(axes: Axes, view: View, window: Window) -> None:
     """Draw all marks over the bodies on axes that show a window."""
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
-    visible = {i: view.centres[i] for i in view.numbers if i in view.centres and window.holds(view.centres[i], 0.05)}
+    visible = {
+        i: view.centres[i]
+        for i in view.numbers
+        if i in view.centres and window.holds(view.centres[i], 0.05)
+    }
     joints = [place for place in view.joints if window.holds(place)]
-    firm, faint = ([centre for i, centre in visible.items() if (i in view.faint) is pale] for pale in (False, True))
-    kinds = (("joint", joints, 0.03), ("centre", firm, OWN), ("faint centre", faint, OWN), ("sensor", view.sensors, 0.06))
+    firm, faint = (
+        [centre for i, centre in visible.items() if (i in view.faint) is pale]
+        for pale in (False, True)
+    )
+    kinds = (
+        ("joint", joints, 0.03),
+        ("centre", firm, OWN),
+        ("faint centre", faint, OWN),
+        ("sensor", view.sensors, 0.06),
+    )
     for sign, places, room in kinds:
         for place in places:
             axes.plot(*place, **SIGNS[sign])
@@ -132,20 +191,33 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
     circles: dict[tuple[float, ...], list[int]] = {}
     for i, centre in visible.items():
         alike = [group for group in groups if (group[0] in view.faint) is (i in view.faint)]
-        near = [group for group in alike if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch]
+        near = [
+            group
+            for group in alike
+            if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch
+        ]
         (near[0].append(i) if near else groups.append([i]))
         circle = _circle(centre, view.radii[i])
         if window.holds(circle).mean() > WHOLE:
             axes.plot(*circle.T, **SIGNS["faint circle" if i in view.faint else "circle"])
-            circles.setdefault((*(np.append(centre, view.radii[i]) / window.inch).round(1), i in view.faint), []).append(i)
+            circles.setdefault(
+                (*(np.append(centre, view.radii[i]) / window.inch).round(1), i in view.faint), []
+            ).append(i)
     for group in groups:
         text = ", ".join(str(view.numbers[i]) for i in group)
-        labels.place(visible[group[0]], f"({text})" if group[0] in view.faint else text, gap=OWN, faint=group[0] in view.faint)
+        labels.place(
+            visible[group[0]],
+            f"({text})" if group[0] in view.faint else text,
+            gap=OWN,
+            faint=group[0] in view.faint,
+        )
     for k, place in enumerate(view.sensors):
         labels.place(place, letter(k), gap=0.06)
     for same in circles.values():
         line = _circle(visible[same[0]], view.radii[same[0]])
-        labels.on_line(line, ", ".join(str(view.numbers[i]) for i in same), faint=same[0] in view.faint)
+        labels.on_line(
+            line, ", ".join(str(view.numbers[i]) for i in same), faint=same[0] in view.faint
+        )
 
 
 def _circle(centre: Array, radius: float) -> Array:
@@ -160,18 +232,37 @@ def letter(index: int) -> str:
 
 
 def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:
-    """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the plane; marks may be smaller."""
+    """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the
+    plane; marks may be smaller.
+    """
     for place, velocity in zip(view.contacts, view.velocities, strict=True):
-        axes.plot(*place, "o", color=INK, markersize=5.0 * scale, markeredgecolor=PAPER, markeredgewidth=0.6 * scale, zorder=7.5)
+        axes.plot(
+            *place,
+            "o",
+            color=INK,
+            markersize=5.0 * scale,
+            markeredgecolor=PAPER,
+            markeredgewidth=0.6 * scale,
+            zorder=7.5,
+        )
         speed = float(np.linalg.norm(velocity))
         if speed < 0.05:
             axes.plot(*place, **SIGNS["ring"] | {"markersize": 12.0 * scale})
             continue
         axes.plot([], [], **SIGNS["arrow"])
-        look: dict[str, Any] = {"shrinkA": 0, "shrinkB": 0, "facecolor": INK, "edgecolor": PAPER, "linewidth": scale, "zorder": 7}
+        look: dict[str, Any] = {
+            "shrinkA": 0,
+            "shrinkB": 0,
+            "facecolor": INK,
+            "edgecolor": PAPER,
+            "linewidth": scale,
+            "zorder": 7,
+        }
         look |= {"arrowstyle": "simple,head_length=8.5,head_width=10.0,tail_width=3.0"}
         tip = place + window.arrow * velocity
-        axes.add_artist(FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look))
+        axes.add_artist(
+            FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look)
+        )
 
 
 def _tags(view: View, labels: Labels) -> None:

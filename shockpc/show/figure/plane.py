@@ -42,14 +42,21 @@ OUT_OF_PLANE = 0.1
 def draw_landing(profile: ShockProfile) -> Figure:
     """Draw the robot in its plane; e1 points right, e2 up, nearer limbs cover farther ones.
 
-    Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
-    depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
+    Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in
+    the plane it does not depend on depth; for others it is taken on the surface through the middle
+    of the body. CoPc and RoPc are those of the motion in the plane.
     """
     view = view_of(profile)
-    tables, notes = [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])], _notes(profile, view)
+    tables, notes = (
+        [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])],
+        _notes(profile, view),
+    )
     bent = _bent(profile)
     if bent[0]:
-        notes.append(f"dashed: the axes of links that bend, when they bend most; deflections {bent[1]:g} times as large.")
+        notes.append(
+            f"dashed: the axes of links that bend, when they bend most; deflections {bent[1]:g} "
+            f"times as large."
+        )
     # A picture much higher than the column beside it would leave the page blank under that.
     tallest = min(max(column_height(tables, notes) - FOOT, LOW), HIGH)
     (window,) = windows_of([view], (0.15, 0.15), (5.4, tallest), (3.4, 2.2))
@@ -63,8 +70,12 @@ def draw_landing(profile: ShockProfile) -> Figure:
     return page.figure
 
 
-def draw_picture(page: Page, x: float, y: float, view: View, window: Window, left: bool = True) -> Axes:
-    """Draw a landing with its coordinates, from (x, y) to the right and up [inches]; returns the axes."""
+def draw_picture(
+    page: Page, x: float, y: float, view: View, window: Window, left: bool = True
+) -> Axes:
+    """Draw a landing with its coordinates, from (x, y) to the right and up [inches]; returns the
+    axes.
+    """
     axes = page.picture(x, y, window, view.names, left)
     draw_bodies(axes, view)
     draw_marks(axes, view, window)
@@ -76,21 +87,37 @@ def _bent(profile: ShockProfile) -> tuple[list[Array], float]:
     if profile.stiffness is None or not profile.scene.flex:
         return [], 1.0
     links, origin = bent_links(profile.stiffness), profile.landing.state.origin[0]
-    shares = [float(np.linalg.norm(off, axis=1).max() / np.linalg.norm(points[-1] - points[0])) for points, off in links]
+    shares = [
+        float(np.linalg.norm(off, axis=1).max() / np.linalg.norm(points[-1] - points[0]))
+        for points, off in links
+    ]
     factor = float(f"{BENT / max(shares):.0e}") if max(shares) > 0.0 else 1.0
-    shown = [link for link, share in zip(links, shares, strict=True) if share > SLIGHT * max(shares)]
-    return [to_plane(origin + points + factor * off, profile.plane) for points, off in shown], factor
+    shown = [
+        link for link, share in zip(links, shares, strict=True) if share > SLIGHT * max(shares)
+    ]
+    return [
+        to_plane(origin + points + factor * off, profile.plane) for points, off in shown
+    ], factor
 
 
 def draw_row(
-    page: Page, y: float, views: Sequence[View], windows: Sequence[Window], names: Sequence[str], gap: float
+    page: Page,
+    y: float,
+    views: Sequence[View],
+    windows: Sequence[Window],
+    names: Sequence[str],
+    gap: float,
 ) -> list[float]:
-    """Draw landings beside one another with a name under each, from the left and y up [inches]; returns the middle of each."""
+    """Draw landings beside one another with a name under each, from the left and y up [inches];
+    returns the middle of each.
+    """
     x, middles = LEFT, list[float]()
     for view, window, name in zip(views, windows, names, strict=True):
         draw_picture(page, x, y, view, window, left=x == LEFT)
         middles.append(x + window.sides[0] / 2.0)
-        page.write(middles[-1], y - 0.42, name, 10.0, window.sides[0], fontweight="bold", ha="center")
+        page.write(
+            middles[-1], y - 0.42, name, 10.0, window.sides[0], fontweight="bold", ha="center"
+        )
         x += window.sides[0] + gap
     return middles
 
@@ -99,13 +126,23 @@ def _heading(profile: ShockProfile) -> list[str]:
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = robot_name(profile.robot)
     scene = profile.scene
-    words = [f"posture {posture_text(profile)}", f"base {scene.base or 'free'}", f"strike {strike_text(profile)}"]
+    words = [
+        f"posture {posture_text(profile)}",
+        f"base {scene.base or 'free'}",
+        f"strike {strike_text(profile)}",
+    ]
     words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
     kinds = {contact.kind for contact in scene.contact}
     words += [f"{kind} of a sole" for kind in ("edge", "corner") if kind in kinds]
-    words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
-    return [f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"]
+    words += [
+        f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e
+    ]
+    return [
+        f"{robot}: shock of landing on {contacts}",
+        "; ".join(words),
+        f"joint model: {joint_model_text(profile)}",
+    ]
 
 
 def _body_rows(profile: ShockProfile, view: View) -> TableRows:
@@ -114,7 +151,11 @@ def _body_rows(profile: ShockProfile, view: View) -> TableRows:
     rows: TableRows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
     for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else f"{short(profile.shock_com[i])} CoM"
+        shock = (
+            f"{short(low)}–{short(high)}"
+            if np.isfinite(high)
+            else f"{short(profile.shock_com[i])} CoM"
+        )
         cells = [*map(short, view.centres[i])] if i in view.centres else ["none", ""]
         cells.append(short(profile.ropc[i]))
         if i in view.faint:
@@ -125,7 +166,9 @@ def _body_rows(profile: ShockProfile, view: View) -> TableRows:
 
 def _point_rows(profile: ShockProfile) -> TableRows:
     """Sensors and points: name, peak acceleration for a given pulse, and shock."""
-    rows: TableRows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
+    rows: TableRows = [
+        ("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")
+    ]
     for k, point in enumerate(profile.points):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
         rows.append((letter(k), cut(point.frame, 30), peak, short(point.shock)))
@@ -133,12 +176,19 @@ def _point_rows(profile: ShockProfile) -> TableRows:
 
 
 def _notes(profile: ShockProfile, view: View) -> list[str]:
-    """The frame of the coordinates, what limits the picture, bodies that cannot be drawn, and the warnings of the landing."""
+    """The frame of the coordinates, what limits the picture, bodies that cannot be drawn, and the
+    warnings of the landing.
+    """
     notes = ["CoPc in world axes, as in the picture; report and CSV have it in those of the body."]
-    share = {number: float(profile.off_plane[i]) for i, number in view.numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
+    share = {
+        number: float(profile.off_plane[i])
+        for i, number in view.numbers.items()
+        if profile.off_plane[i] > OUT_OF_PLANE
+    }
     if share:
         notes.append(
-            f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the motion is out of the plane; colours "
+            f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the "
+            f"motion is out of the plane; colours "
             "hold in the middle of the body, CoPc and RoPc for the motion in the plane"
             f"{f', which are in brackets above {100.0 * BRACKETED:.0f} %' if view.faint & set(view.numbers) else ''}."
         )
@@ -152,18 +202,29 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     if more:
         listed = ", ".join(f"{short(shock)} on {number}" for number, shock in more.items())
         notes.append(
-            f"colours are on what is drawn and reach {listed}; the table is over the collision geometry, or at the CoM of a "
+            f"colours are on what is drawn and reach {listed}; the table is over the collision "
+            f"geometry, or at the CoM of a "
             "body without it."
         )
-    unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
+    unseen = [
+        printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty
+    ]
     if unseen:
         notes.append(f"not drawn, neither shape nor valid inertia: {few(unseen, 3)}")
-    lost = [printable(shape.mesh.rpartition("/")[2], 24) for shape in drawn_outline(profile.robot).unread if shape.mesh]
+    lost = [
+        printable(shape.mesh.rpartition("/")[2], 24)
+        for shape in drawn_outline(profile.robot).unread
+        if shape.mesh
+    ]
     if lost:
-        notes.append(f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}")
+        notes.append(
+            f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}"
+        )
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
     warnings = profile.health.warnings
     notes += [f"warning: {printable(str(warning), 220)}" for warning in warnings[:WARNINGS]]
-    notes += [f"{count(len(warnings) - WARNINGS, 'more warning')} in the report"] * (len(warnings) > WARNINGS)
+    notes += [f"{count(len(warnings) - WARNINGS, 'more warning')} in the report"] * (
+        len(warnings) > WARNINGS
+    )
     return notes

@@ -1,8 +1,9 @@
 """The outline of a body in the plane of the figure: the union of the projections of its shapes.
 
-Polyhedra are projected exactly; round shapes as polygons inside their projection, with 64 corners to an ellipse, short by 0.12 %. A
-mesh may have a hundred thousand triangles, holes and gaps, so its projection is counted on a fine grid, triangle by triangle, and
-contoured; that works for any set of triangles and costs a few milliseconds.
+Polyhedra are projected exactly; round shapes as polygons inside their projection, with 64 corners
+to an ellipse, short by 0.12 %. A mesh may have a hundred thousand triangles, holes and gaps, so its
+projection is counted on a fine grid, triangle by triangle, and contoured; that works for any set of
+triangles and costs a few milliseconds.
 """
 
 from collections.abc import Sequence
@@ -27,7 +28,9 @@ LARGEST_GRID = 2500
 
 
 MOST_CROSSINGS = 10**7
-"""Most rows of the grid that the edges of a mesh cross, all together; a mesh that would cross more has a coarser grid."""
+"""Most rows of the grid that the edges of a mesh cross, all together; a mesh that would cross more
+has a coarser grid.
+"""
 
 
 def to_plane(points: Array, plane: Plane) -> Array:
@@ -36,16 +39,26 @@ def to_plane(points: Array, plane: Plane) -> Array:
 
 
 def surface(shapes: Sequence[Shape]) -> Array:
-    """Points (n, 3) of some shapes [m]: their corners, and for round ones their extremes along the axes."""
+    """Points (n, 3) of some shapes [m]: their corners, and for round ones their extremes along the
+    axes.
+    """
     sides = np.concatenate([np.eye(3), -np.eye(3)])
-    return np.concatenate([shape.farthest(side) for shape in shapes for side in (sides if shape.rounding.any() else sides[:1])])
+    return np.concatenate(
+        [
+            shape.farthest(side)
+            for shape in shapes
+            for side in (sides if shape.rounding.any() else sides[:1])
+        ]
+    )
 
 
 def projection(shape: Shape, plane: Plane) -> PlaneShape:
     """The projection of a convex shape on a plane."""
     axes, lengths, _ = np.linalg.svd(to_plane(shape.rounding.T, plane).T, full_matrices=False)
     rim = (CIRCLE * lengths) @ axes.T
-    return shapely.MultiPoint((to_plane(shape.points, plane)[:, None] + rim).reshape(-1, 2)).convex_hull
+    return shapely.MultiPoint(
+        (to_plane(shape.points, plane)[:, None] + rim).reshape(-1, 2)
+    ).convex_hull
 
 
 class Edges(NamedTuple):
@@ -53,7 +66,8 @@ class Edges(NamedTuple):
 
     Attributes:
         low, high: (k,) vertices at their ends, the lower index first.
-        edge: (3 m,) that of each side of the triangles: of all first sides, all second sides and all third sides.
+        edge: (3 m,) that of each side of the triangles: of all first sides, all second sides and
+            all third sides.
         sense: (3 m,) 1 for a side that runs from low to high, else −1.
     """
 
@@ -66,18 +80,23 @@ class Edges(NamedTuple):
     def of(cls, triangles: NDArray[np.int64], count: int) -> "Edges":
         """The edges of triangles (m, 3) between so many vertices."""
         start, end = triangles.T.ravel(), np.roll(triangles, -1, axis=1).T.ravel()
-        edges, edge = np.unique(np.minimum(start, end) * count + np.maximum(start, end), return_inverse=True)
+        edges, edge = np.unique(
+            np.minimum(start, end) * count + np.maximum(start, end), return_inverse=True
+        )
         return cls(*np.divmod(edges, count), edge, np.where(start < end, 1.0, -1.0))
 
 
-def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float, edges: dict[int, Edges] | None = None) -> PlaneShape:
+def silhouette(
+    shapes: Sequence[Shape], plane: Plane, resolution: float, edges: dict[int, Edges] | None = None
+) -> PlaneShape:
     """The union of the projections of shapes on a plane; empty if there are none.
 
     Args:
         shapes: with meshes or without.
         plane: onto which they are projected.
         resolution: largest distance of the outline from the true one [m].
-        edges: those of meshes by the identity of their triangles, which shapes at several places share; new ones are added.
+        edges: those of meshes by the identity of their triangles, which shapes at several places
+            share; new ones are added.
     """
     parts, edges = [], {} if edges is None else edges
     for shape in shapes:
@@ -87,29 +106,49 @@ def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float, edges: 
         vertices, triangles, _ = shape.mesh
         if id(triangles) not in edges:
             edges[id(triangles)] = Edges.of(triangles, len(vertices))
-        parts.append(_projection(to_plane(vertices, plane), triangles, edges[id(triangles)], 0.7 * resolution))
+        parts.append(
+            _projection(
+                to_plane(vertices, plane), triangles, edges[id(triangles)], 0.7 * resolution
+            )
+        )
     # A plate seen from its edge has no area, so it gets a width.
-    parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
+    parts = [
+        part if part.area > resolution**2 else part.buffer(resolution)
+        for part in parts
+        if not part.is_empty
+    ]
     return shapely.union_all(parts).simplify(resolution / 2.0)
 
 
-def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pixel: float) -> PlaneShape:
-    """The union of triangles (m, 3) between vertices (n, 2) [m], contoured around the cells [m] whose centres they cover.
+def _projection(
+    vertices: Array, triangles: NDArray[np.int64], edges: Edges, pixel: float
+) -> PlaneShape:
+    """The union of triangles (m, 3) between vertices (n, 2) [m], contoured around the cells [m]
+    whose centres they cover.
 
-    Along the centre line of every row each triangle covers one interval: its edges add one at the start and subtract one at the
-    end, so the cumulative sum is the number of triangles over each cell.
+    Along the centre line of every row each triangle covers one interval: its edges add one at the
+    start and subtract one at the end, so the cumulative sum is the number of triangles over each
+    cell.
     """
     low, high = corners_of_box(vertices)
     extent = high - low
     pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
-    pixel *= max(1.0, float(np.abs(vertices[edges.high, 1] - vertices[edges.low, 1]).sum()) / pixel / MOST_CROSSINGS)
+    pixel *= max(
+        1.0,
+        float(np.abs(vertices[edges.high, 1] - vertices[edges.low, 1]).sum())
+        / pixel
+        / MOST_CROSSINGS,
+    )
     width, height = (int(n) + 5 for n in extent / pixel)
     x, y = ((vertices - low) / pixel + 2.0).T
     row = np.ceil(y).astype(np.int64)
     a, b, c = triangles.T
     turn = np.sign((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a]))
-    # The contributions of two neighbours to their common edge cancel: only folds and rims remain, few of a fine mesh.
-    change = np.bincount(edges.edge, weights=np.tile(turn, 3) * edges.sense, minlength=len(edges.low))
+    # The contributions of two neighbours to their common edge cancel: only folds and rims remain,
+    # few of a fine mesh.
+    change = np.bincount(
+        edges.edge, weights=np.tile(turn, 3) * edges.sense, minlength=len(edges.low)
+    )
     change *= np.sign(row[edges.low] - row[edges.high])
     (kept,) = np.nonzero(change)
     start, end, change = edges.low[kept], edges.high[kept], change[kept]
@@ -117,12 +156,17 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pix
     first, count = np.minimum(row[start], row[end]), np.abs(row[end] - row[start])
     slope = (x[end] - x[start]) / (y[end] - y[start])
     rise = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    column = np.ceil(np.repeat(x[start] + slope * (first - y[start]), count) + np.repeat(slope, count) * rise)
+    column = np.ceil(
+        np.repeat(x[start] + slope * (first - y[start]), count) + np.repeat(slope, count) * rise
+    )
     cell = (np.repeat(first, count) + rise) * width + column.astype(np.int64)
     steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
     covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
 
-    columns, rows = low[0] + (np.arange(width) - 2.0) * pixel, low[1] + (np.arange(height) - 2.0) * pixel
+    columns, rows = (
+        low[0] + (np.arange(width) - 2.0) * pixel,
+        low[1] + (np.arange(height) - 2.0) * pixel,
+    )
     contours: Any = contourpy.contour_generator(
         columns, rows, covered.astype(float), fill_type=contourpy.FillType.ChunkCombinedOffsetOffset
     )

@@ -1,9 +1,10 @@
 """What all figures share: colours, settings of matplotlib, and how a figure becomes SVG and PNG.
 
-Normalised shock has five blues below the shock at the contact, a grey around it, and four reds above. Values that round to 1.0 are
-grey, so that a body which moves as the contact does is not marked as amplifying the shock. Lightness falls from band to band, which
-keeps the order in grey printing, and blue and red differ with every common colour blindness. The last band is open, so no value is
-clipped.
+Normalised shock has five blues below the shock at the contact, a grey around it, and four reds
+above. Values that round to 1.0 are grey, so that a body which moves as the contact does is not
+marked as amplifying the shock. Lightness falls from band to band, which keeps the order in grey
+printing, and blue and red differ with every common colour blindness. The last band is open, so no
+value is clipped.
 """
 
 import io
@@ -24,7 +25,18 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
 
-BANDS = ("#eff5fc", "#d3e6f9", "#b7d7f6", "#98c8f2", "#74b8ee", "#9e9e9e", "#c44c28", "#9a2c24", "#66161d", "#300810")
+BANDS = (
+    "#eff5fc",
+    "#d3e6f9",
+    "#b7d7f6",
+    "#98c8f2",
+    "#74b8ee",
+    "#9e9e9e",
+    "#c44c28",
+    "#9a2c24",
+    "#66161d",
+    "#300810",
+)
 """One colour for each band, lightest first."""
 
 CURVES = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
@@ -43,7 +55,9 @@ SHOCK = "normalised shock |Δv| / v_in [-]"
 """Label of bars and axes."""
 
 DECADE, DECADES = 15.0, 1e3
-"""Ratios of the limits of a logarithmic axis up to which all numbers between powers of ten are written, and twos and fives."""
+"""Ratios of the limits of a logarithmic axis up to which all numbers between powers of ten are
+written, and twos and fives.
+"""
 
 DPI = 120
 """Of the PNG."""
@@ -84,17 +98,25 @@ STYLE = {
 
 
 def band(shock: float) -> int:
-    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the band below it."""
+    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the
+    band below it.
+    """
     return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
 
 
 def shock_levels(least: float, greatest: float) -> tuple[list[float], list[str]]:
-    """Levels of a map of shocks [1] and the colours between them: the bands, or blues where all are below that of the contact."""
+    """Levels of a map of shocks [1] and the colours between them: the bands, or blues where all are
+    below that of the contact.
+    """
     if greatest > EDGES[5]:
         return list(EDGES), list(BANDS)
-    ticks = MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(least, max(greatest, least + 1e-9))
+    ticks = MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(
+        least, max(greatest, least + 1e-9)
+    )
     levels = [float(x) for x in ticks]
-    blues = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"], N=len(levels) - 1)
+    blues = LinearSegmentedColormap.from_list(
+        "shock", [*BANDS[:5], "#3a6ea8", "#23406e"], N=len(levels) - 1
+    )
     return levels, [to_hex(blues(k)) for k in range(len(levels) - 1)]
 
 
@@ -112,7 +134,9 @@ def new_chart(width: float, height: float, title: str) -> Figure:
 
 
 def plain_numbers(axis: Axis) -> None:
-    """Write the numbers of a logarithmic axis without powers, those between powers of ten where it is short."""
+    """Write the numbers of a logarithmic axis without powers, those between powers of ten where it
+    is short.
+    """
     low, high = axis.get_view_interval()
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter("{x:g}" if high < DECADE * low else NullFormatter())
@@ -129,12 +153,16 @@ def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, median: float)
 
 def settings() -> AbstractContextManager[None]:
     """A context with matplotlib's default settings and the changes in `STYLE`."""
-    defaults: dict[Any, Any] = {key: value for key, value in rcParamsDefault.items() if "backend" not in key}
+    defaults: dict[Any, Any] = {
+        key: value for key, value in rcParamsDefault.items() if "backend" not in key
+    }
     return rc_context(defaults | STYLE)
 
 
 def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
-    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time."""
+    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and
+    <name>.png: the same bytes every time.
+    """
     svg, png = io.BytesIO(), io.BytesIO()
     with settings(), warnings.catch_warnings():
         # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
@@ -143,5 +171,11 @@ def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
         figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "shockpc"})
         figure.set_layout_engine("none")  # the places of the axes are found once
         # At this level zlib takes half the time, and the files are no larger.
-        figure.savefig(png, format="png", dpi=DPI, metadata={"Software": "shockpc"}, pil_kwargs={"compress_level": 3})
+        figure.savefig(
+            png,
+            format="png",
+            dpi=DPI,
+            metadata={"Software": "shockpc"},
+            pil_kwargs={"compress_level": 3},
+        )
     return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}

@@ -1,4 +1,6 @@
-"""Sliders of a page for the posture of a landing, its contact, masses and sensors, and the code that computes what they change."""
+"""Sliders of a page for the posture of a landing, its contact, masses and sensors, and the code
+that computes what they change.
+"""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -21,7 +23,8 @@ class Posture(NamedTuple):
     """The sliders of one landing.
 
     Attributes:
-        sliders: kind, name, unit, value, low and high of each; none where the posture cannot change.
+        sliders: kind, name, unit, value, low and high of each; none where the posture cannot
+            change.
         code: a function of JavaScript, or "null".
         note: what the sliders mean, or why there are none.
     """
@@ -32,16 +35,23 @@ class Posture(NamedTuple):
 
 
 def posture_of(landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence[str]) -> Posture:
-    """The sliders of a landing. Args: drawn, surfaces of its bodies; joints, names or globs of those that have sliders besides."""
+    """The sliders of a landing.
+
+    Args: drawn, surfaces of its bodies; joints, names or globs of those that have sliders besides.
+    """
     boxes = np.array([_box(part.vertices) for part in drawn])
     sensors = [one for k, place in enumerate(landing.points) for one in _sensor(place, boxes, k)]
     try:
         live = live_landing(landing, joints, boxes)
     except ShockError as refused:
         return Posture(sensors, "null", f"The posture has no sliders: {printable(str(refused))}.")
-    tilts = [Slider("joint", name, "rad", 0.0, -TILT, TILT)._asdict() | {"kind": "tilt"} for name in live.tilts]
+    tilts = [
+        Slider("joint", name, "rad", 0.0, -TILT, TILT)._asdict() | {"kind": "tilt"}
+        for name in live.tilts
+    ]
     of_landing = [
-        {**slider._asdict(), "name": printable(slider.name), "limits": _limits(landing, slider)} for slider in live.sliders
+        {**slider._asdict(), "name": printable(slider.name), "limits": _limits(landing, slider)}
+        for slider in live.sliders
     ]
     return Posture([*tilts, *of_landing, *sensors], live.javascript(), _note(landing, live))
 
@@ -55,18 +65,35 @@ def _limits(landing: PosedLanding, slider: Slider) -> tuple[float, float] | None
 
 
 def _note(landing: PosedLanding, live: LiveLanding) -> str:
-    masses = "a body's inertia is in proportion to its mass" if any(one.kind == "mass" for one in live.sliders) else ""
+    masses = (
+        "a body's inertia is in proportion to its mass"
+        if any(one.kind == "mass" for one in live.sliders)
+        else ""
+    )
     first = "the contact is the first one" if len(landing.contacts) > 1 else ""
     extra = "; ".join(filter(None, (masses, first)))
-    return "Other postures are computed in double precision, those of the scene are proven" + (f"; {extra}." if extra else ".")
+    return "Other postures are computed in double precision, those of the scene are proven" + (
+        f"; {extra}." if extra else "."
+    )
 
 
 def _box(vertices: Array) -> Array:
     """Least and largest coordinates (2, 3) of the surface of a body."""
-    return np.stack([vertices.min(axis=0, initial=0.0), vertices.max(axis=0, initial=0.0)]).astype(float)
+    return np.stack([vertices.min(axis=0, initial=0.0), vertices.max(axis=0, initial=0.0)]).astype(
+        float
+    )
 
 
 def _sensor(place: Place, boxes: Array, k: int) -> Iterator[dict[str, Any]]:
-    for axis, value, low, high in zip("xyz", place.r.tolist(), *boxes[place.body].tolist(), strict=True):
-        yield {"kind": "point", "name": f"{printable(place.name)} {axis}", "unit": "m", "value": value, "point": k,
-               "low": min(low, value), "high": max(high, value)}  # fmt: skip
+    for axis, value, low, high in zip(
+        "xyz", place.r.tolist(), *boxes[place.body].tolist(), strict=True
+    ):
+        yield {
+            "kind": "point",
+            "name": f"{printable(place.name)} {axis}",
+            "unit": "m",
+            "value": value,
+            "point": k,
+            "low": min(low, value),
+            "high": max(high, value),
+        }

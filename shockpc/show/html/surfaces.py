@@ -1,8 +1,9 @@
 """Surfaces of a robot's bodies with as many triangles as a screen shows.
 
-Vertices are merged in the cells of a grid, which keeps closed surfaces closed, at the point nearest to the planes of their
-triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal models"). Long edges are divided, because shock is not
-linear between the corners of a large triangle.
+Vertices are merged in the cells of a grid, which keeps closed surfaces closed, at the point nearest
+to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal
+models"). Long edges are divided, because shock is not linear between the corners of a large
+triangle.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -20,7 +21,9 @@ MOST_DIVIDED = 8
 """How many times as many triangles as in the end there may be while edges are divided."""
 
 FLAT = 1e-2
-"""Share of the largest curvature of a sum of squares below which a direction counts as flat; there a vertex stays at the mean."""
+"""Share of the largest curvature of a sum of squares below which a direction counts as flat; there
+a vertex stays at the mean.
+"""
 
 
 SAMPLED = 4000
@@ -44,10 +47,18 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
 
     Args:
         bodies: the shapes of each body.
-        most: number of triangles of all bodies together, about; `MOST_DIVIDED` times as many while edges are divided.
+        most: number of triangles of all bodies together, about; `MOST_DIVIDED` times as many while
+            edges are divided.
     """
     meshes = [_joined(map(_triangles, shapes)) for shapes in bodies]
-    size = max((float(np.ptp(corners_of_box(mesh.vertices), axis=0).max()) for mesh in meshes if len(mesh.vertices)), default=1.0)
+    size = max(
+        (
+            float(np.ptp(corners_of_box(mesh.vertices), axis=0).max())
+            for mesh in meshes
+            if len(mesh.vertices)
+        ),
+        default=1.0,
+    )
     size = size or 1.0
     cell = FINEST * size
     for divide in (False, True):
@@ -86,7 +97,9 @@ def _joined(parts: Iterable[Surface]) -> Surface:
 
 
 def _cells(surface: Surface, cell: float) -> np.ndarray:
-    """The number (n,) of the cell of each vertex; one for all if the cell is larger than the surface."""
+    """The number (n,) of the cell of each vertex; one for all if the cell is larger than the
+    surface.
+    """
     low = corners_of_box(surface.vertices)[0] if len(surface.vertices) else np.inf
     return _numbers(((surface.vertices - low) / cell).astype(np.int64))
 
@@ -102,7 +115,9 @@ def _coarser(meshes: Sequence[Surface], cell: float, most: int) -> float:
     samples = [mesh.vertices[mesh.triangles[::n]] for mesh, n in zip(meshes, every, strict=True)]
 
     def estimate(cell: float) -> int:
-        """The number of triangles between three cells, by some of them; of those, several may become one."""
+        """The number of triangles between three cells, by some of them; of those, several may
+        become one.
+        """
         left = 0
         for n, corners in zip(every, samples, strict=True):
             a, b, c = _numbers(np.floor(corners / cell).astype(np.int64)).T
@@ -128,7 +143,8 @@ def _count(surface: Surface, cell: float) -> int:
     """Number of triangles that remain where the vertices of each cell are merged."""
     low, middle, high = np.sort(_cells(surface, cell)[surface.triangles], axis=1).T
     different = (low != middle) & (middle != high)
-    # Two of them have the same product by chance once in 2^64 / n² times, which changes nothing but the count.
+    # Two of them have the same product by chance once in 2^64 / n² times, which changes nothing but
+    # the count.
     return len(np.unique(((low * _ODD + middle) * _ODD + high)[different]))
 
 
@@ -139,18 +155,24 @@ _ODD = np.int64(0x5851F42D4C957F2D)
 def _clustered(surface: Surface, cell: float) -> Surface:
     """The surface with the vertices of each cell merged, without the triangles that vanish.
 
-    The merged vertex is the point nearest to the planes of all triangles at the cell, which keeps flat faces and their edges.
+    The merged vertex is the point nearest to the planes of all triangles at the cell, which keeps
+    flat faces and their edges.
     """
     _, index = np.unique(_cells(surface, cell), return_inverse=True)
     corners, triangles = surface.vertices[surface.triangles], index[surface.triangles]
     count = int(index.max(initial=-1)) + 1
-    means = np.stack([np.bincount(index, x, count) for x in surface.vertices.T], axis=1) / np.bincount(index)[:, None]
+    means = (
+        np.stack([np.bincount(index, x, count) for x in surface.vertices.T], axis=1)
+        / np.bincount(index)[:, None]
+    )
     normals = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     height = np.einsum("ti,tki->tk", normals, corners - means[triangles]).ravel()
     # Of each corner of each triangle, contiguous, so that the sums are fast.
     cells, (x, y, z) = triangles.ravel(), np.repeat(normals.T, 3, axis=1)
     b = np.stack([np.bincount(cells, part * height, count) for part in (x, y, z)], axis=1)
-    sums = (np.bincount(cells, product, count) for product in (x * x, x * y, x * z, y * y, y * z, z * z))
+    sums = (
+        np.bincount(cells, product, count) for product in (x * x, x * y, x * z, y * y, y * z, z * z)
+    )
     A = np.stack(list(sums), axis=1, dtype=float)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     trace = np.trace(A, axis1=1, axis2=2)[:, None, None]
     A += np.where(trace > 0.0, FLAT * trace, 1.0) * np.eye(3)
@@ -165,7 +187,8 @@ def _clustered(surface: Surface, cell: float) -> Surface:
 
 
 def _divided(surface: Surface, longest: float, most: int) -> Surface:
-    """The surface with edges halved until none is longer than a limit [m]; both triangles at an edge are divided there.
+    """The surface with edges halved until none is longer than a limit [m]; both triangles at an
+    edge are divided there.
 
     Edges stay longer where there would be more triangles: a round makes at most four of one.
     """
@@ -183,12 +206,18 @@ def _divided(surface: Surface, longest: float, most: int) -> Surface:
         middle = np.zeros_like(triangles)
         middle[divide] = len(vertices) + index
         vertices = np.concatenate([vertices, (vertices[low] + vertices[high]) / 2.0])
-        triangles, middle, divide, number = (part[number > 0] for part in (triangles, middle, divide, number))
+        triangles, middle, divide, number = (
+            part[number > 0] for part in (triangles, middle, divide, number)
+        )
         # Corners in an order in which the edges to divide come first.
         first = np.where(number == 1, divide.argmax(axis=1), (divide.argmin(axis=1) + 1) % 3)
         order = (first[:, None] + np.arange(3)) % 3
-        corners = np.concatenate([np.take_along_axis(part, order, axis=1) for part in (triangles, middle)], axis=1)
-        triangles = np.concatenate([corners[number == n][:, parts].reshape(-1, 3) for n, parts in _PARTS.items()])
+        corners = np.concatenate(
+            [np.take_along_axis(part, order, axis=1) for part in (triangles, middle)], axis=1
+        )
+        triangles = np.concatenate(
+            [corners[number == n][:, parts].reshape(-1, 3) for n, parts in _PARTS.items()]
+        )
     return Surface(vertices, np.concatenate([*short, triangles]))
 
 
@@ -197,4 +226,6 @@ _PARTS = {
     2: [[3, 1, 4], [0, 3, 4], [0, 4, 2]],
     3: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
 }
-"""The parts of a triangle with corners 0, 1, 2 of which so many edges are divided: at 3 (of 0 and 1), 4 and 5."""
+"""The parts of a triangle with corners 0, 1, 2 of which so many edges are divided: at 3 (of 0 and
+1), 4 and 5.
+"""

@@ -1,11 +1,19 @@
-"""What the first lines of an answer say: shocks with their range over the drives, margins of parts, and masses."""
+"""What the first lines of an answer say: shocks with their range over the drives, margins of parts,
+and masses.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from shockpc.judgement.drive_range import Range, range_of
-from shockpc.judgement.first_number import first_deciding, first_place, first_range, shock_of, worst_place
+from shockpc.judgement.first_number import (
+    first_deciding,
+    first_place,
+    first_range,
+    shock_of,
+    worst_place,
+)
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.places import Place
 from shockpc.quantities.records import ContactImpulse
@@ -44,7 +52,9 @@ def ends_text(found: Range | None) -> str:
     """The ends of a range, and whether they are those of samples; empty without a range."""
     if found is None:
         return ""
-    return f"{rounded(found.smallest)} … {rounded(found.largest)}" + ", sampled" * (found.kind == "samples")
+    return f"{rounded(found.smallest)} … {rounded(found.largest)}" + ", sampled" * (
+        found.kind == "samples"
+    )
 
 
 def shock_text(profile: ShockProfile, place: Place) -> str:
@@ -60,8 +70,14 @@ def shock_text(profile: ShockProfile, place: Place) -> str:
 
 
 def sliding_friction(profile: ShockProfile) -> float | None:
-    """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or none is given."""
-    return None if profile.friction is None or profile.friction.impact is None else profile.scene.friction
+    """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or
+    none is given.
+    """
+    return (
+        None
+        if profile.friction is None or profile.friction.impact is None
+        else profile.scene.friction
+    )
 
 
 def shown_places(profile: ShockProfile) -> list[Place]:
@@ -69,14 +85,25 @@ def shown_places(profile: ShockProfile) -> list[Place]:
     first, worst = first_place(profile), worst_place(profile)
     asked = {point.label for point in profile.scene.point}
     points = [place for place in profile.bracketed[1:] if place.name in asked][:ASKED]
-    return list({place.name: place for place in (first, *points, *([] if worst is None else [worst]))}.values())
+    return list(
+        {
+            place.name: place for place in (first, *points, *([] if worst is None else [worst]))
+        }.values()
+    )
 
 
 def shock_line(profile: ShockProfile) -> str:
-    """The shock at the first place and at points that were asked for, with ranges, and where it is worst."""
+    """The shock at the first place and at points that were asked for, with ranges, and where it is
+    worst.
+    """
     worst, texts = worst_place(profile), list[str]()
     for place in shown_places(profile):
-        more = len(texts) and worst is not None and place.name == worst.name and place.name not in asked_names(profile)
+        more = (
+            len(texts)
+            and worst is not None
+            and place.name == worst.name
+            and place.name not in asked_names(profile)
+        )
         texts.append("worst at " * bool(more) + shock_text(profile, place))
     return f"{landing_text(profile)}: {'; '.join(texts)}"
 
@@ -87,7 +114,9 @@ def asked_names(profile: ShockProfile) -> set[str]:
 
 
 def short_names(landings: Sequence[ShockProfile]) -> list[str]:
-    """Names of landings: "all four feet", "FL + FR"; what all contacts' names begin or end with is left out."""
+    """Names of landings: "all four feet", "FL + FR"; what all contacts' names begin or end with is
+    left out.
+    """
     robot = landings[0].robot
     frames = [[contact.frame for contact in profile.scene.contact] for profile in landings]
     names = dict.fromkeys([*each_foot(robot), *(name for each in frames for name in each)])
@@ -96,8 +125,12 @@ def short_names(landings: Sequence[ShockProfile]) -> list[str]:
     for profile, each in zip(landings, frames, strict=True):
         whole = landing_text(profile)
         on_all = whole.startswith(("all ", "both "))
-        texts.append(whole.removesuffix(" together") if on_all else " + ".join(short[name] for name in each))
-    return texts if len(set(texts)) == len(texts) else [contact_name(profile) for profile in landings]
+        texts.append(
+            whole.removesuffix(" together") if on_all else " + ".join(short[name] for name in each)
+        )
+    return (
+        texts if len(set(texts)) == len(texts) else [contact_name(profile) for profile in landings]
+    )
 
 
 def margin_line(landings: Mapping[str, ShockProfile]) -> str:
@@ -121,13 +154,17 @@ def worst_margins(profiles: Sequence[ShockProfile]) -> list[tuple[float, str]] |
     """The smallest margin of each landing, and its part; None where no landing has one."""
     worst = []
     for profile in profiles:
-        known = [(part.part_margin, part.part) for part in profile.parts if part.part_margin is not None]
+        known = [
+            (part.part_margin, part.part) for part in profile.parts if part.part_margin is not None
+        ]
         worst.append(min(known, default=(np.nan, "")))
     return worst if any(name for _, name in worst) else None
 
 
 def mass_text(profile: ShockProfile, contact: ContactImpulse, block: ConstraintBlock) -> str:
-    """The effective mass of a contact with the rows that act, and that along the normal alone (Khatib) beside it."""
+    """The effective mass of a contact with the rows that act, and that along the normal alone
+    (Khatib) beside it.
+    """
     acting = contact.effective_mass
     if len(profile.contacts) == 1 and np.isfinite(profile.effective_mass):
         acting = profile.effective_mass

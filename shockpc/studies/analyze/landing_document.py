@@ -1,4 +1,6 @@
-"""What the JSON document of a landing, schema `shockpc.profile/2`, has beside its tables, which hold the quantities."""
+"""What the JSON document of a landing, schema `shockpc.profile/2`, has beside its tables, which
+hold the quantities.
+"""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -21,14 +23,25 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         profile: the landing.
         spectrum: whether it has the shock response spectra of the points, with a contact stiffness.
     """
-    robot, assembly, friction, stiffness = profile.robot, profile.assembly, profile.friction, profile.stiffness
+    robot, assembly, friction, stiffness = (
+        profile.robot,
+        profile.assembly,
+        profile.friction,
+        profile.stiffness,
+    )
     return {
         "unknowns": profile.unknowns,
         "range": _range(profile),
-        "robot": {"name": robot.name, "file": robot.label, "n_bodies": len(robot.bodies), "nv": robot.model.nv},
+        "robot": {
+            "name": robot.name,
+            "file": robot.label,
+            "n_bodies": len(robot.bodies),
+            "nv": robot.model.nv,
+        },
         "scene": profile.scene,
         "bodies": [
-            {"body": body.name, "links": body.links, "rotation": R} for body, R in zip(robot.bodies, profile.rotation, strict=True)
+            {"body": body.name, "links": body.links, "rotation": R}
+            for body, R in zip(robot.bodies, profile.rotation, strict=True)
         ],
         "joint_model": profile.joint_model,
         "drives": _drives(profile),
@@ -40,7 +53,11 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
             "moved": [{"joint": name, "by": by} for name, by, _ in assembly.moved],
         },
         "friction": friction
-        and {"coefficient": profile.scene.friction, "unchanged": friction.impact is None, "solutions": friction.solutions},
+        and {
+            "coefficient": profile.scene.friction,
+            "unchanged": friction.impact is None,
+            "solutions": friction.solutions,
+        },
         "stiffness": stiffness
         and {
             "contact_stiffness": profile.scene.contact_stiffness,
@@ -52,7 +69,9 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
 
 
 def _range(profile: ShockProfile) -> dict[str, Any] | None:
-    """The range of the first number over the drives, and the joints that decide; None where all drives are known exactly."""
+    """The range of the first number over the drives, and the joints that decide; None where all
+    drives are known exactly.
+    """
     if (found := first_range(profile)) is None:
         return None
     wanted, place = shock_of(profile), first_place(profile)
@@ -62,7 +81,9 @@ def _range(profile: ShockProfile) -> dict[str, Any] | None:
 
 
 def _drives(profile: ShockProfile) -> dict[str, Any]:
-    """Where the drives are from, of which joints they are unknown, which have springs, and when these count [s]."""
+    """Where the drives are from, of which joints they are unknown, which have springs, and when
+    these count [s].
+    """
     model, time = profile.landing.joint_model, profile.spring_time
     joints = [joint for joint in profile.robot.single_joints if joint.kind != "free"]
     return {
@@ -81,10 +102,15 @@ def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, 
     compute = quantity("point", "delta_v").compute
     spectra = [spectrum(stiffness, compute, points, damping) / GRAVITY for damping in DAMPING]
     of_points = []
-    for k, (place, low_pass) in enumerate(zip(points, low_passes(profile.landing, points), strict=True)):
+    for k, (place, low_pass) in enumerate(
+        zip(points, low_passes(profile.landing, points), strict=True)
+    ):
         found = {"frame": place.name, "response": [one[:, k] for one in spectra]}
         if low_pass is not None:
-            behind = [spectrum(stiffness, compute, [place], damping, low_pass)[:, 0] / GRAVITY for damping in DAMPING]
+            behind = [
+                spectrum(stiffness, compute, [place], damping, low_pass)[:, 0] / GRAVITY
+                for damping in DAMPING
+            ]
             found |= {"filtered_response": behind}
         of_points.append(found)
     return {"frequencies": list(SPECTRUM), "damping": list(DAMPING), "points": of_points}

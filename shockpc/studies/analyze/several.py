@@ -29,9 +29,13 @@ PLACES = 3
 
 
 class Reports(Mapping[str, Report]):
-    """The report of each landing by its name, made when it is read: the table of several landings needs none of them."""
+    """The report of each landing by its name, made when it is read: the table of several landings
+    needs none of them.
+    """
 
-    def __init__(self, landings: Mapping[str, ShockProfile], make: Callable[[ShockProfile], Report]) -> None:
+    def __init__(
+        self, landings: Mapping[str, ShockProfile], make: Callable[[ShockProfile], Report]
+    ) -> None:
         self._landings, self._make, self._made = landings, make, dict[str, Report]()
 
     def __getitem__(self, name: str) -> Report:
@@ -47,11 +51,21 @@ class Reports(Mapping[str, Report]):
 
 
 def _places(profiles: Sequence[ShockProfile]) -> list[Place]:
-    """The first place of the first landing, the points that were asked for, and the worst place of all landings."""
+    """The first place of the first landing, the points that were asked for, and the worst place of
+    all landings.
+    """
     first = profiles[0]
     asked = [place for place in first.bracketed[1:] if place.name in asked_names(first)]
-    worst = [(_shock(profile, place), place) for profile in profiles if (place := worst_place(profile)) is not None]
-    places = [first_place(first), *asked[: PLACES - 2], *([max(worst, key=lambda one: one[0])[1]] if worst else [])]
+    worst = [
+        (_shock(profile, place), place)
+        for profile in profiles
+        if (place := worst_place(profile)) is not None
+    ]
+    places = [
+        first_place(first),
+        *asked[: PLACES - 2],
+        *([max(worst, key=lambda one: one[0])[1]] if worst else []),
+    ]
     return list({place.name: place for place in places}.values())
 
 
@@ -66,7 +80,9 @@ def _worst(values: np.ndarray) -> int:
 
 
 def worst_text(landings: Mapping[str, ShockProfile]) -> str:
-    """The shock at the first place of the first landing, on the worst single foot, and the worst of all if that is another."""
+    """The shock at the first place of the first landing, on the worst single foot, and the worst of
+    all if that is another.
+    """
     profiles = list(landings.values())
     place, *others = _places(profiles)
     shocks = np.array([_shock(profile, place) for profile in profiles])
@@ -79,7 +95,10 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
         return f"{rounded(shocks[k])}" + (f" ({'; '.join(words)})" if where or ends else "")
 
     if len(profiles[0].scene.contact) == 1 or not single:
-        texts = [f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {place.title} {text(worst)}"]
+        texts = [
+            f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {place.title} "
+            f"{text(worst)}"
+        ]
     else:
         foot = single[_worst(shocks[single])]
         texts = [
@@ -91,16 +110,24 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     names = short_names(profiles)
     for other in others:
         values = np.array([_shock(profile, other) for profile in profiles])
-        texts.append(f"{other.title} up to {rounded(values[_worst(values)])} ({names[_worst(values)]})")
+        texts.append(
+            f"{other.title} up to {rounded(values[_worst(values)])} ({names[_worst(values)]})"
+        )
     return "; ".join(texts)
 
 
 def level_text(given: ShockProfile, joint: ShockProfile) -> str:
-    """Which feet are level with the contacts of a landing, and what landing on all of them gives. Args: joint, that landing."""
+    """Which feet are level with the contacts of a landing, and what landing on all of them gives.
+
+    Args: joint, that landing.
+    """
     struck = {block.body for block in given.landing.contacts}
     others = [block.frame for block in joint.landing.contacts if block.body not in struck]
     found = _first_text(given, joint)
-    low = f"{few(others, 8)} {'are' if len(others) > 1 else 'is'} as low (within {1e3 * given.scene.ground_tolerance:g} mm)"
+    low = (
+        f"{few(others, 8)} {'are' if len(others) > 1 else 'is'} as low (within "
+        f"{1e3 * given.scene.ground_tolerance:g} mm)"
+    )
     return f"{low}; with {'them' if len(others) > 1 else 'it'}, {landing_text(joint)}: {found}"
 
 
@@ -111,40 +138,59 @@ def _first_text(given: ShockProfile, other: ShockProfile) -> str:
 
 
 def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
-    """What whole feet give, of which a landing strikes parts. Args: given, that landing; whole, on the feet."""
+    """What whole feet give, of which a landing strikes parts.
+
+    Args: given, that landing; whole, on the feet.
+    """
     named = {contact.frame for contact in whole.scene.contact}
     parts = [contact.frame for contact in given.scene.contact if contact.frame not in named]
     found = _first_text(given, whole)
     are_parts = "are only parts of feet" if len(parts) > 1 else "is only part of a foot"
-    return f"{few(parts, 8)} {are_parts}, and other parts are as low; {landing_text(whole)}: {found}"
+    return (
+        f"{few(parts, 8)} {are_parts}, and other parts are as low; {landing_text(whole)}: {found}"
+    )
 
 
 def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
-    """A line for each landing: shocks, the range of the first over the drives, margins, the largest joint impulse, masses."""
+    """A line for each landing: shocks, the range of the first over the drives, margins, the largest
+    joint impulse, masses.
+    """
     profiles = list(landings.values())
     places, mu = _places(profiles), sliding_friction(profiles[0])
     shocks = np.array([[_shock(profile, place) for place in places] for profile in profiles])
-    columns: dict[str | Column, Sequence[Cell]] = {"landing": [contact_name(profile) for profile in profiles]}
+    columns: dict[str | Column, Sequence[Cell]] = {
+        "landing": [contact_name(profile) for profile in profiles]
+    }
     columns["short name"] = short_names(profiles)
     columns["worst at"] = [_marks(places, shocks, k) for k in range(len(profiles))]
     for place, values in zip(places, shocks.T.tolist(), strict=True):
         columns[f"{place.title} [-]"] = values
     ranges = [first_range(profile) for profile in profiles]
     if any(found is not None for found in ranges):
-        columns[Column("smallest_found", "smallest", "-")] = [None if one is None else one.smallest for one in ranges]
-        columns[Column("largest_found", "largest", "-")] = [None if one is None else one.largest for one in ranges]
+        columns[Column("smallest_found", "smallest", "-")] = [
+            None if one is None else one.smallest for one in ranges
+        ]
+        columns[Column("largest_found", "largest", "-")] = [
+            None if one is None else one.largest for one in ranges
+        ]
     if (peaks := _peaks(profiles)) is not None:
         columns[f"peak at {places[0].title} [g]"] = peaks
     if (margins := worst_margins(profiles)) is not None:
         columns["worst margin [-]"], columns["part"] = zip(*margins, strict=True)
-    columns[Column("largest_joint_impulse", "impulse", "N s")], columns[Column("through", "through joint")] = zip(
-        *(_largest(profile) for profile in profiles), strict=True
-    )
-    columns[Column("effective_mass", "mass", "kg")] = [profile.effective_mass for profile in profiles]
+    (
+        columns[Column("largest_joint_impulse", "impulse", "N s")],
+        columns[Column("through", "through joint")],
+    ) = zip(*(_largest(profile) for profile in profiles), strict=True)
+    columns[Column("effective_mass", "mass", "kg")] = [
+        profile.effective_mass for profile in profiles
+    ]
     columns[Column("normal_mass", "normal", "kg")] = [profile.normal_mass for profile in profiles]
     notes = list(mass_notes(profiles))
     notes += [] if mu is None else [f"shock and joint impulse with friction {mu:g}"]
-    hidden = len({place.name for profile in profiles for place in profile.bracketed[1:]} - {place.name for place in places})
+    hidden = len(
+        {place.name for profile in profiles for place in profile.bracketed[1:]}
+        - {place.name for place in places}
+    )
     notes += [f"{hidden} further sensors and points with --all"] if hidden else []
     return Sheet.of("shock relative to the strike, a line for each landing", columns, notes)
 
@@ -153,20 +199,39 @@ def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
     """The same with short names of landings; of the places the first and those that were asked for."""
     profiles = list(landings.values())
     shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
-    left = [Column.of(f"{place.title} [-]").key for place in _places(profiles) if place.name not in shown]
+    left = [
+        Column.of(f"{place.title} [-]").key
+        for place in _places(profiles)
+        if place.name not in shown
+    ]
     sheet = landings_sheet(landings).without("landing", *left)
     return sheet._replace(header=[Column("short_name", "landing"), *sheet.header[1:]])
 
 
 def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:
     """The places at which a landing has the largest shock of all."""
-    return few([place.title for place, values in zip(places, shocks.T, strict=True) if _worst(values) == k], PLACES)
+    return few(
+        [
+            place.title
+            for place, values in zip(places, shocks.T, strict=True)
+            if _worst(values) == k
+        ],
+        PLACES,
+    )
 
 
 def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
-    """Peak acceleration at the first place [g], on contacts of finite stiffness or for a pulse; None without either."""
+    """Peak acceleration at the first place [g], on contacts of finite stiffness or for a pulse;
+    None without either.
+    """
     scene, place = profiles[0].scene, first_place(profiles[0])
-    key = "peak_acceleration" if scene.contact_stiffness is not None else "peak_g" if scene.pulse is not None else ""
+    key = (
+        "peak_acceleration"
+        if scene.contact_stiffness is not None
+        else "peak_g"
+        if scene.pulse is not None
+        else ""
+    )
     if not key or not profiles[0].points:
         return None
     return [float(profile.values(quantity("point", key), [place])[0]) for profile in profiles]
@@ -174,8 +239,15 @@ def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
 
 def _largest(profile: ShockProfile) -> tuple[float, str]:
     """The largest impulse through a joint [N s], and its name; none where it is not determined."""
-    places, key = profile.places("joint"), "joint_impulse" if sliding_friction(profile) is None else "joint_impulse_friction"
-    if not places or not profile.choice.unique.all() or any(one.kind == "size" for one in profile.health.warnings):
+    places, key = (
+        profile.places("joint"),
+        "joint_impulse" if sliding_friction(profile) is None else "joint_impulse_friction",
+    )
+    if (
+        not places
+        or not profile.choice.unique.all()
+        or any(one.kind == "size" for one in profile.health.warnings)
+    ):
         return math.nan, "not determined" if places else "no joint"
     values = profile.value(key, "joint")
     return float(values.max()), places[int(values.argmax())].name

@@ -1,4 +1,7 @@
-"""The tables of a landing: every quantity at every place. People read views of them, the rows and columns that decide."""
+"""The tables of a landing: every quantity at every place.
+
+People read views of them, the rows and columns that decide.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -64,12 +67,25 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "peak_torque": "peak along the axis [N m, N]",
     },
 }
-"""Headings that people read, with {} for the component of a vector; other quantities are headed by their keys."""
+"""Headings that people read, with {} for the component of a vector; other quantities are headed by
+their keys.
+"""
 
-ALWAYS: dict[PlaceKind, tuple[str, ...]] = {"body": tuple(TITLES["body"]), "contact": ("impulse", "friction_needed")}
+ALWAYS: dict[PlaceKind, tuple[str, ...]] = {
+    "body": tuple(TITLES["body"]),
+    "contact": ("impulse", "friction_needed"),
+}
 """Quantities that have a column even if no place has a value."""
 
-MODELS = ("shock_free", "shock", "shock_locked", "shock_springs_free", "shock_friction", "shock_compressed", "shock_separated")
+MODELS = (
+    "shock_free",
+    "shock",
+    "shock_locked",
+    "shock_springs_free",
+    "shock_friction",
+    "shock_compressed",
+    "shock_separated",
+)
 """Shocks of the table of these."""
 
 EXTREMES = ("most_severe", "most_severe_direction", "least_severe", "least_severe_direction")
@@ -79,7 +95,9 @@ PARALLEL = math.radians(1.0)
 """Largest angle to the ground of an impact direction that is called parallel to it."""
 
 
-def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -> dict[str, Callable[[], Sheet]]:
+def landing_tables(
+    profile: ShockProfile, bodies: Sequence[int] | None = None
+) -> dict[str, Callable[[], Sheet]]:
     """All tables of a landing by name, each made when it is read.
 
     Args:
@@ -92,7 +110,10 @@ def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -
         "parts": (profile.parts, parts_sheet),
         "contacts": (True, contacts_sheet),
         "shocks": (True, shocks_sheet),
-        "directions": (any(block.kind != "stop" for block in profile.landing.contacts), directions_sheet),
+        "directions": (
+            any(block.kind != "stop" for block in profile.landing.contacts),
+            directions_sheet,
+        ),
         "joints": (profile.robot.joint_names, joints_sheet),
         "modes": (profile.stiffness, modes_sheet),
         "landing": (True, landing_sheet),
@@ -100,10 +121,20 @@ def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -
     return {name: partial(make, profile) for name, (there, make) in makers.items() if there}
 
 
-def _quantities(profile: ShockProfile, kind: PlaceKind, places: Sequence[Place] | None = None, *keys: str) -> dict[Any, Any]:
-    """Columns of the quantities of a kind that this landing has; of a vector three. Args: places, all without; keys, the same."""
+def _quantities(
+    profile: ShockProfile, kind: PlaceKind, places: Sequence[Place] | None = None, *keys: str
+) -> dict[Any, Any]:
+    """Columns of the quantities of a kind that this landing has; of a vector three.
+
+    Args: places, all without; keys, the same.
+    """
     columns: dict[Any, Any] = {}
-    every = dict.fromkeys([*TITLES.get(kind, ()), *(entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES)])
+    every = dict.fromkeys(
+        [
+            *TITLES.get(kind, ()),
+            *(entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES),
+        ]
+    )
     for key in keys or every:
         entry = quantity(kind, key)
         values = profile.values(entry, places)
@@ -111,7 +142,9 @@ def _quantities(profile: ShockProfile, kind: PlaceKind, places: Sequence[Place] 
             continue
         unit = "" if entry.flag else f" [{'-' if entry.unit == '1' else entry.unit}]"
         head = TITLES.get(kind, {}).get(key, f"{key}{' {}' * entry.vector}{unit}")
-        for axis, part in dict(zip("xyz", values.T, strict=True)).items() if entry.vector else [("", values)]:
+        for axis, part in (
+            dict(zip("xyz", values.T, strict=True)).items() if entry.vector else [("", values)]
+        ):
             column = Column.of(head.format(axis))._replace(key=f"{key}_{axis}".removesuffix("_"))
             columns[column] = part.astype(bool) if entry.flag else part
     return columns
@@ -124,7 +157,10 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         profile: the result.
         bodies: indices of the only bodies that are shown.
     """
-    named: dict[Any, Any] = {"contact": [contact_name(profile)] * len(profile.bodies), "body": profile.bodies}
+    named: dict[Any, Any] = {
+        "contact": [contact_name(profile)] * len(profile.bodies),
+        "body": profile.bodies,
+    }
     spin = {Column("delta_omega", "|Δω|", "rad/s"): np.linalg.norm(profile.delta_omega, axis=1)}
     motion = [_motion(profile, i) for i in range(len(profile.bodies))]
     title = "bodies (CoPc in body coordinates; shock relative to the strike)"
@@ -133,7 +169,9 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
 
 
 def _motion(profile: ShockProfile, i: int) -> str | None:
-    """What is to be known of the motion of a body before its CoPc and RoPc are read; None if it rotates in the plane."""
+    """What is to be known of the motion of a body before its CoPc and RoPc are read; None if it
+    rotates in the plane.
+    """
     if profile.translates[i]:
         return "translates" if math.isnan(profile.pitch[i]) else "out of plane"
     return "mostly out of plane" if mostly_off_plane(profile)[i] else None
@@ -142,7 +180,10 @@ def _motion(profile: ShockProfile, i: int) -> str | None:
 def landing_sheet(profile: ShockProfile) -> Sheet:
     """The quantities of the whole robot, in one row."""
     keys = [entry.key for entry in quantities_of("robot") if entry.on != "health"]
-    return Sheet.of("landing", {"contact": [contact_name(profile)], **_quantities(profile, "robot", None, *keys)})
+    return Sheet.of(
+        "landing",
+        {"contact": [contact_name(profile)], **_quantities(profile, "robot", None, *keys)},
+    )
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
@@ -150,12 +191,23 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
     places = profile.places("contact")
     feet: list[ContactImpulse | StanceImpulse] = [*profile.contacts, *profile.stance]
     states = [None] * len(places) if profile.friction is None else profile.friction.state
-    columns = {"contact": [place.name for place in places], **_quantities(profile, "contact"), "state": states}
+    columns = {
+        "contact": [place.name for place in places],
+        **_quantities(profile, "contact"),
+        "state": states,
+    }
     columns["what"] = [_what(profile, k, foot) for k, foot in enumerate(feet)]
     sheet = Sheet.of("contacts", columns)
     if len(places) < 2:
         return sheet
-    sums = {"contact": "total", **dict(zip(("impulse_x", "impulse_y", "impulse_z"), profile.total_impulse.tolist(), strict=True))}
+    sums = {
+        "contact": "total",
+        **dict(
+            zip(
+                ("impulse_x", "impulse_y", "impulse_z"), profile.total_impulse.tolist(), strict=True
+            )
+        ),
+    }
     return sheet._replace(rows=[*sheet.rows, [sums.get(column.key) for column in sheet.columns]])
 
 
@@ -175,9 +227,13 @@ def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse
 
 
 def directions_sheet(profile: ShockProfile) -> Sheet:
-    """The impact directions with the largest and the smallest shock at each body's CoM and each point, at the same speed."""
+    """The impact directions with the largest and the smallest shock at each body's CoM and each
+    point, at the same speed.
+    """
     found = profile.directions
-    rows = [(f"CoM of {name}", *(part[i] for part in found)) for i, name in enumerate(profile.bodies)]
+    rows = [
+        (f"CoM of {name}", *(part[i] for part in found)) for i, name in enumerate(profile.bodies)
+    ]
     rows += [(point.frame, *point.directions) for point in profile.points]
     header: list[str | Column] = ["place"]
     for key, word in (("most_severe", "most"), ("least_severe", "least")):
@@ -188,7 +244,10 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
         way = "parallel" if abs(least @ profile.landing.up) < PARALLEL else "towards"
         cells.append((place, most_shock, *most, least_shock, *least, way))
     title = "most and least severe impact direction (unit vector of the velocity, world axes)"
-    note = "over all directions towards the ground or parallel to it; an impact parallel to the ground is no landing"
+    note = (
+        "over all directions towards the ground or parallel to it; an impact parallel to the "
+        "ground is no landing"
+    )
     return Sheet(title, (*header, "to the ground"), cells, [note])
 
 
@@ -200,10 +259,14 @@ def points_sheet(profile: ShockProfile) -> Sheet:
 
 
 def parts_sheet(profile: ShockProfile) -> Sheet:
-    """One row for each part: margins by velocity change and acceleration, or by torque, and which counts or what is missing."""
+    """One row for each part: margins by velocity change and acceleration, or by torque, and which
+    counts or what is missing.
+    """
     parts = profile.parts
     torques = [one.strength if isinstance(one.strength, TorqueStrength) else None for one in parts]
-    shocks = [one.strength if not isinstance(one.strength, TorqueStrength) else None for one in parts]
+    shocks = [
+        one.strength if not isinstance(one.strength, TorqueStrength) else None for one in parts
+    ]
     return Sheet.of(
         "parts (margin: the part survives a strike up to this many times as fast)",
         {
@@ -211,11 +274,19 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
             "body": [one.body for one in parts],
             "joint": [one.joint or None for one in parts],
             Column("speed_change", "|Δv|", "m/s"): [one.speed_change for one in parts],
-            Column("critical_velocity_change", "critical", "m/s"): [None if one is None else one.velocity_change for one in shocks],
-            Column("critical_acceleration", "critical peak", "g"): [None if one is None else one.acceleration for one in shocks],
+            Column("critical_velocity_change", "critical", "m/s"): [
+                None if one is None else one.velocity_change for one in shocks
+            ],
+            Column("critical_acceleration", "critical peak", "g"): [
+                None if one is None else one.acceleration for one in shocks
+            ],
             "both": [None if one is None else one.both for one in shocks],
-            Column("momentary_torque", "withstands", "N m, N"): [None if one is None else one.momentary_torque for one in torques],
-            Column("torque_duration", "withstands it for", "s"): [None if one is None else one.duration for one in torques],
+            Column("momentary_torque", "withstands", "N m, N"): [
+                None if one is None else one.momentary_torque for one in torques
+            ],
+            Column("torque_duration", "withstands it for", "s"): [
+                None if one is None else one.duration for one in torques
+            ],
             "basis": list(map(basis_of, parts)),
             **_quantities(profile, "part"),
             Column("governed_by", "by"): [one.governed_by or None for one in parts],
@@ -229,37 +300,57 @@ def basis_of(part: PartMargin) -> str | None:
     if not isinstance(part.strength, TorqueStrength):
         return part.strength.basis
     known = not math.isnan(part.strength.momentary_torque)
-    return ("the torque given" if part.strength.given else "the effort limit of the robot's file") if known else None
+    return (
+        ("the torque given" if part.strength.given else "the effort limit of the robot's file")
+        if known
+        else None
+    )
 
 
 def joints_sheet(profile: ShockProfile) -> Sheet:
     """Where each joint stands, as `--set` takes it, and every quantity of it."""
     places, notes = profile.places("joint"), list[str]()
     joints = [profile.robot.joint(place.name) for place in places]
-    columns: dict[Any, Any] = {"contact": [contact_name(profile)] * len(places), "joint": [one.name for one in places]}
+    columns: dict[Any, Any] = {
+        "contact": [contact_name(profile)] * len(places),
+        "joint": [one.name for one in places],
+    }
     single = [(joint.axis is not None, joint.kind == "prismatic", joint) for joint in joints]
-    columns["position [deg]"] = [math.degrees(j.value(profile.q)) if axis and not slides else None for axis, slides, j in single]
-    columns["position [m]"] = [j.value(profile.q) if axis and slides else None for axis, slides, j in single]
+    columns["position [deg]"] = [
+        math.degrees(j.value(profile.q)) if axis and not slides else None
+        for axis, slides, j in single
+    ]
+    columns["position [m]"] = [
+        j.value(profile.q) if axis and slides else None for axis, slides, j in single
+    ]
     columns |= _quantities(profile, "joint")
     if profile.health.rank < profile.health.rows:
-        notes.append("contact or closure rows are redundant: these are the joint loads of minimum norm")
+        notes.append(
+            "contact or closure rows are redundant: these are the joint loads of minimum norm"
+        )
     return Sheet.of("impulse through the joints", columns, notes)
 
 
 def shocks_sheet(profile: ShockProfile) -> Sheet:
-    """Shocks at the heaviest body's centre of mass, sensors and points: with other joints, with friction, on soft contacts.
+    """Shocks at the heaviest body's centre of mass, sensors and points: with other joints, with
+    friction, on soft contacts.
 
     The range over the drives is of the places of the first lines and of the heaviest body.
     """
     places = profile.bracketed
     names = [place.title for place in places]
     shown = {place.name for place in (places[0], *shown_places(profile))}
-    ranges = [range_of(profile, shock_of(profile), place) if place.name in shown else None for place in places]
+    ranges = [
+        range_of(profile, shock_of(profile), place) if place.name in shown else None
+        for place in places
+    ]
     ends: dict[Any, Any] = {}
     if any(ranges):
         ends["smallest found [-]"] = [None if one is None else one.smallest for one in ranges]
         ends["largest found [-]"] = [None if one is None else one.largest for one in ranges]
-    return Sheet.of("shocks", {"shock at": names, **_quantities(profile, "point", places, *MODELS), **ends})
+    return Sheet.of(
+        "shocks", {"shock at": names, **_quantities(profile, "point", places, *MODELS), **ends}
+    )
 
 
 def modes_sheet(profile: ShockProfile) -> Sheet:
@@ -268,7 +359,9 @@ def modes_sheet(profile: ShockProfile) -> Sheet:
     modes = profile.stiffness.motion.modes
     carried: dict[Any, Iterable[Any]] = {"frequency [Hz]": modes.frequency}
     carried[Column("energy", "kinetic energy before", "J")] = modes.energy
-    for place, share in zip(profile.places("contact"), profile.stiffness.force_shares, strict=False):
+    for place, share in zip(
+        profile.places("contact"), profile.stiffness.force_shares, strict=False
+    ):
         carried[Column(f"force_share_{place.name}", f"of the force of {place.name}", "%")] = share
     share = modes.participation[profile.stiffness.number >= 0].sum(axis=0)
     carried[Column("contacts_share", "share of the contacts", "%")] = share

@@ -1,4 +1,6 @@
-"""What people read of the tables of a landing: the rows and columns that decide, under headings of their own."""
+"""What people read of the tables of a landing: the rows and columns that decide, under headings of
+their own.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -30,12 +32,23 @@ READINGS = {"filtered_peak": "", **{f"filtered_peak_axes_{axis}": "" for axis in
 """Columns of what accelerometers read."""
 
 OUT_OF_PLANE = 0.25
-"""Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe."""
+"""Share of a body's motion out of the plane above which a note says what its CoPc and RoPc
+describe.
+"""
 
 
-def shown_tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | None) -> dict[str, Callable[[], Sheet]]:
-    """The views of the tables that people read. Args: bodies, as above; most, rows of long tables, None for all."""
-    jointed, soft, friction = bool(profile.robot.joint_names), profile.stiffness is not None, profile.friction
+def shown_tables(
+    profile: ShockProfile, bodies: Sequence[int] | None, most: int | None
+) -> dict[str, Callable[[], Sheet]]:
+    """The views of the tables that people read.
+
+    Args: bodies, as above; most, rows of long tables, None for all.
+    """
+    jointed, soft, friction = (
+        bool(profile.robot.joint_names),
+        profile.stiffness is not None,
+        profile.friction,
+    )
     slides = friction is not None and friction.impact is not None
     views: dict[str, tuple[Any, Callable[[], Sheet]]] = {
         "bodies": (True, lambda: moved_bodies(profile, bodies)),
@@ -53,17 +66,25 @@ def shown_tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int 
         "stiffness_contacts": (soft, lambda: stiffness_contacts(profile)),
         "stiffness_points": (soft and profile.points, lambda: stiffness_points(profile)),
         "stiffness_shocks": (soft, lambda: stiffness_shocks(profile)),
-        "modes": (soft, lambda: modes_sheet(profile).without("contacts_share").largest(most, "mode")),
+        "modes": (
+            soft,
+            lambda: modes_sheet(profile).without("contacts_share").largest(most, "mode"),
+        ),
         "peaks": (soft and jointed, lambda: peaks_sheet(profile, most)),
         "posture": (jointed, lambda: posture(profile)),
     }
     return {name: view for name, (there, view) in views.items() if there}
 
 
-def _view(sheet: Sheet, title: str, headings: Mapping[str, str], notes: Sequence[str] = ()) -> Sheet:
+def _view(
+    sheet: Sheet, title: str, headings: Mapping[str, str], notes: Sequence[str] = ()
+) -> Sheet:
     """Some columns of a table under other headings. Args: headings, by key; empty to keep it."""
     shown = sheet.only(*headings)
-    heads = [Column.of(headings[one.key])._replace(key=one.key) if headings[one.key] else one for one in shown.columns]
+    heads = [
+        Column.of(headings[one.key])._replace(key=one.key) if headings[one.key] else one
+        for one in shown.columns
+    ]
     return Sheet(title, heads, shown.rows, notes).known()
 
 
@@ -79,25 +100,49 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     notes = []
     if any(profile.off_plane[i] > OUT_OF_PLANE for i in shown):
         notes.append(
-            f"out of plane above {100.0 * OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the body's motion in the plane, "
+            f"out of plane above {100.0 * OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the "
+            f"body's motion in the plane, "
             f"the shock its whole motion; mostly: above {100.0 * BRACKETED:.0f} %"
         )
     if names := [profile.bodies[i] for i in shown if math.isnan(profile.shock_max[i])]:
-        notes.append(f"no geometry over which to take the minimum and maximum shock: {few(names, 4)}")
+        notes.append(
+            f"no geometry over which to take the minimum and maximum shock: {few(names, 4)}"
+        )
     if still := [profile.bodies[i] for i in matching if i not in shown]:
-        notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
+        notes.append(
+            f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}"
+        )
     if hidden := len(profile.bodies) - len(matching):
         notes.append(f"{count(hidden, 'body')} not shown, no match for --body")
-    columns = ("body", "delta_omega", "copc_x", "copc_y", "copc_z", "ropc", "shock_com", "shock_min", "shock_max", "off_plane")
+    columns = (
+        "body",
+        "delta_omega",
+        "copc_x",
+        "copc_y",
+        "copc_z",
+        "ropc",
+        "shock_com",
+        "shock_min",
+        "shock_max",
+        "off_plane",
+    )
     sheet = bodies_sheet(profile, shown).only(*columns, "motion")._replace(notes=notes)
     return sheet if any(row[-1] for row in sheet.rows) else sheet.without("motion")
 
 
-def worst_bodies(profile: ShockProfile, most: int | None, bodies: Sequence[int] | None = None) -> Sheet:
-    """The bodies of the largest shocks, those first, and the heaviest. Args: most, their number; None for all."""
+def worst_bodies(
+    profile: ShockProfile, most: int | None, bodies: Sequence[int] | None = None
+) -> Sheet:
+    """The bodies of the largest shocks, those first, and the heaviest.
+
+    Args: most, their number; None for all.
+    """
     whole, heaviest = moved_bodies(profile, bodies), profile.bodies[profile.main_body]
-    notes = [note for note in whole.notes if not note.startswith("out of plane")]  # as the column `motion` says
-    sheet = whole.only("body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion")._replace(notes=notes)
+    # as the column `motion` says
+    notes = [note for note in whole.notes if not note.startswith("out of plane")]
+    sheet = whole.only(
+        "body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion"
+    )._replace(notes=notes)
     sizes = [math.inf if row[0] == heaviest else float(row[1] or 0.0) for row in sheet.rows]
     return sheet.largest(most, "body", sizes).ranked("shock_com")
 
@@ -105,22 +150,43 @@ def worst_bodies(profile: ShockProfile, most: int | None, bodies: Sequence[int] 
 def contacts_view(profile: ShockProfile) -> Sheet:
     """The impulses, and whether they need friction or a pull."""
     notes = []
-    if any(foot.impulse is None for foot in profile.contacts) or any(foot.impulse is None for foot in profile.stance):
+    if any(foot.impulse is None for foot in profile.contacts) or any(
+        foot.impulse is None for foot in profile.stance
+    ):
         notes.append("the contact rows are redundant, so only the sum of the impulses is unique")
     sheet = contacts_sheet(profile)
     if len(sheet.rows) > 1:
-        notes.append(f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of the robot")
-    headings = {"contact": "", **_vector("impulse", "impulse {} [N s]"), "friction_needed": "", "what": ""}
-    return _view(sheet, "contacts (impulse of the ground on the robot, world axes)", headings, notes)
+        notes.append(
+            f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of "
+            f"the robot"
+        )
+    headings = {
+        "contact": "",
+        **_vector("impulse", "impulse {} [N s]"),
+        "friction_needed": "",
+        "what": "",
+    }
+    return _view(
+        sheet, "contacts (impulse of the ground on the robot, world axes)", headings, notes
+    )
 
 
 def extreme_directions(profile: ShockProfile, most: int | None) -> Sheet:
-    """The same at the places of the largest shocks, at points and at the heaviest body. Args: most, number; None for all."""
+    """The same at the places of the largest shocks, at points and at the heaviest body.
+
+    Args: most, number; None for all.
+    """
     heaviest = profile.bodies[profile.main_body]
-    still = {f"CoM of {name}" for name, moved in zip(profile.bodies, profile.moved, strict=True) if not moved}
+    still = {
+        f"CoM of {name}"
+        for name, moved in zip(profile.bodies, profile.moved, strict=True)
+        if not moved
+    }
     sheet = directions_sheet(profile).where(lambda row: row["place"] not in still)
     always = {f"CoM of {heaviest}", *(point.frame for point in profile.points)}
-    return sheet.largest(most, "body", [math.inf if row[0] in always else float(row[1] or 0.0) for row in sheet.rows])
+    return sheet.largest(
+        most, "body", [math.inf if row[0] in always else float(row[1] or 0.0) for row in sheet.rows]
+    )
 
 
 def points_view(profile: ShockProfile) -> Sheet:
@@ -128,12 +194,27 @@ def points_view(profile: ShockProfile) -> Sheet:
     pulse, range_g = profile.scene.pulse, profile.scene.range_g
     of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
     of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
-    headings = {"point": "", "body": "", **_vector("delta_v", "Δv {} [m/s]"), "shock": "", "peak_g": ""}
-    headings |= {"range_share": f"largest peak along an axis of {range_g:g} g [%]"} if range_g is not None else {}
+    headings = {
+        "point": "",
+        "body": "",
+        **_vector("delta_v", "Δv {} [m/s]"),
+        "shock": "",
+        "peak_g": "",
+    }
+    headings |= (
+        {"range_share": f"largest peak along an axis of {range_g:g} g [%]"}
+        if range_g is not None
+        else {}
+    )
     notes = []
     if profile.stiffness is None:
         headings, notes = headings | READINGS, _readings_notes(profile)
-    return _view(points_sheet(profile), f"sensors and points (Δv in the frame's axes{of_pulse})", headings, notes)
+    return _view(
+        points_sheet(profile),
+        f"sensors and points (Δv in the frame's axes{of_pulse})",
+        headings,
+        notes,
+    )
 
 
 def readings_text(profile: ShockProfile) -> str:
@@ -148,7 +229,9 @@ def readings_text(profile: ShockProfile) -> str:
     at_most = "" if profile.stiffness is not None or profile.landing.pulse else bound
     each = "; ".join(f"{few(names, 4)}: {one}" for one, names in of_filter.items())
     return (
-        f"behind a low-pass filter of {next(iter(of_filter))}" if len(of_filter) == 1 else f"behind low-pass filters ({each})"
+        f"behind a low-pass filter of {next(iter(of_filter))}"
+        if len(of_filter) == 1
+        else f"behind low-pass filters ({each})"
     ) + at_most
 
 
@@ -161,30 +244,57 @@ def parts_view(profile: ShockProfile) -> Sheet:
     parts, bases = profile.parts, dict[str, list[str]]()
     for one in parts:
         bases.setdefault(basis_of(one) or "", []).append(one.part)
-    notes = [f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items() if basis]
+    notes = [
+        f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items() if basis
+    ]
     if profile.stiffness is not None and profile.scene.pulse is not None:
         notes.append("peaks and torques are those on the contact stiffness, whatever the pulse")
     if profile.impact_length is None and not all(one.joint for one in parts):
-        notes.append("margins by velocity change only, because a peak needs a pulse or a contact stiffness")
+        notes.append(
+            "margins by velocity change only, because a peak needs a pulse or a contact stiffness"
+        )
     if profile.stiffness is None and any(one.torque is not None for one in parts):
         notes.append(_torque_note(profile).replace("of the torque limit", "torque"))
-    keys = ("part", "speed_change", "critical_velocity_change", "velocity_margin", "peak_g", "filtered_peak",
-        "critical_acceleration", "acceleration_margin", "along", "torque", "momentary_torque", "part_margin", "governed_by",
-        "missing")  # fmt: skip
+    keys = (
+        "part",
+        "speed_change",
+        "critical_velocity_change",
+        "velocity_margin",
+        "peak_g",
+        "filtered_peak",
+        "critical_acceleration",
+        "acceleration_margin",
+        "along",
+        "torque",
+        "momentary_torque",
+        "part_margin",
+        "governed_by",
+        "missing",
+    )
     sheet = parts_sheet(profile)
-    return _view(sheet, sheet.title, dict.fromkeys(keys, "") | {"acceleration_margin": "by peak [-]"}, notes)
+    return _view(
+        sheet, sheet.title, dict.fromkeys(keys, "") | {"acceleration_margin": "by peak [-]"}, notes
+    )
 
 
 def _torque_note(profile: ShockProfile) -> str:
     """What the torque of a joint is, of which its share is."""
     if profile.landing.pulse is not None:
-        return f"of the torque limit: peak of a torque that has the pulse {profile.scene.pulse} and the impulse along the axis"
-    return "of the torque limit: impulse along the axis over the duration for which the joint withstands its torque, a mean"
+        return (
+            f"of the torque limit: peak of a torque that has the pulse {profile.scene.pulse} and "
+            f"the impulse along the axis"
+        )
+    return (
+        "of the torque limit: impulse along the axis over the duration for which the joint "
+        "withstands its torque, a mean"
+    )
 
 
 def posture(profile: ShockProfile) -> Sheet:
     """Where every joint of one coordinate stands."""
-    sheet = joints_sheet(profile).where(lambda row: (row["position_deg"], row["position"]) != (None, None))
+    sheet = joints_sheet(profile).where(
+        lambda row: (row["position_deg"], row["position"]) != (None, None)
+    )
     return _view(sheet, "posture", {"joint": "", "position_deg": "", "position": ""})
 
 
@@ -194,19 +304,33 @@ def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     sheet = joints_sheet(profile).only("joint", "joint_impulse", "joint_moment", "along", *share)
     if share and "joint_torque_share" in (column.key for column in sheet.columns):
         sheet = sheet._replace(notes=(*sheet.notes, _torque_note(profile)))
-    return sheet.largest(most, "joint", [float(row[1] or 0.0) for row in sheet.rows]).ranked("joint_impulse").known()
+    return (
+        sheet.largest(most, "joint", [float(row[1] or 0.0) for row in sheet.rows])
+        .ranked("joint_impulse")
+        .known()
+    )
 
 
 def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Peaks through every joint on contacts of finite stiffness, or through those with the largest torque, or else force."""
+    """Peaks through every joint on contacts of finite stiffness, or through those with the largest
+    torque, or else force.
+    """
     keys = ("peak_joint_force", "peak_joint_moment", "peak_torque")
-    sheet = joints_sheet(profile).only("joint", *keys, "joint_torque_share")._replace(title="peaks through the joints", notes=())
-    force, torque = profile.value("peak_joint_force", "joint"), profile.value("peak_torque", "joint")
+    sheet = (
+        joints_sheet(profile)
+        .only("joint", *keys, "joint_torque_share")
+        ._replace(title="peaks through the joints", notes=())
+    )
+    force, torque = (
+        profile.value("peak_joint_force", "joint"),
+        profile.value("peak_torque", "joint"),
+    )
     return sheet.largest(most, "joint", np.where(torque > 0.0, 1e6 * torque, force).tolist())
 
 
 def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
-    """The same landing with free joints, as modelled and with locked joints, and its range over the drives.
+    """The same landing with free joints, as modelled and with locked joints, and its range over the
+    drives.
 
     Args:
         profile: the landing.
@@ -217,15 +341,26 @@ def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
         known = any(source.status not in NOT_KNOWN for source in model.sources)
         headings["shock"] = "with drives [-]" if known else "as modelled [-]"
     headings |= {"shock_locked": "joints locked [-]"}
-    named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
+    named = {
+        "free": "joints free",
+        "locked": "joints locked",
+        "springs_free": "locked, springs free",
+    }
     # Without the remedy, which would be that of a scene with such joints.
-    reasons = {model: text.removeprefix("no verdict: ").partition(";")[0] for model, text in profile.unsolved_joints.items()}
+    reasons = {
+        model: text.removeprefix("no verdict: ").partition(";")[0]
+        for model, text in profile.unsolved_joints.items()
+    }
     notes = [f"–: no solution with {named[model]}: {reason}" for model, reason in reasons.items()]
-    notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield; neither is a bound"]
+    notes += [
+        "free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield; "
+        "neither is a bound"
+    ]
     if model.springs.any():
         headings["shock_springs_free"] = "locked, springs free [-]"
         notes += [
-            "joints with springs yield in the impact, whatever their motors do, so the last column applies, not that before it"
+            "joints with springs yield in the impact, whatever their motors do, so the last column "
+            "applies, not that before it"
         ]
     headings |= {"smallest_found": "smallest found [-]", "largest_found": "largest [-]"}
     sheet = _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
@@ -246,49 +381,92 @@ def _each_contact(profile: ShockProfile) -> Sheet:
 
 def friction_contacts(profile: ShockProfile) -> Sheet:
     """What friction changes at the contacts."""
-    title = f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not proven)"
-    headings = {"contact": "", **_vector("impulse_friction", "impulse {} [N s]"), **_vector("slip", ""), "state": ""}
+    title = (
+        f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not "
+        f"proven)"
+    )
+    headings = {
+        "contact": "",
+        **_vector("impulse_friction", "impulse {} [N s]"),
+        **_vector("slip", ""),
+        "state": "",
+    }
     return _view(_each_contact(profile), title, headings)
 
 
 def friction_shocks(profile: ShockProfile) -> Sheet:
     """What friction changes at the points."""
-    headings = {"shock_at": "", "shock": "sticking [-]", "shock_friction": f"friction {profile.scene.friction or 0.0:g} [-]"}
+    headings = {
+        "shock_at": "",
+        "shock": "sticking [-]",
+        "shock_friction": f"friction {profile.scene.friction or 0.0:g} [-]",
+    }
     return _view(shocks_sheet(profile), "effect of friction", headings)
 
 
 def stiffness_contacts(profile: ShockProfile) -> Sheet:
     """Forces on contacts of finite stiffness, and their times."""
-    title = f"contacts of {stiffness_text(profile)} (frozen geometry{_forces(profile)}; double precision, not proven)"
+    title = (
+        f"contacts of {stiffness_text(profile)} (frozen geometry{_forces(profile)}; double "
+        f"precision, not proven)"
+    )
     headings = {"contact": "", "duration": "", "peak_force": "", "peak_force_time": ""}
     return _view(_each_contact(profile), title, headings)
 
 
 def stiffness_points(profile: ShockProfile) -> Sheet:
     """Peak accelerations on contacts of finite stiffness."""
-    headings = {"point": "", "peak_acceleration": "peak [g]", "peak_acceleration_time": "", **READINGS}
-    return _view(points_sheet(profile), "peak accelerations on these contacts", headings, _readings_notes(profile))
+    headings = {
+        "point": "",
+        "peak_acceleration": "peak [g]",
+        "peak_acceleration_time": "",
+        **READINGS,
+    }
+    return _view(
+        points_sheet(profile),
+        "peak accelerations on these contacts",
+        headings,
+        _readings_notes(profile),
+    )
 
 
 def stiffness_shocks(profile: ShockProfile) -> Sheet:
     """Shocks on contacts of finite stiffness against those of the impulse model."""
-    headings = {"shock_at": "", "shock_compressed": "end of compression [-]", "shock_separated": "end of contact [-]"}
-    return _view(shocks_sheet(profile), "velocity jumps on these contacts", {**headings, "shock": "impulse model [-]"})
+    headings = {
+        "shock_at": "",
+        "shock_compressed": "end of compression [-]",
+        "shock_separated": "end of contact [-]",
+    }
+    return _view(
+        shocks_sheet(profile),
+        "velocity jumps on these contacts",
+        {**headings, "shock": "impulse model [-]"},
+    )
 
 
 def _forces(profile: ShockProfile) -> str:
     """Which constant forces act, where they are not the usual ones."""
     if not profile.scene.gravity:
         return ", without gravity"
-    motors = {"standing": ", motors hold the weight", "none": ", motors give no torque"}.get(profile.scene.joints.motors or "", "")
+    motors = {"standing": ", motors hold the weight", "none": ", motors give no torque"}.get(
+        profile.scene.joints.motors or "", ""
+    )
     return ", under gravity" + motors + ", given torques" * bool(profile.scene.joints.torque)
 
 
 def stiffness_text(profile: ShockProfile) -> str:
     """The stiffness of contacts and end stops, and their damping, as the scene gives them."""
     scene = profile.scene
-    along = "" if scene.tangential_stiffness is None else f" ({scene.tangential_stiffness:g} N/m along the ground)"
-    stops = "" if scene.stop_stiffness is None else f", end stops of {scene.stop_stiffness:g} N m/rad or N/m"
+    along = (
+        ""
+        if scene.tangential_stiffness is None
+        else f" ({scene.tangential_stiffness:g} N/m along the ground)"
+    )
+    stops = (
+        ""
+        if scene.stop_stiffness is None
+        else f", end stops of {scene.stop_stiffness:g} N m/rad or N/m"
+    )
     return (
         f"{scene.contact_stiffness:g} N/m{along}{stops}"
         + ("" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m")

@@ -22,9 +22,12 @@ _in_robots = group("Robots")
 @command(**help_of(study))
 def batch(
     *,
-    names: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
+    names: tuple[str, ...] = argument(
+        "Robots by name, robot files and scenes.", "[ROBOT]...", robot_name
+    ),
     robots: tuple[str, ...] = _in_robots(
-        "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.", "SET"
+        "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.",
+        "SET",
     ),
     jobs: int = _in_robots(JOBS.text, JOBS.form, whole(JOBS), default=1),
     typed: Any = study_options(study),
@@ -32,11 +35,17 @@ def batch(
     strict: bool = _in_robots(STRICT),
     output: OutputOptions,
     landings: bool = in_output("Print every landing instead of the worst of each robot."),
-    figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
+    figures: bool = in_output(
+        "Also draw the worst landing of each robot on one contact sheet in that folder."
+    ),
 ) -> int:
-    every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))
+    every = list(
+        dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))])
+    )
     if not every:
-        raise StudyError("no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds")
+        raise StudyError(
+            "no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds"
+        )
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
     refuse_unasked(study, options, typed)
@@ -47,6 +56,10 @@ def batch(
         look = view_of
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options)
-        result = study(every, read, pool, look, progress("robots computed", len(every)), **given(study, typed))
+        result = study(
+            every, read, pool, look, progress("robots computed", len(every)), **given(study, typed)
+        )
     emit(batch_report(result, landings), output)
-    return exit_code(len(result.failures), len(result.rows) + len(result.failures), strict, result.table.defects)
+    return exit_code(
+        len(result.failures), len(result.rows) + len(result.failures), strict, result.table.defects
+    )

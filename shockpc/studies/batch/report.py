@@ -1,4 +1,6 @@
-"""A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch has them."""
+"""A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch
+has them.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -16,7 +18,9 @@ from shockpc.text.printed import Cause, cause_lines, causes, few
 CAUSES = 20
 """Different causes of landings that could not be computed that are shown."""
 
-NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"}
+NO_DRIVES = {
+    "free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"
+}
 """What a joint model without drives of the catalogue means."""
 
 
@@ -25,22 +29,42 @@ SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
 
 
 def batch_report(batch: Batch, every: bool = False) -> Report:
-    """The worst landing of each robot, or every landing; the Markdown document also has their warnings."""
+    """The worst landing of each robot, or every landing; the Markdown document also has their
+    warnings.
+    """
     caption = f"the worst landing of each robot, ranked by {batch.rank}"
     table = _for_people if every else _of_robots
     drawn = any(row.picture is not None for row in batch.rows)
-    picture = [Picture("sheet", caption, "studies.batch.figure:draw_contact_sheet", (batch,))] if drawn else []
+    picture = (
+        [Picture("sheet", caption, "studies.batch.figure:draw_contact_sheet", (batch,))]
+        if drawn
+        else []
+    )
     warnings = _warnings(batch)
     return Report(
         name="batch",
         title="Landings of robots",
-        body=lambda full: [*picture, *([table(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
-        closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
-        sheets={"batch": lambda: _sheet(batch), "robots": lambda: _robots(batch), "sensors": lambda: _sensors(batch)},
+        body=lambda full: [
+            *picture,
+            *([table(batch)] if batch.rows else []),
+            *([Lines(warnings)] if full else []),
+        ],
+        closing=[
+            f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)
+        ],
+        sheets={
+            "batch": lambda: _sheet(batch),
+            "robots": lambda: _robots(batch),
+            "sensors": lambda: _sensors(batch),
+        },
         document=lambda: {
             "rank": batch.rank,
             "landings": [
-                {key: getattr(row, key) for key in ("source", "robot", "contact", "scene", "warnings")} for row in batch.rows
+                {
+                    key: getattr(row, key)
+                    for key in ("source", "robot", "contact", "scene", "warnings")
+                }
+                for row in batch.rows
             ],
         },
         tables=True,
@@ -48,7 +72,9 @@ def batch_report(batch: Batch, every: bool = False) -> Report:
 
 
 def _robots(batch: Batch) -> Sheet:
-    """The worst landing of each robot, with the range over its drives; without a rank where nobody knows them."""
+    """The worst landing of each robot, with the range over its drives; without a rank where nobody
+    knows them.
+    """
     short, known = batch.short_names, [row for row in batch.robots if row.drives_known]
     quantity, unit = select(batch.rank.partition("@")[0]).quantity, _unit(batch.rank)
     shown = (*(text.removeprefix("robot.") for text in STANDARD), batch.rank)
@@ -67,13 +93,37 @@ def _robots(batch: Batch) -> Sheet:
         (landing,) = landing_names([row.contact.split("+")], row.feet)
         rest = (row.effective_mass, row.values["mitigation"], *(row.values[name] for name in asked))
         marks = "; ".join(row.marks) or None
-        rows.append((rank, *where, landing, value, *ends, *rest, row.status, in_short, marks, len(row.warnings)))
+        rows.append(
+            (
+                rank,
+                *where,
+                landing,
+                value,
+                *ends,
+                *rest,
+                row.status,
+                in_short,
+                marks,
+                len(row.warnings),
+            )
+        )
     header: tuple[str | Column, ...] = (
-        "rank", "robot", "at", "kind of place", "landing", Column(batch.rank, batch.rank, unit),
-        Column("smallest_found", "smallest", unit), Column("largest", "largest", unit), Column("effective_mass", "mass", "kg"),
+        "rank",
+        "robot",
+        "at",
+        "kind of place",
+        "landing",
+        Column(batch.rank, batch.rank, unit),
+        Column("smallest_found", "smallest", unit),
+        Column("largest", "largest", unit),
+        Column("effective_mass", "mass", "kg"),
         Column("mitigation", "IMF", "-"),
-        *(Column(name, name, _unit(name)) for name in asked), "drives", "drives in short", "posture", "warnings",
-    )  # fmt: skip
+        *(Column(name, name, _unit(name)) for name in asked),
+        "drives",
+        "drives in short",
+        "posture",
+        "warnings",
+    )
     return Sheet(f"{count(len(rows), 'robot')}, each in its worst landing", header, rows)
 
 
@@ -81,16 +131,31 @@ def _of_robots(batch: Batch) -> Sheet:
     """The same for people, in short words, with what the columns mean."""
     rows, sheet = batch.robots, _robots(batch).without("at", "drives", "posture", "warnings")
     titles = {"rank": "#", "kind_of_place": "at", "drives_in_short": "drives"}
-    sheet = sheet._replace(header=[one._replace(title=titles.get(one.key, one.title)) for one in sheet.columns]).known()
-    what = "|Δv| / v_in" if batch.rank == "shock" else select(batch.rank.partition("@")[0]).quantity.title
+    sheet = sheet._replace(
+        header=[one._replace(title=titles.get(one.key, one.title)) for one in sheet.columns]
+    ).known()
+    what = (
+        "|Δv| / v_in"
+        if batch.rank == "shock"
+        else select(batch.rank.partition("@")[0]).quantity.title
+    )
     notes = [
-        f"{batch.rank}: {what}, the worst of {count(len(batch.rows), 'landing')}; --landings prints all of them",
+        f"{batch.rank}: {what}, the worst of {count(len(batch.rows), 'landing')}; --landings "
+        f"prints all of them",
         "smallest (as found) and largest: over the possible drives",
-        "mass: effective mass of all contacts; IMF: impact mitigation factor of the contact where it is least",
+        "mass: effective mass of all contacts; IMF: impact mitigation factor of the contact where "
+        "it is least",
     ]
     if any(not row.drives_known for row in rows):
-        notes.append("–: nobody knows the drives, so the number may lie anywhere in the range; give --drives or --armature")
-    marked = [f"{batch.short_names.get(row.robot, row.robot)} ({', '.join(row.marks)})" for row in rows if row.marks]
+        notes.append(
+            "–: nobody knows the drives, so the number may lie anywhere in the range; give "
+            "--drives or --armature"
+        )
+    marked = [
+        f"{batch.short_names.get(row.robot, row.robot)} ({', '.join(row.marks)})"
+        for row in rows
+        if row.marks
+    ]
     if marked:
         notes.append(f"not on bent legs, so not comparable with the others: {', '.join(marked)}")
     notes += _notes(batch)
@@ -98,12 +163,26 @@ def _of_robots(batch: Batch) -> Sheet:
 
 
 def _bending(rows: Iterable[BatchRow], short: Mapping[str, str]) -> Iterator[str]:
-    """A warning where not even links of metal are stiff enough, with the robots, and the words of the landing that lacks most."""
-    found = [(warning, row) for row in rows for warning in row.warnings if (warning.kind, warning.subject) == BENDS]
+    """A warning where not even links of metal are stiff enough, with the robots, and the words of
+    the landing that lacks most.
+    """
+    found = [
+        (warning, row)
+        for row in rows
+        for warning in row.warnings
+        if (warning.kind, warning.subject) == BENDS
+    ]
     if found:
         worst, row = max(found, key=lambda one: one[0].size)
-        robots = few(list(dict.fromkeys(short.get(row.robot, row.robot) for _, row in found)), 6, what=" robots")
-        yield f"warning: {robots}: {worst}" + f" (numbers of {short.get(row.robot, row.robot)} {row.contact})" * (len(found) > 1)
+        robots = few(
+            list(dict.fromkeys(short.get(row.robot, row.robot) for _, row in found)),
+            6,
+            what=" robots",
+        )
+        yield (
+            f"warning: {robots}: {worst}"
+            + f" (numbers of {short.get(row.robot, row.robot)} {row.contact})" * (len(found) > 1)
+        )
 
 
 def _unit(name: str) -> str:
@@ -122,7 +201,12 @@ def _warnings(batch: Batch) -> list[str]:
     """A line for each cause of warnings of a robot, with the worst of it."""
     lines = []
     for robot in dict.fromkeys(row.robot for row in batch.rows):
-        for every in alike((warning, row.contact) for row in batch.rows if row.robot == robot for warning in row.warnings):
+        for every in alike(
+            (warning, row.contact)
+            for row in batch.rows
+            if row.robot == robot
+            for warning in row.warnings
+        ):
             others = f" (in {every[0][1]}, less in {len(every) - 1} more)" if len(every) > 1 else ""
             lines.append(f"warning: {robot}: {every[0][0]}{others}")
     return lines
@@ -131,26 +215,56 @@ def _warnings(batch: Batch) -> list[str]:
 def _causes(batch: Batch) -> list[Cause]:
     """Why landings were not computed."""
     short = batch.short_names
-    names = (" ".join(filter(None, (short.get(one.robot, one.robot), one.contact))) for one in batch.failures)
+    names = (
+        " ".join(filter(None, (short.get(one.robot, one.robot), one.contact)))
+        for one in batch.failures
+    )
     return causes(zip(names, (one.reason for one in batch.failures), strict=True))
 
 
 def _sheet(batch: Batch) -> Sheet:
     """One row for each landing, the worst first, then what failed."""
-    header: list[str | Column] = ["scene", "robot", "name", "contact", "trunk", "at", "joints", "drives known"]
+    header: list[str | Column] = [
+        "scene",
+        "robot",
+        "name",
+        "contact",
+        "trunk",
+        "at",
+        "joints",
+        "drives known",
+    ]
     header += [Column(name, name, _unit(name)) for name in batch.columns]
     unit = _unit(batch.rank)
-    header += [Column("smallest_found", "smallest found", unit), Column("largest", "largest", unit), "effective mass [kg]"]
+    header += [
+        Column("smallest_found", "smallest found", unit),
+        Column("largest", "largest", unit),
+        "effective mass [kg]",
+    ]
     header += ["posture", "drives", "drive status", "marks", "warnings", "failure"]
     rows: list[Row] = []
     short = batch.short_names
     for row in batch.rows:
         # A robot by its name or file needs no scene; a scene is known by its name.
         scene = row.source if row.source.endswith(".toml") else None
-        cells: Row = (scene, row.robot, short.get(row.robot, row.robot), row.contact, row.trunk, row.at, row.joint_model)
+        cells: Row = (
+            scene,
+            row.robot,
+            short.get(row.robot, row.robot),
+            row.contact,
+            row.trunk,
+            row.at,
+            row.joint_model,
+        )
         cells += (row.drives_known, *(row.values[name] for name in batch.columns))
         cells += (None, None) if row.range is None else (row.range.smallest, row.range.largest)
-        cells += (row.effective_mass, _posture(row), row.drives or None, row.status, "; ".join(row.marks) or None)
+        cells += (
+            row.effective_mass,
+            _posture(row),
+            row.drives or None,
+            row.status,
+            "; ".join(row.marks) or None,
+        )
         rows.append((*cells, "; ".join(map(str, row.warnings)) or None, None))
     for one in batch.failures:
         named = (None, one.robot, short.get(one.robot, one.robot), one.contact or None)
@@ -160,14 +274,25 @@ def _sheet(batch: Batch) -> Sheet:
 
 def _sensors(batch: Batch) -> Sheet:
     """The shock at each sensor and point of each landing."""
-    rows = [(row.robot, row.contact, name, shock) for row in batch.rows for name, shock in row.sensors.items()]
+    rows = [
+        (row.robot, row.contact, name, shock)
+        for row in batch.rows
+        for name, shock in row.sensors.items()
+    ]
     return Sheet("shock at sensors and points", ("robot", "contact", "at", "shock [-]"), rows)
 
 
 def _for_people(batch: Batch) -> Sheet:
-    """The landings without columns of second rank, and without those that say the same of every row."""
-    models, known = {row.joint_model for row in batch.rows}, {row.drives_known for row in batch.rows}
-    left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * (models == {"free"})
+    """The landings without columns of second rank, and without those that say the same of every
+    row.
+    """
+    models, known = (
+        {row.joint_model for row in batch.rows},
+        {row.drives_known for row in batch.rows},
+    )
+    left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * (
+        models == {"free"}
+    )
     left_out += ["drives_known"] * (len(known) == 1)
     left_out += [
         "robot",
@@ -183,7 +308,10 @@ def _for_people(batch: Batch) -> Sheet:
     sheet = _sheet(batch).where(lambda row: row["failure"] is None).without(*left_out)
     left_out = ["scene"] * all(row[0] is None for row in sheet.rows)
     sheet = sheet.without(*left_out)
-    header = [column._replace(title="robot") if column.key == "name" else column for column in sheet.columns]
+    header = [
+        column._replace(title="robot") if column.key == "name" else column
+        for column in sheet.columns
+    ]
     return sheet._replace(header=header, notes=[*_landing_notes(batch), *_notes(batch)])
 
 
@@ -203,14 +331,21 @@ def _landing_notes(batch: Batch) -> Iterable[str]:
         name = short.get(row.robot, row.robot)
         named += [name] * (name not in named)
     yield "joints: " + "; ".join(
-        f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
+        f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}"
+        for (model, drives), of in models.items()
     )
     if any(row.drives_known for row in rows) and not all(row.drives_known for row in rows):
         yield "drives known: what drives the joints; compare landings whose drives are known"
-    if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
+    if any(
+        row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows
+    ):
         yield "with free joints: --joints free"
     if any(row.values["shock_max"] is None for row in rows):
-        last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
+        last = (
+            "; such rows come last, ranked by the shock at its centre of mass"
+            if batch.rank == "shock_max"
+            else ""
+        )
         yield f"–: the trunk has no geometry{last}"
 
 
@@ -218,23 +353,39 @@ def _notes(batch: Batch) -> Iterable[str]:
     """What distinguishes some robots and landings."""
     rows, short = batch.rows, batch.short_names
     yield from (f"{name}: {label}" for label, name in short.items())
-    empty = [name for name in batch.columns if rows and all(row.values[name] is None for row in rows)]
+    empty = [
+        name for name in batch.columns if rows and all(row.values[name] is None for row in rows)
+    ]
     yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     neutral = list(
-        dict.fromkeys(short.get(row.robot, row.robot) for row in rows if row.scene.posture.reference in ("neutral", BENT))
+        dict.fromkeys(
+            short.get(row.robot, row.robot)
+            for row in rows
+            if row.scene.posture.reference in ("neutral", BENT)
+        )
     )
     if neutral:
         bent = "with straight legs bent where they can be"
         yield f"in the neutral posture, {bent}, which is taken where no standing one is known: {', '.join(neutral)}"
     refused = [
-        f"{short.get(row.robot, row.robot)} {row.contact}" for row in rows if row.values["feasible"] == 0.0 and not row.needs_tilt
+        f"{short.get(row.robot, row.robot)} {row.contact}"
+        for row in rows
+        if row.values["feasible"] == 0.0 and not row.needs_tilt
     ]
     if refused:
         yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
     if slides := [row.scene for row in rows if row.scene.friction is not None]:
-        names = [name for name in batch.columns if select(name.partition("@")[0]).quantity.of_ground(slides[0])]
+        names = [
+            name
+            for name in batch.columns
+            if select(name.partition("@")[0]).quantity.of_ground(slides[0])
+        ]
         others = "the others are of contacts that stick"
-        yield f"in double precision, not proven: {few(names, 4)}; {others}" if names else f"warning: {STICKING}"
+        yield (
+            f"in double precision, not proven: {few(names, 4)}; {others}"
+            if names
+            else f"warning: {STICKING}"
+        )
     yield from _bending(rows, short)
     warned = [row for row in rows if row.warnings]
     if warned:

@@ -1,4 +1,6 @@
-"""Landings of many robots in their standing postures: on all level feet, on some of them, and on each foot."""
+"""Landings of many robots in their standing postures: on all level feet, on some of them, and on
+each foot.
+"""
 
 import functools
 import math
@@ -35,9 +37,17 @@ from shockpc.text.errors import ShockError, StudyError, attempt, traces
 from shockpc.text.shown import shown_by
 
 STANDARD = (
-    "mass", "shock", "ropc", "shock_max", "shock_com", "mass_sticking", "mitigation",
-    "friction_needed", "feasible", "robot.error_bound",
-)  # fmt: skip
+    "mass",
+    "shock",
+    "ropc",
+    "shock_max",
+    "shock_com",
+    "mass_sticking",
+    "mitigation",
+    "friction_needed",
+    "feasible",
+    "robot.error_bound",
+)
 """Quantities of every row."""
 
 Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
@@ -54,20 +64,25 @@ class BatchRow:
         contact: what strikes; frames with + between them.
         trunk: name of the trunk.
         joint_model: free, geared, locked or mixed.
-        drives: where the drives are from, such as "drives of go2, derived"; empty if they are the file's or the scene's.
-        status: how well the drives are known: "unknown", "simulation model", "published", "derived", "identified", several of
-            these with commas, or "as given".
-        drives_known: whether catalogue, file or scene say what drives the joints, and no simulation.
-        at: where quantities of points are, if no place is named: the robot's IMU, else the trunk's centre of mass.
-        values: the quantities by name, those of bodies at the trunk unless places are named, of several places the worst; None
-            where there is none.
-        range: of the quantity by which landings are ranked, over the drives; None where all are known exactly.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if they are the
+            file's or the scene's.
+        status: how well the drives are known: "unknown", "simulation model", "published",
+            "derived", "identified", several of these with commas, or "as given".
+        drives_known: whether catalogue, file or scene say what drives the joints, and no
+            simulation.
+        at: where quantities of points are, if no place is named: the robot's IMU, else the trunk's
+            centre of mass.
+        values: the quantities by name, those of bodies at the trunk unless places are named, of
+            several places the worst; None where there is none.
+        range: of the quantity by which landings are ranked, over the drives; None where all are
+            known exactly.
         effective_mass: of all contacts together [kg]; NaN if they differ in normal or restitution.
         feet: names of the robot's feet.
         marks: why the robot does not stand on bent legs, in a few words each; empty if it does.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
         warnings: of the landing.
-        needs_tilt: whether flat ground allows it only if the robot is tilted a little, as other feet are level.
+        needs_tilt: whether flat ground allows it only if the robot is tilted a little, as other
+            feet are level.
         scene: what was computed, with every default filled in.
         picture: what the caller's `look` made of the profile; None without it.
     """
@@ -114,9 +129,11 @@ class Batch(NamedTuple):
     Attributes:
         columns: names of the quantities.
         rank: name of the quantity by which rows are ranked.
-        rows: what was computed, the worst first; rows without the quantity follow, by the shock at the trunk's centre of mass.
+        rows: what was computed, the worst first; rows without the quantity follow, by the shock at
+            the trunk's centre of mass.
         failures: what could not be computed, in the order of the robots.
-        table: robot and contact of every landing in the order of the robots, with its quantities and messages.
+        table: robot and contact of every landing in the order of the robots, with its quantities
+            and messages.
     """
 
     columns: tuple[str, ...]
@@ -130,7 +147,9 @@ class Batch(NamedTuple):
 
     @property
     def robots(self) -> tuple[BatchRow, ...]:
-        """The worst landing of each robot or scene: those whose drives are known first, the worst first, then the others."""
+        """The worst landing of each robot or scene: those whose drives are known first, the worst
+        first, then the others.
+        """
         worst = {row.source: row for row in reversed(self.rows)}
         first = [row for row in self.rows if worst[row.source] is row]
         return tuple(sorted(first, key=lambda row: not row.drives_known))
@@ -138,13 +157,20 @@ class Batch(NamedTuple):
     @property
     def short_names(self) -> dict[str, str]:
         """The robots that are paths by the names of their files, where these differ."""
-        labels = dict.fromkeys([*(row.robot for row in self.rows), *(failure.robot for failure in self.failures)])
+        labels = dict.fromkeys(
+            [*(row.robot for row in self.rows), *(failure.robot for failure in self.failures)]
+        )
         names = {label: Path(label).name or label for label in labels}
-        return {label: name for label, name in names.items() if name != label and list(names.values()).count(name) == 1}
+        return {
+            label: name
+            for label, name in names.items()
+            if name != label and list(names.values()).count(name) == 1
+        }
 
 
 def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
-    """A robot, and its landings as of a scene without contacts, 1 m/s straight down in its standing posture.
+    """A robot, and its landings as of a scene without contacts, 1 m/s straight down in its standing
+    posture.
 
     Raises:
         ShockError: the robot cannot be loaded.
@@ -156,12 +182,18 @@ def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
 @study(
     "shockpc batch anymal_c go2 solo12",
     more=(
-        "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level feet together, on each edge of"
-        " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
-        " keeps its landing. A line is the worst landing of a robot; --landings prints them all. Robots whose drives nobody"
-        " knows have no rank, and come last with the range of their number. Ends with exit code 3 if none of the landings"
-        " can be computed. Quantities of points are taken at the robot's IMU, without an IMU at the trunk (the heaviest"
-        " body). Quantities of bodies are taken at the trunk. If a name matches several places, the worst counts."
+        "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level "
+        "feet together, on each edge of"
+        " their support and on each foot, unless options say otherwise. With --contact, only "
+        "matching frames strike; a scene"
+        " keeps its landing. A line is the worst landing of a robot; --landings prints them all. "
+        "Robots whose drives nobody"
+        " knows have no rank, and come last with the range of their number. Ends with exit code 3 "
+        "if none of the landings"
+        " can be computed. Quantities of points are taken at the robot's IMU, without an IMU at "
+        "the trunk (the heaviest"
+        " body). Quantities of bodies are taken at the trunk. If a name matches several places, "
+        "the worst counts."
     ),
 )
 def batch(
@@ -174,7 +206,8 @@ def batch(
     rank: Annotated[
         str,
         Option(
-            "Quantity by which landings are ranked, the worst first; the largest first where neither direction is worse.",
+            "Quantity by which landings are ranked, the worst first; the largest first where "
+            "neither direction is worse.",
             "What is computed",
             "KEY[@PLACE]",
             holds="quantity",
@@ -186,7 +219,8 @@ def batch(
     Args:
         robots: names and files.
         read: finds the landings of each.
-        executor: computes each robot; in this process by default. Others need `read` and `look` to be picklable.
+        executor: computes each robot; in this process by default. Others need `read` and `look` to
+            be picklable.
         look: makes something of each profile, such as a picture, where the profile is computed.
         done: is called with the name of each robot that is computed, in the order of `robots`.
 
@@ -202,7 +236,9 @@ def batch(
     name = rank.removeprefix("robot.")
     found, defects = list[BatchRow | Failure](), list[str]()
     for source, part in zip(
-        names, in_order(executor, functools.partial(_landed, read, wanted, look, texts, name), names), strict=True
+        names,
+        in_order(executor, functools.partial(_landed, read, wanted, look, texts, name), names),
+        strict=True,
     ):
         found += part[0]
         defects += part[1]
@@ -212,10 +248,17 @@ def batch(
     failures = [one for one in found if isinstance(one, Failure)]
     selection = select(rank.partition("@")[0])
     rows.sort(
-        key=lambda row: (selection.worse(_number(row, name)), select("shock_com").worse(_number(row, "shock_com"))), reverse=True
+        key=lambda row: (
+            selection.worse(_number(row, name)),
+            select("shock_com").worse(_number(row, "shock_com")),
+        ),
+        reverse=True,
     )
     names = [one.source if isinstance(one, BatchRow) else one.robot for one in found]
-    columns = {"robot": np.array(names, dtype=str), "contact": np.array([one.contact for one in found], dtype=str)}
+    columns = {
+        "robot": np.array(names, dtype=str),
+        "contact": np.array([one.contact for one in found], dtype=str),
+    }
     columns |= {text: np.array([_number(one, text) for one in found]) for text in texts}
     columns["proven"] = np.array([isinstance(one, BatchRow) for one in found], dtype=bool)
     messages = {i: one.reason for i, one in enumerate(found) if isinstance(one, Failure)}
@@ -233,7 +276,8 @@ def _landed(
 ) -> tuple[list[BatchRow | Failure], list[str]]:
     """The landings of a robot, and descriptions of unexpected exceptions.
 
-    There is one failure if it cannot be read, or gives a friction or a stiffness on which no number depends.
+    There is one failure if it cannot be read, or gives a friction or a stiffness on which no number
+    depends.
     """
 
     def landed() -> tuple[list[Scene], dict[str, ShockProfile | ShockError]]:
@@ -244,9 +288,15 @@ def _landed(
     found = attempt(landed)
     if isinstance(found, ShockError):
         return [Failure(name, "", str(found))], traces([found])
-    rows = [one if isinstance(one, ShockError) else attempt(_row, look, texts, rank, name, one) for one in found[1].values()]
+    rows = [
+        one if isinstance(one, ShockError) else attempt(_row, look, texts, rank, name, one)
+        for one in found[1].values()
+    ]
     pairs = zip(found[0], rows, strict=True)
-    named = [Failure(name, contact_name(scene), str(row)) if isinstance(row, ShockError) else row for scene, row in pairs]
+    named = [
+        Failure(name, contact_name(scene), str(row)) if isinstance(row, ShockError) else row
+        for scene, row in pairs
+    ]
     return named, traces(rows)
 
 
@@ -256,7 +306,11 @@ def _number(row: BatchRow | Failure, text: str) -> float:
 
 
 def _row(
-    look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], rank: str, source: str, profile: ShockProfile
+    look: Callable[[ShockProfile], Any] | None,
+    texts: Mapping[str, str],
+    rank: str,
+    source: str,
+    profile: ShockProfile,
 ) -> BatchRow:
     trunk = profile.places("body")[profile.main_body]
     status = [one.status for one in profile.unknowns if one.kind == "drives"]
@@ -271,7 +325,9 @@ def _row(
         status=", ".join(dict.fromkeys(status)) or "as given",
         drives_known=not any(one in NOT_KNOWN for one in status),
         at=_sensed(profile).title,
-        values={name: _value(profile, *_worst_place(profile, text)) for name, text in texts.items()},
+        values={
+            name: _value(profile, *_worst_place(profile, text)) for name, text in texts.items()
+        },
         range=None if place is None else range_of(profile, selection, place),
         effective_mass=profile.effective_mass,
         feet=each_foot(profile.robot),
@@ -285,7 +341,9 @@ def _row(
 
 
 def _sensed(profile: ShockProfile) -> Place:
-    """The IMU of a robot, of several that with the largest shock; without one the centre of mass of the trunk."""
+    """The IMU of a robot, of several that with the largest shock; without one the centre of mass of
+    the trunk.
+    """
     imus = imu_places(profile)
     if not imus:
         return profile.bracketed[0]
@@ -293,10 +351,16 @@ def _sensed(profile: ShockProfile) -> Place:
 
 
 def _worst_place(profile: ShockProfile, text: str) -> tuple[Selection, Place | None]:
-    """What a text selects, and of the places that it means the one with the worst value; None where one has no value."""
+    """What a text selects, and of the places that it means the one with the worst value; None where
+    one has no value.
+    """
     selection, places = selected(profile.landing, text)
     if "@" not in text and selection.quantity.of in ("body", "point"):
-        places = (profile.places("body")[profile.main_body] if selection.quantity.of == "body" else _sensed(profile),)
+        places = (
+            profile.places("body")[profile.main_body]
+            if selection.quantity.of == "body"
+            else _sensed(profile),
+        )
     numbers = profile.numbers(selection, places)
     if not len(numbers) or np.isnan(numbers).any():
         return selection, None

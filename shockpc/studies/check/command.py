@@ -85,19 +85,29 @@ def report(text: str) -> tuple[str, Path | None]:
 def check(
     *,
     budgets: Path | None = argument(
-        "A file of budgets (TOML). [default: budgets.toml here, or tool.shockpc in the pyproject.toml]", "BUDGETS", path
+        "A file of budgets (TOML). [default: budgets.toml here, or tool.shockpc in the "
+        "pyproject.toml]",
+        "BUDGETS",
+        path,
     ),
     baseline: Path | None = _in_baseline(
-        "Numbers of an earlier design, to compare with. [default: what the budgets' file names]", "FILE", path
+        "Numbers of an earlier design, to compare with. [default: what the budgets' file names]",
+        "FILE",
+        path,
     ),
-    update_baseline: bool = _in_baseline("Write the numbers into the baseline's file instead of comparing with it."),
+    update_baseline: bool = _in_baseline(
+        "Write the numbers into the baseline's file instead of comparing with it."
+    ),
     format_: tuple[tuple[str, Path | None], ...] = in_output(
-        "What is reported: table (default), json, csv, markdown, junit or github (annotations, and a table in the job's summary); "
+        "What is reported: table (default), json, csv, markdown, junit or github (annotations, and "
+        "a table in the job's summary); "
         "on standard output, or in a file.",
         "FORMAT[=FILE]",
         report,
     ),
-    out: Path | None = in_output("Write JSON, CSV, JUnit, Markdown and report.html into this folder.", "DIR", out_folder),
+    out: Path | None = in_output(
+        "Write JSON, CSV, JUnit, Markdown and report.html into this folder.", "DIR", out_folder
+    ),
 ) -> int:
     from shockpc.cli.output import exit_code, write_report
     from shockpc.cli.progress import progress
@@ -112,21 +122,32 @@ def check(
     printed = [name for name, file in formats if file is None]
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
         listed = " and ".join(printed)
-        raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
+        raise OutputError(
+            f"standard output holds one document, not {listed}; write files, such as --format "
+            f"{printed[0]}=FILE"
+        )
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     baseline = baseline or given.baseline
     if update_baseline:
         if baseline is None:
-            raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
+            raise StudyError(
+                "--update-baseline needs the file to write; name it with --baseline, such as "
+                "--baseline base.json"
+            )
         writable(baseline, "--baseline")
     earlier = None if update_baseline else baseline
     checked = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
-    targets = [destination(file) for file in (*(file for _, file in formats), baseline if update_baseline else None) if file]
+    targets = [
+        destination(file)
+        for file in (*(file for _, file in formats), baseline if update_baseline else None)
+        if file
+    ]
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')
     result = check_report(checked)
     if out is not None:
-        write_report(result, out)  # before the files, which could replace a mesh that the page has yet to read
+        # before the files, which could replace a mesh that the page has yet to read
+        write_report(result, out)
     for name, file in formats:
         if name == "github":
             append_summary(checked)

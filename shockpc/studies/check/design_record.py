@@ -1,4 +1,6 @@
-"""The design that a landing is computed of, as a baseline holds it, and what changed since: bodies, joints, and points on them."""
+"""The design that a landing is computed of, as a baseline holds it, and what changed since: bodies,
+joints, and points on them.
+"""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -47,10 +49,12 @@ def six_digits(value: float) -> float:
 
 
 def design_record(landing: PosedLanding) -> dict[str, Any]:
-    """Mass, centre of mass, inertia and placement of each body, what drives each joint, and where contacts and points are.
+    """Mass, centre of mass, inertia and placement of each body, what drives each joint, and where
+    contacts and points are.
 
-    Bodies are in their frames, inertias about their centres of mass; places are origins in the frame of the body that carries
-    a body or a point, with all joints at zero, and `axes` the rotation there by rows, left out where there is none.
+    Bodies are in their frames, inertias about their centres of mass; places are origins in the
+    frame of the body that carries a body or a point, with all joints at zero, and `axes` the
+    rotation there by rows, left out where there is none.
     """
     robot, model = landing.robot, landing.joint_model
     bodies, joints, points = dict[str, Any](), dict[str, Any](), dict[str, Any]()
@@ -62,7 +66,9 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
             R, p = carrier.rotation.T @ R, carrier.rotation.T @ (p - carrier.offset)
         moments = [*np.diag(body.inertia), *body.inertia[[0, 0, 1], [1, 2, 2]]]
         mass_properties = {"mass": body.mass, "com": body.com, "inertia": moments}
-        bodies[body.name] = _entry(names[joint.parent] if joint.parent >= 0 else "world", p, R, **mass_properties)
+        bodies[body.name] = _entry(
+            names[joint.parent] if joint.parent >= 0 else "world", p, R, **mass_properties
+        )
     for part in robot.single_joints:
         if part.kind != "free":
             v, kind = part.v, part.kind + ", locked" * bool(model.locked[part.v].all())
@@ -74,24 +80,43 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
                 "drive_stiffness": soft,
                 "stiffness": model.stiffness[v],
             }
-            joints[part.name] = {"kind": kind} | _numbers(axis=() if part.axis is None else part.axis, **driven)
+            joints[part.name] = {"kind": kind} | _numbers(
+                axis=() if part.axis is None else part.axis, **driven
+            )
     frames = [robot.frame(contact.frame) for contact in landing.scene.contact]
     placed = [(frame.name, frame.body, frame.offset, frame.rotation) for frame in frames]
-    for name, carrying, p, R in (*placed, *((point.name, point.body, point.r, point.axes) for point in landing.points)):
+    for name, carrying, p, R in (
+        *placed,
+        *((point.name, point.body, point.r, point.axes) for point in landing.points),
+    ):
         points[name] = _entry(names[carrying] if carrying >= 0 else "world", p, R)
-    return {"joint_model": model.name, "drives": model.drives, "bodies": bodies, "joints": joints, "points": points}
+    return {
+        "joint_model": model.name,
+        "drives": model.drives,
+        "bodies": bodies,
+        "joints": joints,
+        "points": points,
+    }
 
 
 def _entry(carrier: str, place: Array, rotation: Array, **numbers: Any) -> dict[str, Any]:
     """What is known of a body or a point."""
-    turned = {} if np.allclose(rotation, np.eye(3), atol=ZERO) else {"axes": [six_digits(x) for x in rotation.ravel().tolist()]}
+    turned = (
+        {}
+        if np.allclose(rotation, np.eye(3), atol=ZERO)
+        else {"axes": [six_digits(x) for x in rotation.ravel().tolist()]}
+    )
     return {"carrier": carrier} | _numbers(place=place, **numbers) | turned
 
 
 def _numbers(**values: Any) -> dict[str, Any]:
     """Numbers that are not zero, to six digits; a single one without a list."""
     lists = {key: [six_digits(float(x)) for x in np.ravel(value)] for key, value in values.items()}
-    return {key: entries[0] if len(entries) == 1 else entries for key, entries in lists.items() if any(entries)}
+    return {
+        key: entries[0] if len(entries) == 1 else entries
+        for key, entries in lists.items()
+        if any(entries)
+    }
 
 
 def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -121,9 +146,15 @@ def design_changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterato
         old, new = before[kind], now[kind]
         changes: dict[str, list[str]] = {}
         for name in new:
-            for text in _changes(old[name], new[name]) if name in old else ["is new"] * (kind != "points"):
+            for text in (
+                _changes(old[name], new[name]) if name in old else ["is new"] * (kind != "points")
+            ):
                 changes.setdefault(text, []).append(name)
-        changes |= {"is gone": gone} if kind != "points" and (gone := [name for name in old if name not in new]) else {}
+        changes |= (
+            {"is gone": gone}
+            if kind != "points" and (gone := [name for name in old if name not in new])
+            else {}
+        )
         for text, names in changes.items():
             yield printable(f"{glob_of(names, {**old, **new}) or few(names, 4)} {text}")
 
@@ -146,8 +177,14 @@ def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
             unit = {"kg m²": "kg", "N m/rad": "N/m"}.get(unit, unit)
         if key == "inertia" and differ.any():
             factor = np.linalg.norm(b) / (np.linalg.norm(a) or 1.0)
-            uniform = np.abs(b - factor * a).max() <= 10.0 * SAME * scale and abs(factor - 1.0) > 1e-3
-            yield f"inertia × {factor:.4g}" if uniform else f"inertia changed by up to {100.0 * np.abs(b - a).max() / scale:.2g} %"
+            uniform = (
+                np.abs(b - factor * a).max() <= 10.0 * SAME * scale and abs(factor - 1.0) > 1e-3
+            )
+            yield (
+                f"inertia × {factor:.4g}"
+                if uniform
+                else f"inertia changed by up to {100.0 * np.abs(b - a).max() / scale:.2g} %"
+            )
         elif unit == "m" and differ.sum() > 1:  # the same on the left and on the right
             yield f"{title} moved by {1e3 * np.linalg.norm(b - a):.3g} mm"
         else:

@@ -1,4 +1,6 @@
-"""Which body, joint or point of one design is the partner of which of another: by its name, or as it is given."""
+"""Which body, joint or point of one design is the partner of which of another: by its name, or as
+it is given.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
@@ -14,7 +16,9 @@ Partners: TypeAlias = Mapping[PlaceKind, Mapping[str, str]]
 """By kind and by name in the first design: the name in the other."""
 
 
-def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str, str]] = ()) -> Partners:
+def partners(
+    first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str, str]] = ()
+) -> Partners:
     """The partners of two designs, each of one.
 
     First the given pairs, then equal names.
@@ -22,7 +26,8 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
     Args:
         first: one design.
         other: the other design.
-        pairs: names of the first with those of the other; of a name with * both have the same in that part.
+        pairs: names of the first with those of the other; of a name with * both have the same in
+            that part.
     """
     by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
     for pair in pairs:
@@ -30,7 +35,10 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
             _add(by_kind[kind], given.items())
     for kind in KINDS:
         theirs = {place.name for place in other.places(kind)}
-        _add(by_kind[kind], ((place.name, place.name) for place in first.places(kind) if place.name in theirs))
+        _add(
+            by_kind[kind],
+            ((place.name, place.name) for place in first.places(kind) if place.name in theirs),
+        )
     return by_kind
 
 
@@ -41,13 +49,19 @@ def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
             known[a] = b
 
 
-def matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) -> dict[PlaceKind, dict[str, str]]:
-    """The partners that the names of a pair mean, by kind: none where one of the designs has no such names."""
+def matching(
+    first: ShockProfile, other: ShockProfile, mine: str, theirs: str
+) -> dict[PlaceKind, dict[str, str]]:
+    """The partners that the names of a pair mean, by kind: none where one of the designs has no
+    such names.
+    """
     start, star, end = mine.partition("*")
     fitting: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
     for kind in KINDS:
         names = {place.name for place in other.places(kind)}
         for name in matches(mine, (place.name for place in first.places(kind))):
-            partner = theirs.replace("*", name[len(start) : len(name) - len(end)]) if star else theirs
+            partner = (
+                theirs.replace("*", name[len(start) : len(name) - len(end)]) if star else theirs
+            )
             fitting[kind] |= {name: partner} if partner in names else {}
     return fitting

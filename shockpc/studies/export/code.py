@@ -165,7 +165,11 @@ def code_files(
     words, size = (C, 300) if in_c else (JAVASCRIPT, 700)
     bodies, slots = pieces(program, inputs, words, "const double" if in_c else "const", size)
     given = ", ".join([*inputs, "w", "out"])
-    taken = ", ".join([*(f"const double *{name}" for name in inputs), "double *w", "double *out"]) if in_c else given
+    taken = (
+        ", ".join([*(f"const double *{name}" for name in inputs), "double *w", "double *out"])
+        if in_c
+        else given
+    )
     # Not every piece reads all of its arguments.
     unused = "".join(f"(void){name};" for name in (*inputs, "w", "out")) + "\n" if in_c else ""
     begin = "static void" if in_c else "function"
@@ -173,30 +177,44 @@ def code_files(
     rows = "{{{}}}" if in_c else "[{}]"
     parts = {
         "about": "".join(f" * {_in_comment(line)}".rstrip() + "\n" for line in about),
-        "arrays": ", ".join(f"const double {name}[{n}]" if in_c else name for name, n in inputs.items()),
+        "arrays": ", ".join(
+            f"const double {name}[{n}]" if in_c else name for name, n in inputs.items()
+        ),
         "names": "".join(f"#define LANDING_{name.upper()} {k}\n" for k, name in enumerate(outputs))
         if in_c
         else json.dumps(list(outputs)),
         "count": len(outputs),
         "most": most,
-        "functions": "".join(f"{begin} piece{k}({taken}) {{\n{unused}{body}\n}}\n" for k, body in enumerate(bodies)),
+        "functions": "".join(
+            f"{begin} piece{k}({taken}) {{\n{unused}{body}\n}}\n" for k, body in enumerate(bodies)
+        ),
         "calls": "".join(f"piece{k}({given});\n" for k in range(len(bodies))),
         "slots": max(slots, 1),
         "n": len(samples.inputs),
         "inputs": starts[-1],
-        "arguments": ", ".join(f"given[k] + {a}" if in_c else f"x.slice({a}, {b})" for a, b in itertools.pairwise(starts)),
+        "arguments": ", ".join(
+            f"given[k] + {a}" if in_c else f"x.slice({a}, {b})"
+            for a, b in itertools.pairwise(starts)
+        ),
         "given": _rows(samples.inputs, rows, words),
         "exact": _rows(samples.exact, rows, words),
         "size": ", ".join(digits(x, words) for x in samples.size.tolist()),
         "error": MOST_ERROR,
     }
-    files = {"landing.h": C_HEADER, "landing.c": C_SOURCE, "landing_test.c": C_TEST, "Makefile": MAKEFILE}
+    files = {
+        "landing.h": C_HEADER,
+        "landing.c": C_SOURCE,
+        "landing_test.c": C_TEST,
+        "Makefile": MAKEFILE,
+    }
     files = files if in_c else {"landing.mjs": JS_SOURCE, "landing_test.mjs": JS_TEST}
     return {name: template.format(**parts) for name, template in files.items()}
 
 
 def _rows(table: Array, row: str, words: Mapping[str, str]) -> str:
-    return "".join(row.format(", ".join(digits(x, words) for x in one)) + ",\n" for one in table.tolist())
+    return "".join(
+        row.format(", ".join(digits(x, words) for x in one)) + ",\n" for one in table.tolist()
+    )
 
 
 def _in_comment(line: str) -> str:

@@ -37,22 +37,35 @@ def _lines(study: Export) -> list[tuple[str, str]]:
         ("contact", ", ".join(block.name for block in (*landing.contacts, *landing.stance))),
         (
             "code",
-            f"{LANGUAGES[study.lang]}, {len(study.symbols.program.operation)} operations; files of --out: {', '.join(study.files)}",
+            f"{LANGUAGES[study.lang]}, {len(study.symbols.program.operation)} operations; files of "
+            f"--out: {', '.join(study.files)}",
         ),
         (
             "compared",
-            f"with proven landings in {count(n, 'random posture')}: maximum error {study.error:.1e} of a number{left_out}",
+            f"with proven landings in {count(n, 'random posture')}: maximum error "
+            f"{study.error:.1e} of a number{left_out}",
         ),
     ]
     if study.tested is not None:
-        lines.append(("the code", f"run by {RUNS[study.lang][0]}: maximum error {study.tested:.1e}"))
-    lines.append(("condition", f"do not trust the numbers where it is above {ILL_CONDITIONED:g}: a singular posture is near"))
+        lines.append(
+            ("the code", f"run by {RUNS[study.lang][0]}: maximum error {study.tested:.1e}")
+        )
+    lines.append(
+        (
+            "condition",
+            f"do not trust the numbers where it is above {ILL_CONDITIONED:g}: a singular posture "
+            f"is near",
+        )
+    )
     return lines
 
 
 def _warnings(study: Export) -> list[str]:
     if study.tested is None:
-        return [f"warning: the code itself was not run, because {RUNS[study.lang][0]} is not installed; run its test where it is"]
+        return [
+            f"warning: the code itself was not run, because {RUNS[study.lang][0]} is not "
+            f"installed; run its test where it is"
+        ]
     return []
 
 
@@ -63,7 +76,12 @@ def _outputs(study: Export) -> Sheet:
 
 def _inputs(study: Export) -> Sheet:
     rows: list[tuple[Any, ...]] = [
-        (f"q[{k}]", joint, unit, *(limit if math.isfinite(limit) else None for limit in (low, high)))
+        (
+            f"q[{k}]",
+            joint,
+            unit,
+            *(limit if math.isfinite(limit) else None for limit in (low, high)),
+        )
         for k, (joint, unit, low, high) in enumerate(study.joints)
     ]
     return Sheet("Configuration", ("input", "joint", "unit", "minimum", "maximum"), rows)

@@ -30,14 +30,20 @@ from shockpc.text.shown import shown_by
 
 Language = Literal["c", "js", "casadi"]
 
-RUNS = {"c": ("cc", ("make", "-s", "CC=cc", "test")), "js": ("node", ("node", "landing_test.mjs")), "casadi": ("CasADi", ())}
+RUNS = {
+    "c": ("cc", ("make", "-s", "CC=cc", "test")),
+    "js": ("node", ("node", "landing_test.mjs")),
+    "casadi": ("CasADi", ()),
+}
 """What runs the code, and the command that runs its test."""
 
 TIME = 300.0
 """Largest time that compiling and running the test may take [s]."""
 
 TURN = 0.5
-"""Largest rotation of a base or a ball joint from the posture of the scene in a random posture, about each axis [rad]."""
+"""Largest rotation of a base or a ball joint from the posture of the scene in a random posture,
+about each axis [rad].
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +55,8 @@ class Export:
         lang: the language.
         files: the code by file name, without the scene.
         samples: random postures with what is proven in them.
-        singular: how many random postures were left out, because no landing is proven there or the condition is too large.
+        singular: how many random postures were left out, because no landing is proven there or the
+            condition is too large.
         error: maximum error of the program in these postures, run by NumPy, as `Samples.error`.
         tested: the same of the code itself; None where nothing on this computer runs it.
     """
@@ -91,7 +98,12 @@ def export(
     quantities: QuantityOption = ("shock", "shock_com"),
     *,
     robot: Robot | None = None,
-    lang: Annotated[Language, Option("Language: c (C99), js (a JavaScript module) or casadi (a function).", "Code", "LANG")] = "c",
+    lang: Annotated[
+        Language,
+        Option(
+            "Language: c (C99), js (a JavaScript module) or casadi (a function).", "Code", "LANG"
+        ),
+    ] = "c",
     before: Annotated[
         Before,
         Option(
@@ -101,7 +113,14 @@ def export(
         ),
     ] = "strike",
     sample: Annotated[
-        int, Option("Random postures in which it is compared with what is proven.", "Code", "N", least=1.0, greatest=1e4)
+        int,
+        Option(
+            "Random postures in which it is compared with what is proven.",
+            "Code",
+            "N",
+            least=1.0,
+            greatest=1e4,
+        ),
     ] = 100,
 ) -> Export:
     """The numbers of a landing as code for any posture and motion before the impact.
@@ -111,7 +130,8 @@ def export(
         robot: the scene's robot, if it is loaded already.
 
     Raises:
-        ShockError: as for `shockpc.symbolic`; or no random posture has a landing, or the code is wrong.
+        ShockError: as for `shockpc.symbolic`; or no random posture has a landing, or the code is
+            wrong.
     """
     scene = scene_of(scene)
     landing = resolve(scene, robot or robot_of(scene))
@@ -122,12 +142,16 @@ def export(
     if lang == "casadi":
         function = symbols.casadi()
         files = {"landing.casadi": function.serialize()}
-        rows = type(function).deserialize(files["landing.casadi"])(samples.inputs[:, :nq].T, samples.inputs[:, nq:].T)
+        rows = type(function).deserialize(files["landing.casadi"])(
+            samples.inputs[:, :nq].T, samples.inputs[:, nq:].T
+        )
         tested = samples.error(np.concatenate([row.full() for row in rows]).T[:, :m])
     else:
         inputs = {"q": nq, before: samples.inputs.shape[1] - nq}
         names = [name for name, _, _ in outputs_of(symbols)]
-        files = code_files(lang, symbols.program, inputs, names, _about(symbols), ILL_CONDITIONED, samples)
+        files = code_files(
+            lang, symbols.program, inputs, names, _about(symbols), ILL_CONDITIONED, samples
+        )
         tested = _tested(lang, files)
     worst = float(np.max([error, 0.0 if tested is None else tested]))  # NaN, if one is
     if not worst < MOST_ERROR:
@@ -142,8 +166,16 @@ def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
     """As `Export.outputs`."""
     found: list[tuple[str, str, str]] = []
     for column in symbols.columns:
-        for axis in "xyz" if column.selection.quantity.vector and column.selection.axis is None else ("",):
-            found.append((column.name + (f".{axis}" if axis else ""), f"{column.title} {axis}".strip(), column.unit))
+        for axis in (
+            "xyz" if column.selection.quantity.vector and column.selection.axis is None else ("",)
+        ):
+            found.append(
+                (
+                    column.name + (f".{axis}" if axis else ""),
+                    f"{column.title} {axis}".strip(),
+                    column.unit,
+                )
+            )
     about = ("factor by which rounding is enlarged", "smallest pivot of the contact rows")
     found += [(name, title, "-") for name, title in zip(ACCURACY, about, strict=True)]
     names = identifiers([name for name, _, _ in found])
@@ -155,13 +187,19 @@ def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:
     found = []
     for joint in robot.single_joints:
         names, unit = {
-            "free": (("x", "y", "z", "quaternion x", "quaternion y", "quaternion z", "quaternion w"), "m m m 1 1 1 1"),
+            "free": (
+                ("x", "y", "z", "quaternion x", "quaternion y", "quaternion z", "quaternion w"),
+                "m m m 1 1 1 1",
+            ),
             "ball": (("quaternion x", "quaternion y", "quaternion z", "quaternion w"), "1 1 1 1"),
             "planar": (("x", "y", "cosine", "sine"), "m m 1 1"),
             "continuous": (("cosine", "sine"), "1 1"),
         }.get(joint.kind, (("",), joint.unit))
         low, high = joint.limits if len(names) == 1 else (-np.inf, np.inf)
-        found += [(f"{joint.name} {name}".strip(), one, low, high) for name, one in zip(names, unit.split(), strict=True)]
+        found += [
+            (f"{joint.name} {name}".strip(), one, low, high)
+            for name, one in zip(names, unit.split(), strict=True)
+        ]
     return found
 
 
@@ -178,13 +216,21 @@ def _about(symbols: SymbolicLanding) -> list[str]:
         "Inputs: q, the configuration in Pinocchio's layout",
     ]
     for k, (name, unit, low, high) in enumerate(coordinates_of(landing.robot)):
-        lines.append(f"  q[{k}] {name} [{unit}]" + (f", {low:.6g} to {high:.6g}" if np.isfinite([low, high]).all() else ""))
+        lines.append(
+            f"  q[{k}] {name} [{unit}]"
+            + (f", {low:.6g} to {high:.6g}" if np.isfinite([low, high]).all() else "")
+        )
     if given == "strike":
         lines.append("  strike[3] velocity of the base before the impact, world axes [m/s]")
     else:
-        lines.append("  velocity before the impact, Pinocchio's layout: a free base's in its own axes [m/s, rad/s]")
+        lines.append(
+            "  velocity before the impact, Pinocchio's layout: a free base's in its own axes [m/s, rad/s]"
+        )
     lines += ["", "Outputs:"]
-    lines += [f"  out[{k}] {name}: {title} [{unit}]" for k, (name, title, unit) in enumerate(outputs_of(symbols))]
+    lines += [
+        f"  out[{k}] {name}: {title} [{unit}]"
+        for k, (name, title, unit) in enumerate(outputs_of(symbols))
+    ]
     return ["".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
 
 
@@ -202,20 +248,29 @@ def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
             profile = profile_of(replace(landing.at(q), before=motion))
         except SolveError:
             continue
-        numbers = [_number(column, profile.values(column.selection.quantity, (column.place,))[0]) for column in symbols.columns]
+        numbers = [
+            _number(column, profile.values(column.selection.quantity, (column.place,))[0])
+            for column in symbols.columns
+        ]
         inputs.append(x)
         exact.append(np.concatenate(numbers))
     if not inputs:
-        raise StudyError(f'no random posture of robot "{robot.name}" has a landing to compare the code with')
+        raise StudyError(
+            f'no random posture of robot "{robot.name}" has a landing to compare the code with'
+        )
     size = np.median(np.abs(exact), axis=0)
-    return Samples(np.array(inputs), np.array(exact), np.where(size > 0.0, size, 1.0)), tried - len(inputs)
+    return Samples(np.array(inputs), np.array(exact), np.where(size > 0.0, size, 1.0)), tried - len(
+        inputs
+    )
 
 
 def _number(column: Column, value: Array) -> Array:
     return np.atleast_1d(value if column.selection.axis is None else value[column.selection.axis])
 
 
-def _random(landing: PosedLanding, before: Before, rng: np.random.Generator) -> tuple[Array, Motion, Array]:
+def _random(
+    landing: PosedLanding, before: Before, rng: np.random.Generator
+) -> tuple[Array, Motion, Array]:
     """A configuration, a motion before the impact, and what the code is given of that."""
     robot, nv = landing.robot, landing.robot.model.nv
     steps, values = np.zeros(nv), []
@@ -228,7 +283,9 @@ def _random(landing: PosedLanding, before: Before, rng: np.random.Generator) -> 
     Q = displaced(robot, landing.q[None], steps[None])
     set_many(robot, values, Q)
     if before == "strike":
-        velocity = landing.before.velocity + 0.3 * np.linalg.norm(landing.before.velocity) * rng.uniform(-1.0, 1.0, 3)
+        velocity = landing.before.velocity + 0.3 * np.linalg.norm(
+            landing.before.velocity
+        ) * rng.uniform(-1.0, 1.0, 3)
         return Q[0], landing.before._replace(velocity=velocity), velocity
     qd = rng.uniform(-1.0, 1.0, nv)
     if not robot.free_base:
@@ -245,9 +302,13 @@ def _tested(lang: Literal["c", "js"], files: Mapping[str, str]) -> float | None:
         for name, text in files.items():
             Path(folder, name).write_text(text, encoding="utf-8")
         try:
-            run = subprocess.run(RUNS[lang][1], cwd=folder, capture_output=True, text=True, timeout=TIME, check=False)
+            run = subprocess.run(
+                RUNS[lang][1], cwd=folder, capture_output=True, text=True, timeout=TIME, check=False
+            )
         except subprocess.TimeoutExpired:
-            raise StudyError(f"the test of the code takes more than {TIME:g} s; ask for fewer quantities") from None
+            raise StudyError(
+                f"the test of the code takes more than {TIME:g} s; ask for fewer quantities"
+            ) from None
     try:
         return float(run.stdout)
     except ValueError:

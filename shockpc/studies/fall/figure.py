@@ -27,7 +27,9 @@ STRUCK, STANDS, BODY = BANDS[6], BANDS[4], faded(INK, 0.86)
 
 
 def draw_falls(falls: Falls) -> Figure:
-    """Draw the worst strike of each kind in the order of the table, on one scale; each falls towards the right."""
+    """Draw the worst strike of each kind in the order of the table, on one scale; each falls
+    towards the right.
+    """
     kinds: dict[tuple[object, ...], list[StrikeResult]] = {}
     for result in falls.results:
         kinds.setdefault(_kind(result), []).append(result)
@@ -44,27 +46,46 @@ def draw_falls(falls: Falls) -> Figure:
     entry = select(name).quantity
     ranked = printable(entry.title + f" of {place}" * bool(place), 60)
     heading = (
-        f"{robot_name(falls.results[0].profile.robot)} {what}: the worst strike of each kind, by {ranked}",
-        "red: struck; blue: stands and presses; dot: contact; each falls towards the right; one scale",
+        f"{robot_name(falls.results[0].profile.robot)} {what}: the worst strike of each kind, by "
+        f"{ranked}",
+        "red: struck; blue: stands and presses; dot: contact; each falls towards the right; one "
+        "scale",
         *(f"joint model: {joint_model_text(result.profile)}" for result in results[:1]),
     )
     page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, heading)
     for k, (kind, result, view) in enumerate(zip(alike, results, views, strict=True)):
-        x, y = MARGIN + (k % across) * step, page.low + (lines - 1 - k // across) * drop + CAPTION + GAP
+        x, y = (
+            MARGIN + (k % across) * step,
+            page.low + (lines - 1 - k // across) * drop + CAPTION + GAP,
+        )
         ground, middle = float(view.contacts[:, 1].min()), float(view.low[0] + view.high[0]) / 2.0
         corner = np.array([middle - WIDTH * inch / 2.0, ground - 0.06 * inch])
         window = Window(corner, corner + np.array([WIDTH, height]) * inch, inch)
         axes = page.picture(x, y, window)
         strike, frames = result.strike, result.profile.robot.frames
-        struck, stands = ({frames[link].body for link in links} for links in (strike.struck, strike.stands))
-        order = sorted(view.drawn, key=lambda drawn: (drawn.body in struck) + (drawn.body in stands))
+        struck, stands = (
+            {frames[link].body for link in links} for links in (strike.struck, strike.stands)
+        )
+        order = sorted(
+            view.drawn, key=lambda drawn: (drawn.body in struck) + (drawn.body in stands)
+        )
         for number, drawn in enumerate(drawn for drawn in order if not drawn.region.is_empty):
             colour = STRUCK if drawn.body in struck else STANDS if drawn.body in stands else BODY
-            edge = outlined(axes, drawn.region, view.size / 400.0, linewidth=0.4, edgecolor=faded(INK, 0.35))
+            edge = outlined(
+                axes, drawn.region, view.size / 400.0, linewidth=0.4, edgecolor=faded(INK, 0.35)
+            )
             edge.set(facecolor=colour, zorder=1.0 + 0.01 * number)
         axes.axhspan(window.low[1], ground, facecolor=faded(INK, 0.6), zorder=0.5)
         axes.axhline(ground, color=INK, linewidth=0.7, zorder=5.0)
-        axes.plot(*view.contacts.T, "o", color=INK, markersize=3.0, markeredgecolor=PAPER, markeredgewidth=0.4, zorder=6.0)
+        axes.plot(
+            *view.contacts.T,
+            "o",
+            color=INK,
+            markersize=3.0,
+            markeredgecolor=PAPER,
+            markeredgewidth=0.4,
+            zorder=6.0,
+        )
         turned = "" if strike.forward is None else f", {math.degrees(strike.rotation):.0f} deg"
         first, *others = strike.struck
         named = printable(first, 40) + f" and {len(others)} more" * bool(others)

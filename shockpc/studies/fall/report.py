@@ -1,4 +1,6 @@
-"""Falls: how the robot tips, and every strike as a landing, the worst first; the pictures are in the attitude of the impact."""
+"""Falls: how the robot tips, and every strike as a landing, the worst first; the pictures are in
+the attitude of the impact.
+"""
 
 import itertools
 import math
@@ -24,13 +26,20 @@ LEAST_ROTATION = math.radians(1.0)
 """Rotation below which a part of the motion is not reported separately [rad]."""
 
 LIMITS = ("height", "contact", "limits")
-"""Kinds of warnings that every strike of a fall may have: of flat ground, on which its strikes are chosen, and of the posture."""
+"""Kinds of warnings that every strike of a fall may have: of flat ground, on which its strikes are
+chosen, and of the posture.
+"""
 
 
 def fall_report(falls: Falls) -> Report:
     """The falls."""
     what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
-    picture = Picture("fall", "the robot in the moment of the worst impacts", "studies.fall.figure:draw_falls", (falls,))
+    picture = Picture(
+        "fall",
+        "the robot in the moment of the worst impacts",
+        "studies.fall.figure:draw_falls",
+        (falls,),
+    )
     profiles = {result.strike.name: result.profile for result in falls.results}
     return Report(
         name="fall",
@@ -40,13 +49,23 @@ def fall_report(falls: Falls) -> Report:
             *([picture] if falls.results else []),
             *([_tips(falls)] if falls.tips else []),
             *_strikes(falls, full),
-            *([_margins(falls).largest(None if full else ROWS, "margin")] if _judged(falls) else []),
+            *(
+                [_margins(falls).largest(None if full else ROWS, "margin")]
+                if _judged(falls)
+                else []
+            ),
         ],
         lead=3 + bool(falls.results) + bool(falls.tips),
         closing=[
-            f"not computed: {line}" for line in cause_lines(causes((name, str(why)) for name, why in falls.failures), "falls", 6)
+            f"not computed: {line}"
+            for line in cause_lines(
+                causes((name, str(why)) for name, why in falls.failures), "falls", 6
+            )
         ],
-        warnings=[*(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings), *_warnings(falls)],
+        warnings=[
+            *(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings),
+            *_warnings(falls),
+        ],
         sheets={
             "strikes": lambda: _every_strike(falls),
             "falls": lambda: _tips(falls),
@@ -61,22 +80,33 @@ def fall_report(falls: Falls) -> Report:
 def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
     if falls.results:
         header = dict(scene_lines(falls.results[0].profile))
-        postures = dict.fromkeys(result.profile.landing.scene.posture.reference or "" for result in falls.results)
+        postures = dict.fromkeys(
+            result.profile.landing.scene.posture.reference or "" for result in falls.results
+        )
         yield from unknown_lines(result.profile for result in falls.results)
         yield "robot", header["robot"]
-        yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it with their drives"
+        yield (
+            "posture",
+            f"{listed(postures)}; joints are held until a strike, and move in it with their drives",
+        )
         yield "joint model", header["joint model"]
         friction = falls.results[0].profile.scene.friction
-        sticks = "contacts stick unless they would be pulled, and slide then; --friction MU for contacts that slide"
+        sticks = (
+            "contacts stick unless they would be pulled, and slide then; --friction MU for "
+            "contacts that slide"
+        )
         rest = f"friction {friction:g}" if friction is not None else sticks
         if falls.results[0].profile.scene.contact_stiffness is not None:
-            rest += "; with a contact stiffness, contacts that exist before a strike are left out of it"
+            rest += (
+                "; with a contact stiffness, contacts that exist before a strike are left out of it"
+            )
         yield "ground", f"level, rigid, no restitution; {rest}"
     if falls.drop is not None:
         yield (
             "attitudes",
             (
-                "faces, edges and corners of the box around the posture, the centre of mass above it (MIL-STD-810H, method "
+                "faces, edges and corners of the box around the posture, the centre of mass above "
+                "it (MIL-STD-810H, method "
                 "516.8, procedure IV; diagonals of the box are another interpretation)"
                 if any(name.split()[-2:][0] in ("face", "edge", "corner") for name in _names(falls))
                 else "spread evenly; rotation about the vertical does not matter"
@@ -92,7 +122,11 @@ def _names(falls: Falls) -> list[str]:
 
 def _warnings(falls: Falls) -> list[str]:
     profiles = {result.strike.name: result.profile for result in falls.results}
-    remarks = [f"warning: {result.strike.name}: {result.strike.remark}" for result in falls.results if result.strike.remark]
+    remarks = [
+        f"warning: {result.strike.name}: {result.strike.remark}"
+        for result in falls.results
+        if result.strike.remark
+    ]
     return [*remarks, *(line for line in shared_warnings(profiles, without="height"))]
 
 
@@ -102,14 +136,20 @@ def moves(tip: Tip, until: float) -> str:
     What alternates within `LEAST_ROTATION`, as on a round foot, is one motion.
     """
     parts: list[tuple[bool, set[str], float]] = []
-    for kind, phases in itertools.groupby((p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind):
+    for kind, phases in itertools.groupby(
+        (p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind
+    ):
         same_kind = list(phases)
         end = min(same_kind[-1].end.theta, until)
         short = end - same_kind[0].start.theta < LEAST_ROTATION
         alternates = parts and short and parts[-1][0]
         kinds = {kind} | (parts.pop()[1] if alternates else set())
         parts.append((short, kinds, end))
-    words = [(" and ".join(sorted(kinds)), end) for short, kinds, end in parts if not short or len(kinds) > 1 or len(parts) == 1]
+    words = [
+        (" and ".join(sorted(kinds)), end)
+        for short, kinds, end in parts
+        if not short or len(kinds) > 1 or len(parts) == 1
+    ]
     last = [list(same)[-1] for _, same in itertools.groupby(words, lambda part: part[0])]
     return ", ".join(f"{kind} to {in_degrees(end):.3g}" for kind, end in last)
 
@@ -120,21 +160,39 @@ def _tips(falls: Falls) -> Sheet:
     for tip in falls.tips:
         strikes = [strike for strike in falls.strikes if strike.fall == tip.name]
         first = (struck_words(strikes[0]), strikes[0].speed) if strikes else (None, None)
-        speed, number = max(((strike.speed, strike.number) for strike in strikes), default=(None, None))
+        speed, number = max(
+            ((strike.speed, strike.number) for strike in strikes), default=(None, None)
+        )
         rows.append(
             (
-                tip.name, in_degrees(tip.balance), tip.least_push, moves(tip, strikes[0].rotation if strikes else math.inf),
-                *first, len(strikes), number, speed,
+                tip.name,
+                in_degrees(tip.balance),
+                tip.least_push,
+                moves(tip, strikes[0].rotation if strikes else math.inf),
+                *first,
+                len(strikes),
+                number,
+                speed,
             )
-        )  # fmt: skip
+        )
     header = (
-        "fall", "balance [deg]", "minimum push [m/s]", "motion [deg]", "first strike", "speed [m/s]", "strikes",
-        "fastest", "at most [m/s]",
-    )  # fmt: skip
-    note = (
-        "balance: rotation from which it falls by itself; minimum push: speed that a level push has to give to its centre of mass"
+        "fall",
+        "balance [deg]",
+        "minimum push [m/s]",
+        "motion [deg]",
+        "first strike",
+        "speed [m/s]",
+        "strikes",
+        "fastest",
+        "at most [m/s]",
     )
-    return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, [note])
+    note = (
+        "balance: rotation from which it falls by itself; minimum push: speed that a level push "
+        "has to give to its centre of mass"
+    )
+    return Sheet(
+        f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, [note]
+    )
 
 
 def struck_words(strike: FallStrike) -> str:
@@ -152,13 +210,24 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
     every, tipping = _every_strike(falls), bool(falls.tips)
     name = [column.key for column in every.columns].index("strike")
     by_name = {row[name]: row for row in every.rows}
-    values = [key for text in falls.quantities for key in (text, *[f"{text}_at"] * (full or text == falls.rank))]
-    motion = ["struck_links", *("motion", "rate") * (tipping and full), *("rotation_deg",) * tipping, "speed"]
+    values = [
+        key
+        for text in falls.quantities
+        for key in (text, *[f"{text}_at"] * (full or text == falls.rank))
+    ]
+    motion = [
+        "struck_links",
+        *("motion", "rate") * (tipping and full),
+        *("rotation_deg",) * tipping,
+        "speed",
+    ]
     causes_ = [*values, "trunk_free", "trunk_with_drives", "trunk_locked"]
     sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results])
     stops = {one.strike.name: text for one in falls.results if not full and (text := _stop(one))}
     listings: dict[str, dict[str, str]] = {
-        "within 5 mm of striking too": {one.strike.name: listed(one.strike.near) for one in falls.results if one.strike.near},
+        "within 5 mm of striking too": {
+            one.strike.name: listed(one.strike.near) for one in falls.results if one.strike.near
+        },
         "on the ground already and pressing": {
             one.strike.name: listed(one.strike.stands) for one in falls.results if one.strike.stands
         },
@@ -168,21 +237,37 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
     bound = any(text.startswith("filtered_peak") for text in falls.quantities)
     bound = bound and scene is not None and scene.pulse is None and scene.contact_stiffness is None
     notes = [
-        "struck links: that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
-        "trunk: |Δv| at the heaviest body's centre of mass with free joints, drives and locked joints; any may be the largest",
-        "filtered_peak: at most, for a pulse of any length; a pulse or a contact stiffness gives the reading" * bound,
+        "struck links: that meet the ground together, with their speeds if they differ; speed: of "
+        "the fastest towards the ground",
+        "trunk: |Δv| at the heaviest body's centre of mass with free joints, drives and locked "
+        "joints; any may be the largest",
+        "filtered_peak: at most, for a pulse of any length; a pulse or a contact stiffness gives "
+        "the reading" * bound,
         *(
-            f"{what}: " + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
+            f"{what}: "
+            + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
             for what, named in listings.items()
             if named
         ),
         "places, rates and stops of every strike: --out DIR, --format md or json" * (not full),
     ]
-    title, notes = f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", list(filter(None, notes))
+    title, notes = (
+        f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}",
+        list(filter(None, notes)),
+    )
     if full:
-        before = sheet.only("strike", *motion, "first_at_its_stop", "stop_after")._replace(title=title)
-        return [before, sheet.only("strike", *causes_)._replace(title="what these strikes cause", notes=notes)]
-    return [sheet.only("strike", *motion, *causes_)._replace(title=title, notes=notes).largest(ROWS, "strike")]
+        before = sheet.only("strike", *motion, "first_at_its_stop", "stop_after")._replace(
+            title=title
+        )
+        return [
+            before,
+            sheet.only("strike", *causes_)._replace(title="what these strikes cause", notes=notes),
+        ]
+    return [
+        sheet.only("strike", *motion, *causes_)
+        ._replace(title=title, notes=notes)
+        .largest(ROWS, "strike")
+    ]
 
 
 def _judged(falls: Falls) -> bool:
@@ -192,22 +277,53 @@ def _judged(falls: Falls) -> bool:
 
 def _margins(falls: Falls) -> Sheet:
     """What comes nearest to what it withstands, with the strike in which it does."""
-    rows: list[Row] = [(one.name, one.kind, one.margin, one.torque, one.withstands, one.strike) for one in falls.margins]
+    rows: list[Row] = [
+        (one.name, one.kind, one.margin, one.torque, one.withstands, one.strike)
+        for one in falls.margins
+    ]
     scene, robot = falls.results[0].profile.scene, falls.robot
     limits, named = torque_limits(robot, scene.part)[0], {one.name for one in falls.margins}
-    bare = [joint.name for joint in robot.single_joints if joint.axis is not None and np.isnan(limits[joint.v.start])]
-    notes = [f"no torque or effort limit is known of {few([name for name in bare if name not in named], 4)}"] if bare else []
-    unjudged = [one.strike.name for one in falls.results if one.profile.redundant and math.isnan(one.values.get(EFFORTS, 0.0))]
+    bare = [
+        joint.name
+        for joint in robot.single_joints
+        if joint.axis is not None and np.isnan(limits[joint.v.start])
+    ]
+    notes = (
+        [
+            f"no torque or effort limit is known of "
+            f"{few([name for name in bare if name not in named], 4)}"
+        ]
+        if bare
+        else []
+    )
+    unjudged = [
+        one.strike.name
+        for one in falls.results
+        if one.profile.redundant and math.isnan(one.values.get(EFFORTS, 0.0))
+    ]
     if unjudged:
         notes.append(
-            f"joints are not judged in {few(unjudged, 4)}, whose contacts or loops are redundant; a contact stiffness decides there"
+            f"joints are not judged in {few(unjudged, 4)}, whose contacts or loops are redundant; "
+            f"a contact stiffness decides there"
         )
     if scene.pulse is not None and scene.contact_stiffness is None:
-        notes.append(f"torque: peak of one that has the pulse {scene.pulse} and the impulse along the axis")
+        notes.append(
+            f"torque: peak of one that has the pulse {scene.pulse} and the impulse along the axis"
+        )
     if scene.friction is not None:
         notes.append("of contacts that stick")
-    header = ("part or joint", "kind", "margin [-]", "torque [N m, N]", "withstands [N m, N]", "strike")
-    title = "margins (the part survives a strike up to this many times as fast), each in its worst strike"
+    header = (
+        "part or joint",
+        "kind",
+        "margin [-]",
+        "torque [N m, N]",
+        "withstands [N m, N]",
+        "strike",
+    )
+    title = (
+        "margins (the part survives a strike up to this many times as fast), each in its worst "
+        "strike"
+    )
     return Sheet(title, header, rows, notes)
 
 
@@ -226,7 +342,9 @@ def _every_strike(falls: Falls) -> Sheet:
     columns: dict[Any, Any] = {}
     for name, values in table.columns.items():
         if name not in ("landing", "proven"):
-            columns[name, table.units[name]] = [cell if cell != "" else None for cell in values.tolist()]
+            columns[name, table.units[name]] = [
+                cell if cell != "" else None for cell in values.tolist()
+            ]
         if name == "number":
             columns["strike", ""] = names
         if name == "struck":
@@ -234,11 +352,19 @@ def _every_strike(falls: Falls) -> Sheet:
     columns["first at its stop", ""] = [stop and stop[0] for stop in stops]
     columns["stop after", "ms"] = [stop and float(stop[1]) for stop in stops]
     columns["failure", ""] = [table.messages.get(i) for i in range(len(table))]
-    return Sheet.of("", {Column.of(f"{name} [{unit}]" if unit else name): cells for (name, unit), cells in columns.items()})
+    return Sheet.of(
+        "",
+        {
+            Column.of(f"{name} [{unit}]" if unit else name): cells
+            for (name, unit), cells in columns.items()
+        },
+    )
 
 
 def _document(falls: Falls) -> dict[str, Any]:
-    """The document, beside its tables, schema `shockpc.fall/2`: angles in degrees, strikes the worst first."""
+    """The document, beside its tables, schema `shockpc.fall/2`: angles in degrees, strikes the
+    worst first.
+    """
     return {
         "rank": falls.rank,
         "drop": falls.drop,
@@ -249,8 +375,12 @@ def _document(falls: Falls) -> dict[str, Any]:
                 "hinged": tip.hinged,
                 "rests": tip.fall.rests,
                 "phases": [
-                    {"motion": phase.kind, "from_deg": in_degrees(phase.start.theta), "to_deg": in_degrees(phase.end.theta),
-                     "rate": phase.end.omega}
+                    {
+                        "motion": phase.kind,
+                        "from_deg": in_degrees(phase.start.theta),
+                        "to_deg": in_degrees(phase.end.theta),
+                        "rate": phase.end.omega,
+                    }
                     for phase in tip.fall.phases
                 ],
                 "warnings": tip.warnings,
@@ -268,4 +398,4 @@ def _document(falls: Falls) -> dict[str, Any]:
         ],
         "failures": [{"fall": name, "reason": str(reason)} for name, reason in falls.failures],
         "notes": falls.notes,
-    }  # fmt: skip
+    }

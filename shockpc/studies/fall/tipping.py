@@ -1,15 +1,19 @@
-"""A rigid convex body that falls over in a plane: it pivots about a corner, slides on it or is in the air, until it rests.
+"""A rigid convex body that falls over in a plane: it pivots about a corner, slides on it or is in
+the air, until it rests.
 
-Coordinates are forward and up [m], relative to the centre of mass where a corner is meant; a rotation tips forward [rad]. On a
-corner that sticks, with the arm c from it to the centre of mass at an angle φ from the vertical and κ = m c² / (I + m c²),
+Coordinates are forward and up [m], relative to the centre of mass where a corner is meant; a
+rotation tips forward [rad]. On a corner that sticks, with the arm c from it to the centre of mass
+at an angle φ from the vertical and κ = m c² / (I + m c²),
 
     ω² = ω₀² + 2 κ g / c (cos φ₀ − cos φ)    (energy),      ω' = κ g / c sin φ,
     N / m = g − ω' c sin φ − ω² c cos φ,      T / m = ω' c cos φ − ω² c sin φ,
 
-which from rest at φ = 0 is N / (m g) = 1 − κ (1 + 2 cos φ − 3 cos² φ). Where the ground would have to pull (N < 0) the corner
-leaves it; where |T| > µ N it slides, which is integrated. Each corner that meets the ground strikes it: an impulse of contacts that
-may stick, slide or open, without restitution. The surface is the convex hull, since flat ground touches nothing else; rolling over
-it from corner to corner, a sticking body keeps (I + m c·c′) / (I + m c′²) of its rotation at each change.
+which from rest at φ = 0 is N / (m g) = 1 − κ (1 + 2 cos φ − 3 cos² φ). Where the ground would have
+to pull (N < 0) the corner leaves it; where |T| > µ N it slides, which is integrated. Each corner
+that meets the ground strikes it: an impulse of contacts that may stick, slide or open, without
+restitution. The surface is the convex hull, since flat ground touches nothing else; rolling over it
+from corner to corner, a sticking body keeps (I + m c·c′) / (I + m c′²) of its rotation at each
+change.
 """
 
 import math
@@ -43,10 +47,13 @@ SETTLES = math.radians(5.0)
 """Rotation up to which a body that comes to rest on another side still stands [rad]."""
 
 SETTLED = 1e-4
-"""Kinetic energy of a rocking body, of its weight times the height of its centre of mass, below which it rests [1]."""
+"""Kinetic energy of a rocking body, of its weight times the height of its centre of mass, below
+which it rests [1].
+"""
 
 MOST_CHANGES, MOST_TURNS, LONGEST = 5000, 40, 10.0
-"""Changes of the motion that are followed; how often it may reverse; how long a slide may take [s]."""
+"""Changes of the motion that are followed; how often it may reverse; how long a slide may take [s].
+"""
 
 
 class SectionMotion(NamedTuple):
@@ -98,7 +105,8 @@ class Fall(NamedTuple):
     Attributes:
         phases: in their order.
         touches: in their order; each ends a phase.
-        rests: whether the body lies at the end, still or sliding; otherwise it was still rocking when it was no longer followed.
+        rests: whether the body lies at the end, still or sliding; otherwise it was still rocking
+            when it was no longer followed.
     """
 
     phases: tuple[Phase, ...]
@@ -113,8 +121,10 @@ class CrossSection:
     Attributes:
         mass: [kg]
         inertia: about the centre of mass [kg m²].
-        corners: (n, 2) of its convex hull at rotation zero, in the order in which they meet the ground as it tips forward.
-        level: (n,) rotation at which the side from each corner to the next one is on the ground, increasing within a turn [rad].
+        corners: (n, 2) of its convex hull at rotation zero, in the order in which they meet the
+            ground as it tips forward.
+        level: (n,) rotation at which the side from each corner to the next one is on the ground,
+            increasing within a turn [rad].
     """
 
     mass: float
@@ -124,7 +134,8 @@ class CrossSection:
 
     @classmethod
     def of(cls, mass: float, inertia: float, points: Array) -> "CrossSection":
-        """The section of a body with points (k, 2) on its surface, forward and up from the centre of mass [m].
+        """The section of a body with points (k, 2) on its surface, forward and up from the centre
+        of mass [m].
 
         Raises:
             StudyError: the points are on a line.
@@ -132,21 +143,30 @@ class CrossSection:
         try:
             corners = points[ConvexHull(points).vertices]  # anticlockwise
         except QhullError:
-            raise StudyError("the geometry is a point or a line in the plane of the fall, over which nothing can tip") from None
+            raise StudyError(
+                "the geometry is a point or a line in the plane of the fall, over which nothing "
+                "can tip"
+            ) from None
         sides = np.roll(corners, -1, axis=0) - corners
         level = np.arctan2(sides[:, 1], sides[:, 0])
         first = int(np.argmin(level))
         return cls(mass, inertia, np.roll(corners, -first, axis=0), np.roll(level, -first))
 
     def side(self, corner: int) -> float:
-        """Rotation at which the side from a corner, counted on from turn to turn, to the next one is on the ground [rad]."""
+        """Rotation at which the side from a corner, counted on from turn to turn, to the next one
+        is on the ground [rad].
+        """
         turn, k = divmod(corner, len(self.level))
         return float(self.level[k]) + 2.0 * math.pi * turn
 
     def lowest(self, theta: float) -> int:
-        """The lowest corner at a rotation [rad], counted on from turn to turn; of two on the ground the forward one."""
+        """The lowest corner at a rotation [rad], counted on from turn to turn; of two on the ground
+        the forward one.
+        """
         turn = int((theta - float(self.level[0])) // (2.0 * math.pi))
-        return int(np.searchsorted(self.level, theta - 2.0 * math.pi * turn, side="right")) + turn * len(self.level)
+        return int(
+            np.searchsorted(self.level, theta - 2.0 * math.pi * turn, side="right")
+        ) + turn * len(self.level)
 
     def at(self, corner: int, theta: float) -> tuple[float, float]:
         """A corner from the centre of mass, forward and up [m]."""
@@ -154,7 +174,9 @@ class CrossSection:
         return float(a * c + b * s), float(b * c - a * s)
 
     def arm(self, corner: int) -> tuple[float, float, float]:
-        """Of a corner: distance to the centre of mass c [m], its angle φ from the vertical at rotation zero [rad], and κ [1]."""
+        """Of a corner: distance to the centre of mass c [m], its angle φ from the vertical at
+        rotation zero [rad], and κ [1].
+        """
         a, b = self.corners[corner % len(self.corners)].tolist()
         c = math.hypot(a, b)
         return c, math.atan2(-a, -b), self.mass * c * c / (self.inertia + self.mass * c * c)
@@ -162,19 +184,29 @@ class CrossSection:
     def energy(self, motion: SectionMotion) -> float:
         """Kinetic and potential energy [J]."""
         speed = motion.vx**2 + motion.vz**2
-        return 0.5 * (self.mass * speed + self.inertia * motion.omega**2) + self.mass * GRAVITY * motion.z
+        return (
+            0.5 * (self.mass * speed + self.inertia * motion.omega**2)
+            + self.mass * GRAVITY * motion.z
+        )
 
     def pivoting(self, corner: int, theta: float, omega: float, x: float = 0.0) -> SectionMotion:
         """The motion about a corner at rest at a place [m]."""
         a, b = self.at(corner, theta)
         return SectionMotion(theta, x - a, -b, -omega * b, omega * a, omega)
 
-    def forces(self, corner: int, theta: Array | float, squared: Array | float) -> tuple[Array, Array]:
-        """Forces T and N of the ground on a corner that sticks, along the ground and upward, by mass [m/s²]. Args: squared, ω²."""
+    def forces(
+        self, corner: int, theta: Array | float, squared: Array | float
+    ) -> tuple[Array, Array]:
+        """Forces T and N of the ground on a corner that sticks, along the ground and upward, by
+        mass [m/s²]. Args: squared, ω².
+        """
         c, angle, kappa = self.arm(corner)
         sine, cosine = np.sin(theta + angle), np.cos(theta + angle)
         turning = kappa * GRAVITY * sine
-        return turning * cosine - squared * c * sine, GRAVITY - turning * sine - squared * c * cosine
+        return (
+            turning * cosine - squared * c * sine,
+            GRAVITY - turning * sine - squared * c * cosine,
+        )
 
     def squared_rate(self, corner: int, theta: Array | float, start: SectionMotion) -> Array:
         """ω² of a body that pivots about a corner from a motion [rad²/s²]."""
@@ -183,10 +215,12 @@ class CrossSection:
         return np.asarray(start.omega**2 + gain)
 
     def balance(self, corner: int) -> tuple[int, float]:
-        """Corner and rotation in which the body balances, tipping on from a corner: it falls forward from there by itself.
+        """Corner and rotation in which the body balances, tipping on from a corner: it falls
+        forward from there by itself.
 
-        The rotation is that of the first contact with the corner where the centre of mass is in front of it then. The body stands
-        on a side on which it comes to rest before it has tipped by `SETTLES`.
+        The rotation is that of the first contact with the corner where the centre of mass is in
+        front of it then. The body stands on a side on which it comes to rest before it has tipped
+        by `SETTLES`.
         """
         k = corner
         while self.side(k) <= SETTLES:
@@ -197,25 +231,39 @@ class CrossSection:
         return corner, max(-self.arm(corner)[1], self.side(corner - 1))
 
     def least_rate(self, corner: int, theta: float) -> float:
-        """The rate on a corner at a rotation with which the body just reaches the balance, rolling there without slip [rad/s]."""
+        """The rate on a corner at a rotation with which the body just reaches the balance, rolling
+        there without slip [rad/s].
+        """
         last, top = self.balance(corner)
         squared = 0.0
         for k in range(last, corner - 1, -1):
             low = theta if k == corner else self.side(k - 1)
-            squared = max(squared - float(self.squared_rate(k, top, SectionMotion(low, 0.0, 0.0, 0.0, 0.0, 0.0))), 0.0)
+            squared = max(
+                squared
+                - float(self.squared_rate(k, top, SectionMotion(low, 0.0, 0.0, 0.0, 0.0, 0.0))),
+                0.0,
+            )
             if k > corner:
                 squared /= self._kept(k - 1, k, low) ** 2
                 top = low
         return math.sqrt(squared)
 
     def _kept(self, old: int, new: int, theta: float) -> float:
-        """Share of the rate that is left as a sticking body rolls from a corner to another one, both on the ground."""
+        """Share of the rate that is left as a sticking body rolls from a corner to another one,
+        both on the ground.
+        """
         (a, b), (c, d) = self.at(old, theta), self.at(new, theta)
-        return (self.inertia + self.mass * (a * c + b * d)) / (self.inertia + self.mass * (c * c + d * d))
+        return (self.inertia + self.mass * (a * c + b * d)) / (
+            self.inertia + self.mass * (c * c + d * d)
+        )
 
 
 def follow_fall(
-    section: CrossSection, corner: int, start: SectionMotion, friction: float | None = None, hinged: float | None = None
+    section: CrossSection,
+    corner: int,
+    start: SectionMotion,
+    friction: float | None = None,
+    hinged: float | None = None,
 ) -> Fall:
     """Follow a body that begins to fall about a corner until it rests.
 
@@ -223,17 +271,21 @@ def follow_fall(
         section: the body.
         corner: on the ground.
         start: its motion, about that corner.
-        friction: µ of the ground. Without one contacts stick as long as they press; what would be pulled then slides, which is the
-            limit of a large friction.
-        hinged: speed; corners on the ground are hinges then, which can pull, up to the first strike of this speed [m/s].
+        friction: µ of the ground. Without one contacts stick as long as they press; what would be
+            pulled then slides, which is the limit of a large friction.
+        hinged: speed; corners on the ground are hinges then, which can pull, up to the first strike
+            of this speed [m/s].
 
     Raises:
-        StudyError: the laws of rigid contact with friction have no solution (Painlevé), or none was found for a strike.
+        StudyError: the laws of rigid contact with friction have no solution (Painlevé), or none was
+            found for a strike.
     """
     phases, touches, motion, turns, on = list[Phase](), list[Touch](), start, 0, corner
     mu = STICKS if friction is None else friction
     for _ in range(MOST_CHANGES):
-        kind, end, touched = _phase(section, on, motion, mu) if hinged is None else _pivot(section, on, motion, None)
+        kind, end, touched = (
+            _phase(section, on, motion, mu) if hinged is None else _pivot(section, on, motion, None)
+        )
         phases.append(Phase(kind, -1 if kind == "is in the air" else on, motion, end))
         motion = end
         if touched is None:
@@ -248,21 +300,38 @@ def follow_fall(
         if hinged is not None and touches[-1].speed >= hinged:
             break
         if hinged is None and (len(left) > 1 or on >= 0):
-            # On a side it stays, at rest or sliding, if its pressure is between the corners; else it goes on about the nearer one.
+            # On a side it stays, at rest or sliding, if its pressure is between the corners; else
+            # it goes on about the nearer one.
             feet = {k: section.at(k, after.theta)[0] for k in {*left, touched, on} - {-1}}
             slip = after.vx + after.omega * section.at(touched, after.theta)[1]
-            pressure = mu * after.z * math.copysign(1.0, slip) if abs(slip) > 1e-6 * abs(motion.vx) + 1e-9 else 0.0
+            pressure = (
+                mu * after.z * math.copysign(1.0, slip)
+                if abs(slip) > 1e-6 * abs(motion.vx) + 1e-9
+                else 0.0
+            )
             inside = min(feet.values()) < pressure < max(feet.values())
-            height = max((section.inertia / section.mass + section.arm(k)[0] ** 2) * after.omega**2 / (2.0 * GRAVITY) for k in feet)
-            if inside and (len(left) > 1 or height < min(SETTLED * after.z, *(section.arm(k)[0] - after.z for k in feet))):
+            height = max(
+                (section.inertia / section.mass + section.arm(k)[0] ** 2)
+                * after.omega**2
+                / (2.0 * GRAVITY)
+                for k in feet
+            )
+            if inside and (
+                len(left) > 1
+                or height < min(SETTLED * after.z, *(section.arm(k)[0] - after.z for k in feet))
+            ):
                 return Fall(tuple(phases), tuple(touches), True)
             left = [min(feet, key=lambda k: abs(feet[k] - pressure))] if len(left) > 1 else left
         on, motion = left[0] if left else -1, after
     return Fall(tuple(phases), tuple(touches), False)
 
 
-def _phase(section: CrossSection, on: int, start: SectionMotion, friction: float) -> tuple[Kind, SectionMotion, int | None]:
-    """The next part of the fall: its kind, the motion at its end, and the corner that strikes then, if one does."""
+def _phase(
+    section: CrossSection, on: int, start: SectionMotion, friction: float
+) -> tuple[Kind, SectionMotion, int | None]:
+    """The next part of the fall: its kind, the motion at its end, and the corner that strikes then,
+    if one does.
+    """
     if on < 0:
         return _flight(section, start)
     _, b = section.at(on, start.theta)
@@ -273,11 +342,21 @@ def _phase(section: CrossSection, on: int, start: SectionMotion, friction: float
         return _pivot(section, on, start, friction)
     if GRAVITY + start.omega**2 * b <= REST * GRAVITY:  # rises if it is free
         return _flight(section, start)
-    return _slide(section, on, start, friction, -math.copysign(1.0, along) if sticks else math.copysign(1.0, slip))
+    return _slide(
+        section,
+        on,
+        start,
+        friction,
+        -math.copysign(1.0, along) if sticks else math.copysign(1.0, slip),
+    )
 
 
-def _pivot(section: CrossSection, on: int, start: SectionMotion, friction: float | None) -> tuple[Kind, SectionMotion, int | None]:
-    """About a corner that sticks, up to the next corner, to where it turns back, or to where the corner slips or is pulled."""
+def _pivot(
+    section: CrossSection, on: int, start: SectionMotion, friction: float | None
+) -> tuple[Kind, SectionMotion, int | None]:
+    """About a corner that sticks, up to the next corner, to where it turns back, or to where the
+    corner slips or is pulled.
+    """
     phi = math.remainder(section.arm(on)[1] + start.theta, 2.0 * math.pi)
     sense = math.copysign(1.0, start.omega or phi)
     end, touched = (section.side(on), on + 1) if sense > 0.0 else (section.side(on - 1), on - 1)
@@ -293,7 +372,9 @@ def _pivot(section: CrossSection, on: int, start: SectionMotion, friction: float
     turned = struck is None
 
     def margin(theta: Array | float) -> Array:
-        along, up = section.forces(on, theta, np.maximum(section.squared_rate(on, theta, start), 0.0))
+        along, up = section.forces(
+            on, theta, np.maximum(section.squared_rate(on, theta, start), 0.0)
+        )
         return np.ones_like(up) if friction is None else friction * up - np.abs(along)
 
     theta = np.linspace(start.theta, end, 2 + int(abs(end - start.theta) / STEP))
@@ -311,7 +392,9 @@ def _pivot(section: CrossSection, on: int, start: SectionMotion, friction: float
 def _slide(
     section: CrossSection, on: int, start: SectionMotion, friction: float, sense: float
 ) -> tuple[Kind, SectionMotion, int | None]:
-    """On a corner that slides forward (sense 1) or back (−1), until it sticks or is pulled, or another corner strikes."""
+    """On a corner that slides forward (sense 1) or back (−1), until it sticks or is pulled, or
+    another corner strikes.
+    """
     ratio = section.mass / section.inertia
 
     def normal(y: Array) -> float:
@@ -319,7 +402,8 @@ def _slide(
         share, sinking = 1.0 + ratio * a * (a + friction * sense * b), GRAVITY + y[1] ** 2 * b
         if share <= 0.0 < sinking:
             raise StudyError(
-                f"at {math.degrees(y[0]):.3g} deg a sliding contact with a friction of {friction:g} jams (Painlevé): rigid bodies "
+                f"at {math.degrees(y[0]):.3g} deg a sliding contact with a friction of "
+                f"{friction:g} jams (Painlevé): rigid bodies "
                 "have no motion there; give a smaller --friction, or none, so that contacts stick"
             )
         return float(sinking / share)
@@ -341,7 +425,10 @@ def _slide(
     y = [start.theta, start.omega, start.x, start.vx]
     solution = solve_ivp(rates, (0.0, LONGEST), y, "DOP853", events=ends, rtol=1e-10, atol=1e-12)
     if solution.status != 1:
-        raise StudyError(f"a contact slides for more than {LONGEST:g} s, which is not followed; give a larger --friction")
+        raise StudyError(
+            f"a contact slides for more than {LONGEST:g} s, which is not followed; give a larger "
+            f"--friction"
+        )
     theta, omega, x, vx = solution.y[:, -1].tolist()
     which = next(k for k, times in enumerate(solution.t_events) if len(times))
     theta = (section.side(on), section.side(on - 1), theta, theta)[which]
@@ -355,7 +442,14 @@ def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionM
 
     def at(t: float) -> SectionMotion:
         height, fall = start.z + start.vz * t - 0.5 * GRAVITY * t * t, start.vz - GRAVITY * t
-        return SectionMotion(start.theta + start.omega * t, start.x + start.vx * t, height, start.vx, fall, start.omega)
+        return SectionMotion(
+            start.theta + start.omega * t,
+            start.x + start.vx * t,
+            height,
+            start.vx,
+            fall,
+            start.omega,
+        )
 
     def gap(t: float) -> float:
         motion = at(t)
@@ -366,13 +460,18 @@ def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionM
     while gap(t) > 0.0:
         t += step
     # What leaves the ground is above it by less than rounding at first.
-    before = next((s for s in (t - step, t - 0.5 * step, t - 0.1 * step) if s > 0.0 and gap(s) > 0.0), None)
+    before = next(
+        (s for s in (t - step, t - 0.5 * step, t - 0.1 * step) if s > 0.0 and gap(s) > 0.0), None
+    )
     end = at(t if before is None else float(brentq(gap, before, t, xtol=1e-13)))
     return "is in the air", end, section.lowest(end.theta)
 
 
-def _strike(section: CrossSection, on: int, touched: int, before: SectionMotion, mu: float) -> tuple[SectionMotion, list[int]]:
-    """The impulse of a strike: the motion after it, and the corners that stay on the ground, the struck one first.
+def _strike(
+    section: CrossSection, on: int, touched: int, before: SectionMotion, mu: float
+) -> tuple[SectionMotion, list[int]]:
+    """The impulse of a strike: the motion after it, and the corners that stay on the ground, the
+    struck one first.
 
     Raises:
         StudyError: none was found that obeys the laws of friction.
@@ -387,13 +486,20 @@ def _strike(section: CrossSection, on: int, touched: int, before: SectionMotion,
     scale = float(np.abs(speeds).max())
     push = np.linalg.solve(J[:2] * weight @ J[:2].T, -speeds[:2])
     change = weight * (J[:2].T @ push)
-    if not (push[1] > 0.0 and abs(push[0]) <= mu * push[1] and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale):
+    if not (
+        push[1] > 0.0
+        and abs(push[0]) <= mu * push[1]
+        and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale
+    ):
         across = np.insert(J, np.arange(1, len(J), 2), 0.0, axis=0)  # no motion across the plane
         approach = np.insert(speeds, np.arange(1, len(J), 2), 0.0).reshape(-1, 3)
-        solution = solve_friction(across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners)))
+        solution = solve_friction(
+            across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners))
+        )
         if not solution:
             raise StudyError(
-                "no impulse was found that obeys the laws of friction at a strike of the fall; take another --friction"
+                "no impulse was found that obeys the laws of friction at a strike of the fall; "
+                "take another --friction"
             )
         change = weight * (across.T @ solution[0].impulse.ravel())
     after = speeds + J @ change

@@ -1,4 +1,6 @@
-"""What measured landings say about unknowns: their values, errors before and after, drives and a scene with them."""
+"""What measured landings say about unknowns: their values, errors before and after, drives and a
+scene with them.
+"""
 
 import dataclasses
 import datetime
@@ -62,14 +64,27 @@ def identify_report(file: Path, study: Identification) -> Report:
 
 def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
     predictor = study.predictor
-    yield "table", f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} are used"
+    yield (
+        "table",
+        f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} are used",
+    )
     yield robot_line(predictor.robot)
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
-    yield "measured", f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}"
+    yield (
+        "measured",
+        f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}",
+    )
     used = {(column.key, column.time) for column in predictor.measured}
-    others = [f"{one.key} after {one.time:g} ms" if one.time else one.key for one in predictor.rows.measured]
-    others = [name for name, one in zip(others, predictor.rows.measured, strict=True) if (one.key, one.time) not in used]
+    others = [
+        f"{one.key} after {one.time:g} ms" if one.time else one.key
+        for one in predictor.rows.measured
+    ]
+    others = [
+        name
+        for name, one in zip(others, predictor.rows.measured, strict=True)
+        if (one.key, one.time) not in used
+    ]
     if others:
         yield "not used", few(others, 12, what=" columns")
     yield "in the table", ", ".join(predictor.rows.given)
@@ -77,22 +92,35 @@ def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
 
 
 def _unknowns(study: Identification) -> Sheet:
-    note = "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); minimum, maximum: the range"
+    note = (
+        "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); "
+        "minimum, maximum: the range"
+    )
     return sheet_of(study.table, "unknowns", [note])
 
 
 def _errors(study: Identification) -> Sheet:
     words = {
-        "before": "the scene as it is given", "after": "the values found", "left out": "the same, on landings left out",
+        "before": "the scene as it is given",
+        "after": "the values found",
+        "left out": "the same, on landings left out",
         "free impulse": "the best impulse at the contacts, whatever its law",
-    }  # fmt: skip
+    }
     rows = [(name, words[name], study.errors[name]) for name in ERRORS]
-    note = "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); no jump has the error 1"
-    return Sheet("error of the predicted jumps", ("error", "prediction with", "median [-]"), rows, [note])
+    note = (
+        "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm "
+        "√(ΔᵀHΔ); no jump has the error 1"
+    )
+    return Sheet(
+        "error of the predicted jumps", ("error", "prediction with", "median [-]"), rows, [note]
+    )
 
 
 def _landings(study: Identification) -> Sheet:
-    names, messages = study.predictor.rows.names, dict(study.predictor.rows.messages) | dict(study.messages)
+    names, messages = (
+        study.predictor.rows.names,
+        dict(study.predictor.rows.messages) | dict(study.messages),
+    )
     errors = {f"error {key} [-]": study.landing_errors[key] for key in ERRORS}
     why = [messages.get(i) for i in range(len(names))]
     return Sheet.of("landings", {"landing": list(map(str, names)), **errors, "message": why})
@@ -101,18 +129,29 @@ def _landings(study: Identification) -> Sheet:
 def _scans(study: Identification) -> Sheet:
     """The error over the range of each unknown, with the others as they were found."""
     scans = [(one.variation, study.scan(j)) for j, one in enumerate(study.unknowns)]
-    rows = [(one.subject, one.unit, float(x), float(y)) for one, scan in scans for x, y in zip(*scan, strict=True)]
+    rows = [
+        (one.subject, one.unit, float(x), float(y))
+        for one, scan in scans
+        for x, y in zip(*scan, strict=True)
+    ]
     return Sheet("error over each unknown", ("unknown", "unit", "value", "error"), rows)
 
 
 def _closing(study: Identification) -> Iterator[str]:
     if study.messages:
         yield f"without a prediction with these values: {count(len(study.messages), 'landing')}"
-        refused = causes((str(study.predictor.rows.names[i]), text) for i, text in study.messages.items())
+        refused = causes(
+            (str(study.predictor.rows.names[i]), text) for i, text in study.messages.items()
+        )
         yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
-    if links := [one.variation.subject for one in study.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
+    if links := [
+        one.variation.subject
+        for one in study.unknowns
+        if one.variation.kind in (*OF_A_LINK, "place")
+    ]:
         yield (
-            f"{listed(links)} belongs to the robot's file, not to a scene: change it there. shockpc compare ROBOT "
+            f"{listed(links)} belongs to the robot's file, not to a scene: change it there. "
+            f"shockpc compare ROBOT "
             "--change NAME=VALUE shows its effect"
         )
     if SCALE in study.values:
@@ -142,7 +181,9 @@ def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]
     kinds = {one.variation.kind for one in study.unknowns}
     if kinds & set(OF_DRIVES):
         files[DRIVES] = _drives_text(study, table)
-        joints = dataclasses.replace(scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={})
+        joints = dataclasses.replace(
+            scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={}
+        )
         scene = dataclasses.replace(scene, joints=joints)
     return files | {SCENE: scene_text(scene, folder)}
 
@@ -150,8 +191,8 @@ def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]
 def _share(unknown: Unknown) -> tuple[float, float]:
     """The ends of an inertia that was looked for, as shares of its value.
 
-    They are those of the 95 % interval, and not nearer than drives of one type agree; of what was not
-    identified those of the range in which it was looked for.
+    They are those of the 95 % interval, and not nearer than drives of one type agree; of what was
+    not identified those of the range in which it was looked for.
     """
     known = unknown.state == "identified"
     looked_for = unknown.variation.span or (unknown.value, unknown.value)
@@ -161,7 +202,8 @@ def _share(unknown: Unknown) -> tuple[float, float]:
 
 
 def _ends(model: JointModel, v: int, share: tuple[float, float] | None) -> list[float] | None:
-    """The ends of the inertia at a joint for a file of drives [kg m², kg]; None where it is exact or not known.
+    """The ends of the inertia at a joint for a file of drives [kg m², kg]; None where it is exact
+    or not known.
 
     Args:
         model: the drives.
@@ -176,17 +218,24 @@ def _ends(model: JointModel, v: int, share: tuple[float, float] | None) -> list[
 
 
 def _drives_text(study: Identification, table: str) -> str:
-    """All drives of the robot with the values that were found, and today's date as their source, as a file for --drives."""
+    """All drives of the robot with the values that were found, and today's date as their source, as
+    a file for --drives.
+    """
     day = datetime.date.today().isoformat()
     robot, joints = study.robot, study.scene.joints
-    model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
+    model = joint_model(
+        robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints
+    )
     sources: dict[str, str] = {}
     status: dict[str, dict[str, str]] = {}
     shares: dict[str, tuple[float, float]] = {}
     for one in study.unknowns:
         if one.variation.kind in OF_DRIVES:
             interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
-            text = f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: {one.value:.4g}{interval}"
+            text = (
+                f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: "
+                f"{one.value:.4g}{interval}"
+            )
             text += f", {one.state}" * (one.state != "identified")
             names = robot.match_joints(one.variation.target)
             sources |= dict.fromkeys(names, text)
@@ -204,12 +253,19 @@ def _drives_text(study: Identification, table: str) -> str:
         }
         values = {key: value for key, value in values.items() if value > 0.0}
         if per_turn := float(model.per_turn[v]):
-            values |= {"gear_ratio": 1.0 / abs(per_turn), "gear": "planetary" if per_turn > 0.0 else "harmonic"}
+            values |= {
+                "gear_ratio": 1.0 / abs(per_turn),
+                "gear": "planetary" if per_turn > 0.0 else "harmonic",
+            }
         ends = _ends(model, v, shares.get(name))
         if values.get("armature") and ends is not None:
             values["range"] = ends
         if values:
-            more = status.get(name, {}) | {"source": sources[name]} if name in sources else {"source": "of the scene"}
+            more = (
+                status.get(name, {}) | {"source": sources[name]}
+                if name in sources
+                else {"source": "of the scene"}
+            )
             drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
             drive["joint"].append(name)
     return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"

@@ -1,12 +1,13 @@
 """Runs that ask for values at points, side by side: what all of them ask for is computed together.
 
-A library's optimiser asks for one point at a time, and many rows cost an engine over arrays little more than one. So each run has a
-thread, which waits for its answer until every other run waits too or has ended; what is computed together does not depend on which
-thread is the first.
+A library's optimiser asks for one point at a time, and many rows cost an engine over arrays little
+more than one. So each run has a thread, which waits for its answer until every other run waits too
+or has ended; what is computed together does not depend on which thread is the first.
 
-Threads and what asks for them exchange messages only through `queue.SimpleQueue`, and are started by `_thread`. An interruption
-(Ctrl-C) may come after any call of Python code: inside `threading.Event`, `Future` or `Thread.start`, which are written in Python,
-it can leave a lock acquired, for which the threads then wait for ever.
+Threads and what asks for them exchange messages only through `queue.SimpleQueue`, and are started
+by `_thread`. An interruption (Ctrl-C) may come after any call of Python code: inside
+`threading.Event`, `Future` or `Thread.start`, which are written in Python, it can leave a lock
+acquired, for which the threads then wait for ever.
 """
 
 import _thread
@@ -22,7 +23,9 @@ from shockpc.core.spatial import Array
 T = TypeVar("T")
 
 
-def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: Callable[[Array], Sequence[Any]]) -> list[T]:
+def in_lockstep(
+    runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: Callable[[Array], Sequence[Any]]
+) -> list[T]:
     """What runs return.
 
     Args:
@@ -30,7 +33,8 @@ def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: 
         compute: gives for points (m, n) as many answers.
 
     Raises:
-        BaseException: what a run or the computation raised, or an interruption; the other runs end when they ask next.
+        BaseException: what a run or the computation raised, or an interruption; the other runs end
+            when they ask next.
     """
     results, errors = dict[int, T](), dict[int, BaseException]()
     messages, answers = SimpleQueue[tuple[int, Array | None]](), [SimpleQueue[Any]() for _ in runs]
@@ -55,7 +59,13 @@ def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: 
         asking = len(runs)
         while asking:
             # Every run that has not ended asks once, or ends.
-            points = dict(sorted((k, point) for k, point in [messages.get() for _ in range(asking)] if point is not None))
+            points = dict(
+                sorted(
+                    (k, point)
+                    for k, point in [messages.get() for _ in range(asking)]
+                    if point is not None
+                )
+            )
             if errors:
                 raise errors[min(errors)]
             if asking := len(points):

@@ -1,4 +1,6 @@
-"""The map of a number over joint and strike angle, with the bound and the limits of the robot's file."""
+"""The map of a number over joint and strike angle, with the bound and the limits of the robot's
+file.
+"""
 
 import itertools
 import math
@@ -39,36 +41,72 @@ def draw_limits(study: JointLimits) -> Figure:
     scale, unit = UNITS.get(study.unit, (1.0, study.unit))
     robot, foot = robot_name(study.profile.robot), printable(contact_name(study.profile), 60)
     figure = new_chart(
-        7.2, 4.6, f"{study.target.title[:1].upper()}{printable(study.target.title, 60)[1:]} of {robot} landing on {foot}"
+        7.2,
+        4.6,
+        f"{study.target.title[:1].upper()}{printable(study.target.title, 60)[1:]} of {robot} "
+        f"landing on {foot}",
     )
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
-    chosen = np.unique(np.linspace(0, len(study.scan.values) - 1, min(SAMPLES, len(study.scan.values))).astype(int))
+    chosen = np.unique(
+        np.linspace(0, len(study.scan.values) - 1, min(SAMPLES, len(study.scan.values))).astype(int)
+    )
     y, numbers = _map(study, chosen)
     x, numbers = scale * study.scan.values[chosen], numbers.T
     below, bound = study.bound.below, study.bound.value
     levels = [bound * share for share in (LEAST if below else SHARES)]
-    drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS[:: -1 if below else 1], extend="max", antialiased=False)
+    drawn = axes.contourf(
+        x,
+        y,
+        numbers,
+        levels=levels,
+        colors=COLOURS[:: -1 if below else 1],
+        extend="max",
+        antialiased=False,
+    )
     axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
     greatest = y[np.argmax(study.bound.violation(numbers), axis=0)]
-    axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
+    axes.plot(
+        x,
+        np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest),
+        ":",
+        color=INK,
+        linewidth=1.1,
+    )
     words = [f"dotted: strike with the {'minimum' if below else 'maximum'}"]
     ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
     for end, part in itertools.product(ends, (axes, strip)):
         part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
     if ends:
         words.append("dashed: limits in the file")
-    if study.range[0] <= study.present[0] <= study.range[1] and y[0] <= math.degrees(study.present[1]) <= y[-1]:
+    if (
+        study.range[0] <= study.present[0] <= study.range[1]
+        and y[0] <= math.degrees(study.present[1]) <= y[-1]
+    ):
         words.append("circle: the scene")
         axes.plot(
-            [scale * study.present[0]], [math.degrees(study.present[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK
+            [scale * study.present[0]],
+            [math.degrees(study.present[1])],
+            "o",
+            markersize=5.0,
+            color=PAPER,
+            markeredgecolor=INK,
         )
     for interval in study.limits[-1].allowed:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     strip.set(yticks=[], xlabel=f"{varied_text('+'.join(study.joints), unit)} [{unit}]")
-    strip.set_ylabel("allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5)
+    strip.set_ylabel(
+        "allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5
+    )
     bar = figure.colorbar(
-        drawn, ax=[axes, strip], drawedges=True, aspect=28, pad=0.02, format="%.3g", extendrect=True, extendfrac="auto"
+        drawn,
+        ax=[axes, strip],
+        drawedges=True,
+        aspect=28,
+        pad=0.02,
+        format="%.3g",
+        extendrect=True,
+        extendfrac="auto",
     )
     title = study.target.selection.quantity.title.partition(",")[0]
     label = SHOCK if study.target.shock else f"{title} [{study.target.unit}]"

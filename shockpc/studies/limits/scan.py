@@ -1,4 +1,6 @@
-"""A number on the rows of a sweep over one quantity and the strike angle, and where it crosses a bound."""
+"""A number on the rows of a sweep over one quantity and the strike angle, and where it crosses a
+bound.
+"""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -22,9 +24,14 @@ LEAST = 33
 """Values of a scan, at least."""
 
 HALVINGS = 8
-"""How often the step in which a number crosses the bound is halved; the crossing is then interpolated."""
+"""How often the step in which a number crosses the bound is halved; the crossing is then
+interpolated.
+"""
 
-UNDETERMINED = "the number does not exist in this posture, or is not determined, because contacts or loops are redundant"
+UNDETERMINED = (
+    "the number does not exist in this posture, or is not determined, because contacts or loops "
+    "are redundant"
+)
 
 Strikes = tuple[float, float]
 """Smallest and largest strike angle, equal for a single one [rad]."""
@@ -64,7 +71,8 @@ class Scan(NamedTuple):
         target: the number; of one that may be negative the magnitude.
         bound: of the number.
         scale: what a value is multiplied by for the unit of the sweep.
-        values: (n,) ascending [rad, m; unit of the variation]; they end where loops cannot be closed.
+        values: (n,) ascending [rad, m; unit of the variation]; they end where loops cannot be
+            closed.
         angles: (S,) strike angles, ascending [rad].
         numbers: (n, S); NaN without a result.
         allowed_by_ground: (n, S) whether flat ground allows the landing.
@@ -186,7 +194,9 @@ def scanned(
     rows = np.ravel_multi_index((np.arange(len(values)), scene_strike), shape)
     missing = np.isnan(numbers[:, scene_strike])
     uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
-    refused = {k: table.messages.get(int(rows[k]), UNDETERMINED) for k in np.flatnonzero(missing).tolist()}
+    refused = {
+        k: table.messages.get(int(rows[k]), UNDETERMINED) for k in np.flatnonzero(missing).tolist()
+    }
     kept = slice(None)
     if landing.loops and not missing.all():
         first, last = np.flatnonzero(~missing)[[0, -1]].tolist()

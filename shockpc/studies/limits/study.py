@@ -1,7 +1,8 @@
-"""Which values of a joint, or of what else varies, keep a number below a bound: the shock at a point, a torque, a friction.
+"""Which values of a joint, or of what else varies, keep a number below a bound: the shock at a
+point, a torque, a friction.
 
-It is a bound on the rows of a sweep over values and strike angles; the step in which a number crosses it is halved on rows of
-its own.
+It is a bound on the rows of a sweep over values and strike angles; the step in which a number
+crosses it is halved on rows of its own.
 """
 
 import functools
@@ -18,7 +19,16 @@ from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import ATTITUDE, COMPONENT, DRIVEN, OFFSET, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.variation import (
+    ATTITUDE,
+    COMPONENT,
+    DRIVEN,
+    OFFSET,
+    Variation,
+    kind_of,
+    motion_range,
+    variation,
+)
 from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
@@ -47,23 +57,32 @@ VALUE = "deg; m if prismatic"
 """Unit of a joint's values as they are typed."""
 
 STEP = {"rad": math.radians(0.1), "m": 1e-4}
-"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm. Of other variations it is a 200th of the range."""
+"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm.
+
+Of other variations it is a 200th of the range.
+"""
 
 MOST_POSTURES = 200_000
 """Largest number of postures of a scan."""
 
 PROBES = 64
-"""Postures of the range of a joint by which the number of landings that need a proof is estimated."""
+"""Postures of the range of a joint by which the number of landings that need a proof is estimated.
+"""
 
 MOST_PROOFS = 2000
-"""Number of proofs of a scan above which fewer postures and one strike are looked at; a proof takes 5 to 30 ms."""
+"""Number of proofs of a scan above which fewer postures and one strike are looked at; a proof takes
+5 to 30 ms.
+"""
 
 UNCHANGED = 1e-9
 """Share of a number by which rounding may change it."""
 
 NOT_LIMITED = {
     "strike-angle": "strike angles are what limits are found for; give their range with --strikes",
-    "contact": "contacts have names, which have no order; compute each landing, or compare them with shockpc sweep",
+    "contact": (
+        "contacts have names, which have no order; compute each landing, or compare them with "
+        "shockpc sweep"
+    ),
 }
 """What a sweep varies without being limited, and why."""
 
@@ -76,7 +95,8 @@ class Interval(NamedTuple):
     Attributes:
         low: smallest value [rad, m].
         high: largest value [rad, m].
-        low_end: what ends it there: the bound, the range of the study, or a loop that cannot be closed beyond.
+        low_end: what ends it there: the bound, the range of the study, or a loop that cannot be
+            closed beyond.
         high_end: the same at the largest value.
     """
 
@@ -91,9 +111,12 @@ class StrikeLimits(NamedTuple):
 
     Attributes:
         strikes: smallest and largest strike angle, equal for a single one [rad].
-        allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
-        feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
-        best: best number over the feasible values of the scan, of the worst of these strikes [its unit]; NaN if there is none.
+        allowed: values of the joint for which the number keeps the bound for each of these strikes,
+            ascending.
+        feasible: values of the scan, from the first to the last of each run, for which flat ground
+            allows all of these landings.
+        best: best number over the feasible values of the scan, of the worst of these strikes [its
+            unit]; NaN if there is none.
         best_at: where that is [rad, m].
     """
 
@@ -105,18 +128,26 @@ class StrikeLimits(NamedTuple):
 
     @property
     def pieces(self) -> list[tuple[float, float, str, str, bool]]:
-        """The allowed intervals, cut where flat ground begins or ceases to allow the landing, ascending [rad, m].
+        """The allowed intervals, cut where flat ground begins or ceases to allow the landing,
+        ascending [rad, m].
 
-        Returns: minimum and maximum, what ends the piece there ("ground" within an interval), whether flat ground allows it.
+        Returns: minimum and maximum, what ends the piece there ("ground" within an interval),
+        whether flat ground allows it.
         """
         pieces = list[tuple[float, float, str, str, bool]]()
         for low, high, low_end, high_end in self.allowed:
             runs = [(max(low, a), min(high, b)) for a, b in self.feasible if a <= high and b >= low]
             edges = [low, *(end for run in runs for end in run), high]
-            gaps = [(a, b, False) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b or not runs]
+            gaps = [
+                (a, b, False)
+                for a, b in zip(edges[::2], edges[1::2], strict=True)
+                if a < b or not runs
+            ]
             ends = {low: low_end} | ({high: high_end} if high > low else {})
             for a, b, feasible in sorted([*gaps, *((a, b, True) for a, b in runs)]):
-                pieces.append((a, b, ends.get(a, "ground"), high_end if b == high else "ground", feasible))
+                pieces.append(
+                    (a, b, ends.get(a, "ground"), high_end if b == high else "ground", feasible)
+                )
         return pieces
 
     @property
@@ -132,17 +163,20 @@ class JointLimits:
     Attributes:
         profile: the landing in the scene's posture.
         target: the number.
-        joints: the joints that are moved, all to the same value; or the subject of another variation.
+        joints: the joints that are moved, all to the same value; or the subject of another
+            variation.
         of_joints: whether joints vary, and nothing else.
         unit: of that value, "rad" or "m", or that of the variation.
         bound: of the number, in its unit.
         range: smallest and largest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
-        present: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
+        present: the value, NaN where there is none, and the strike angle of the scene [rad, m;
+            rad].
         strikes: smallest and largest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
-        limits: at the scene's strike angle, at others one by one, and last at all strike angles of the range.
+        limits: at the scene's strike angle, at others one by one, and last at all strike angles of
+            the range.
         ends: the limits with all drives at the smallest inertias that what is known allows, and at
             the largest, or why there are none; empty where all are known exactly, or vary.
     """
@@ -166,12 +200,16 @@ class JointLimits:
 
     @property
     def worst(self) -> tuple[Array, Array]:
-        """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
+        """The worst number (n,) of every posture over the range of strike angles, and the strike
+        angle (n,) of it [rad].
+        """
         return self.scan.worst(self.strikes)
 
     def moves(self, other: "JointLimits") -> bool:
         """Whether other limits differ by more than 1 degree, 1 cm, or 1 % of the range."""
-        most = {"rad": math.radians(1.0), "m": 0.01}.get(self.unit, MOVED * (self.range[1] - self.range[0]))
+        most = {"rad": math.radians(1.0), "m": 0.01}.get(
+            self.unit, MOVED * (self.range[1] - self.range[0])
+        )
         for one, another in zip(self.limits, other.limits, strict=True):
             here, there = np.array(one.usable).ravel(), np.array(another.usable).ravel()
             if len(here) != len(there) or np.any(np.abs(here - there) > most):
@@ -194,7 +232,8 @@ class JointLimits:
 
     @property
     def table(self) -> Table:
-        """At each strike angle, and over the range, a row for each interval of values that keep the bound, without ends if none do.
+        """At each strike angle, and over the range, a row for each interval of values that keep the
+        bound, without ends if none do.
 
         An end is that of the bound, of the range, of a loop, or of what the ground allows.
         """
@@ -203,16 +242,27 @@ class JointLimits:
         rows = (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,))
         return Table.of_rows(("strike from [deg]", "strike to [deg]", *ends), rows)
 
-    def _row(self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None) -> tuple[float | str | None, ...]:
+    def _row(
+        self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None
+    ) -> tuple[float | str | None, ...]:
         strikes = map(in_degrees, one.strikes)
         if piece is None:
             return (*strikes, *(None,) * 5)
         low, high, low_end, high_end, feasible = piece
-        return (*strikes, self.shown(low), self.shown(high), low_end, high_end, "yes" if feasible else "no")
+        return (
+            *strikes,
+            self.shown(low),
+            self.shown(high),
+            low_end,
+            high_end,
+            "yes" if feasible else "no",
+        )
 
     @functools.cached_property
     def unchanged(self) -> bool:
-        """Whether the number does not depend on the value at any of the strike angles, but for rounding."""
+        """Whether the number does not depend on the value at any of the strike angles, but for
+        rounding.
+        """
         numbers = self.scan.numbers[~np.isnan(self.scan.numbers).any(axis=1)]
         if len(numbers) < 2 or np.isinf(numbers).any():
             return False
@@ -225,12 +275,17 @@ def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     turns = {**ATTITUDE, **COMPONENT}.get(kind) == "deg" or (
         kind == "joint" and robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic"
     )
-    return given | {name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if turns and name in given}
+    return given | {
+        name: np.radians(given[name]).tolist()
+        for name in ("joint_range", "step")
+        if turns and name in given
+    }
 
 
 @study(
     "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1",
-    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot --max 0.6",
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot "
+    "--max 0.6",
     typed=_typed,
     reads="scene",
     passed=("target",),
@@ -240,7 +295,8 @@ def limits(
     joint: Annotated[
         str,
         Option(
-            "The joint; all joints that match a glob have the same value. With --range also another name that sweep varies.",
+            "The joint; all joints that match a glob have the same value. With --range also "
+            "another name that sweep varies.",
             "Question",
             "JOINT",
         ),
@@ -248,16 +304,33 @@ def limits(
     target: str | Point,
     max: Annotated[
         float | None,
-        Option("The largest value allowed, of the number or of its magnitude, in its unit.", "Question", "VALUE", above=0.0),
+        Option(
+            "The largest value allowed, of the number or of its magnitude, in its unit.",
+            "Question",
+            "VALUE",
+            above=0.0,
+        ),
     ] = None,
     *,
     min: Annotated[
         float | None,
-        Option("The smallest value allowed, of a number that is worse when smaller: a margin.", "Question", "VALUE", above=0.0),
+        Option(
+            "The smallest value allowed, of a number that is worse when smaller: a margin.",
+            "Question",
+            "VALUE",
+            above=0.0,
+        ),
     ] = None,
     joint_range: Annotated[
         tuple[float, float] | None,
-        Option("Values to look at.", "Question", "LOW:HIGH", "range", VALUE, default="the joint's limits, at most a turn"),
+        Option(
+            "Values to look at.",
+            "Question",
+            "LOW:HIGH",
+            "range",
+            VALUE,
+            default="the joint's limits, at most a turn",
+        ),
     ] = None,
     strikes: Annotated[
         tuple[float, float] | None,
@@ -276,20 +349,24 @@ def limits(
             "Question",
             "STEP",
             unit=VALUE,
-            default="0.1 deg or 0.0001 m, 20 times that where many landings need a proof; of others a 200th of the range",
+            default=(
+                "0.1 deg or 0.0001 m, 20 times that where many landings need a proof; of others a "
+                "200th of the range"
+            ),
         ),
     ] = None,
     robot: Robot | None = None,
 ) -> JointLimits:
     """Find the values of a joint that keep a number at or below a bound, or at or above one.
 
-    The strike angle turns the part of the velocity that is in the plane; after a fall from a drop height its vertical component
-    stays. The part out of the plane, and what else moves before the impact, stays as it is.
+    The strike angle turns the part of the velocity that is in the plane; after a fall from a drop
+    height its vertical component stays. The part out of the plane, and what else moves before the
+    impact, stays as it is.
 
     Args:
         scene: the landing; the joint's value is not used, except that loops are followed from it.
-        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with friction if the
-            scene has it.
+        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with
+            friction if the scene has it.
         robot: the scene's robot, if it is loaded already.
 
     Raises:
@@ -317,8 +394,14 @@ def limits(
     targets = _targets(angle, *angles)
     scan = scanned(landing, joint, number, bound, values, scale, targets)
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
-        raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
-    ends: tuple[Stop, Stop] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
+        raise SolveError(
+            f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: "
+            f"{scan.unreachable[0][2]}"
+        )
+    ends: tuple[Stop, Stop] = (
+        "range" if scan.values[0] <= low else "loop",
+        "range" if scan.values[-1] >= high else "loop",
+    )
     modelled = JointLimits(
         profile=profile,
         target=number,
@@ -336,7 +419,17 @@ def limits(
     )
 
     def at_end(scenes: dict[str, Scene]) -> JointLimits:
-        return limits(scenes[""], joint, target, max, min=min, joint_range=(low, high), strikes=angles, step=step, robot=robot)
+        return limits(
+            scenes[""],
+            joint,
+            target,
+            max,
+            min=min,
+            joint_range=(low, high),
+            strikes=angles,
+            step=step,
+            robot=robot,
+        )
 
     if varied.kind in DRIVEN:
         return modelled
@@ -349,20 +442,32 @@ def _bound(most: float | None, least: float | None) -> Bound:
         return Bound(most, below=False)
     if least is not None and most is None:
         return Bound(least, below=True)
-    raise StudyError("one bound is needed: max for the largest value that is allowed, or min for the smallest")
+    raise StudyError(
+        "one bound is needed: max for the largest value that is allowed, or min for the smallest"
+    )
 
 
-def _refuse_senseless(landing: PosedLanding, number: Column, bound: Bound, joints: tuple[Joint, ...]) -> None:
-    """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike angle turns."""
+def _refuse_senseless(
+    landing: PosedLanding, number: Column, bound: Bound, joints: tuple[Joint, ...]
+) -> None:
+    """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike
+    angle turns.
+    """
     worse = number.selection.quantity.worse
     if worse == ("greater" if bound.below else "less"):
-        raise StudyError(f"the {worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}")
+        raise StudyError(
+            f"the {worse} value of {number.name} is the worse one; bound it by "
+            f"{'max' if bound.below else 'min'}"
+        )
     if joints and landing.loops and landing.before.joint_rates.any():
-        raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
+        raise StudyError(
+            "how fast joints of a loop move depends on the posture; leave the joint velocities out"
+        )
     in_plane = landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)
     if not landing.plane.level and not np.linalg.norm(in_plane) > 0.0:
         raise StudyError(
-            "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
+            "the robot's velocity has no part in the plane that a strike angle could turn; give "
+            "another plane or velocity"
         )
 
 
@@ -387,25 +492,33 @@ def _is_dear(
     low, high, finest = values
     angles = 1 if strikes is not None and strikes[0] == strikes[1] else ANGLES
     rows = (high - low) / finest * angles
-    return rows * _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES)) > MOST_PROOFS
+    return (
+        rows * _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
+        > MOST_PROOFS
+    )
 
 
 def _values(low: float, high: float, step: float, unit: str) -> Array:
     """The values (n,) of a scan, ascending, at most a step apart."""
     if not step > 0.0 or (high - low) / step > MOST_POSTURES:
         raise StudyError(
-            f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
+            f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is "
+            f"not possible; "
             f"give one above zero that makes at most {MOST_POSTURES} postures"
         )
     steps = math.ceil((high - low) / step - 1e-9)
     return np.linspace(low, high, int(np.maximum(LEAST, steps + 1)))
 
 
-def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> float:
-    """The share of postures that need a proof, which takes a thousand times as long as double precision.
+def _share_to_prove(
+    landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array
+) -> float:
+    """The share of postures that need a proof, which takes a thousand times as long as double
+    precision.
 
     Args:
-        landing: the scene's; the only posture that is looked at if it has loops, or no joint varies.
+        landing: the scene's; the only posture that is looked at if it has loops, or no joint
+            varies.
         target: the number.
         joints: those that vary.
         values: (m,) of each of them.
@@ -414,36 +527,55 @@ def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, 
     if joints and not landing.loops:
         Q = np.repeat(Q, len(values), axis=0)
         set_many(landing.robot, [(joint, values) for joint in joints], Q)
-    needed = columns(landing, Q, np.tile(landing.before.velocity, (len(Q), 1, 1)), (target,), trusted=ILL_CONDITIONED)[2]
+    needed = columns(
+        landing,
+        Q,
+        np.tile(landing.before.velocity, (len(Q), 1, 1)),
+        (target,),
+        trusted=ILL_CONDITIONED,
+    )[2]
     return float(needed.mean())
 
 
 def _varied(
     robot: Robot, subject: str, given: tuple[float, float] | None
 ) -> tuple[Variation, tuple[Joint, ...], tuple[float, float]]:
-    """What varies, its joints, and the range that is looked at [rad, m; the unit of another variation]."""
+    """What varies, its joints, and the range that is looked at [rad, m; the unit of another
+    variation].
+    """
     kind, pattern = kind_of(robot, subject)
     if kind in NOT_LIMITED:
         raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind]}")
     joints = settable_joints(robot, pattern, StudyError) if kind == "joint" else ()
-    low, high = given if given is not None else motion_range(joints) if joints else (math.nan, math.nan)
+    low, high = (
+        given if given is not None else motion_range(joints) if joints else (math.nan, math.nan)
+    )
     unit = joints[0].unit if joints else ""
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         what = "without limits in the file" if joints else "not given"
         if given is not None or math.isfinite(low + high):
             what = f"from {_value(low, unit)} to {_value(high, unit)}"
         subject_text = f'joint "{subject}"' if joints else subject
-        raise StudyError(f"the range of {subject_text} is {what}; give its minimum and maximum with --range LOW:HIGH")
-    scale = math.degrees(1.0) if unit == "rad" or {**ATTITUDE, **COMPONENT}.get(kind) == "deg" else 1.0
+        raise StudyError(
+            f"the range of {subject_text} is {what}; give its minimum and maximum with --range "
+            f"LOW:HIGH"
+        )
+    scale = (
+        math.degrees(1.0) if unit == "rad" or {**ATTITUDE, **COMPONENT}.get(kind) == "deg" else 1.0
+    )
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 
 
 def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
-    return max((one.limits[0] for one in joints), default=-math.inf), min((one.limits[1] for one in joints), default=math.inf)
+    return max((one.limits[0] for one in joints), default=-math.inf), min(
+        (one.limits[1] for one in joints), default=math.inf
+    )
 
 
 def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """The strikes for which limits are found: the scene's, others one by one, and last all of the range [rad]."""
+    """The strikes for which limits are found: the scene's, others one by one, and last all of the
+    range [rad].
+    """
     step = math.radians(STRIKE_ANGLE_STEP)
     inside = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     # Angles that differ by the rounding of degrees are one.
@@ -452,8 +584,13 @@ def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float]
     return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
 
 
-def _limits(scan: Scan, ends: tuple[Stop, Stop], targets: Sequence[Strikes]) -> Iterator[StrikeLimits]:
-    """The intervals that keep the bound, for each of some ranges of strikes. Args: ends, what ends the scan."""
+def _limits(
+    scan: Scan, ends: tuple[Stop, Stop], targets: Sequence[Strikes]
+) -> Iterator[StrikeLimits]:
+    """The intervals that keep the bound, for each of some ranges of strikes.
+
+    Args: ends, what ends the scan.
+    """
     x = scan.values
     for strikes, roots in zip(targets, scan.crossings(targets), strict=True):
         number, _ = scan.worst(strikes)
@@ -464,10 +601,16 @@ def _limits(scan: Scan, ends: tuple[Stop, Stop], targets: Sequence[Strikes]) -> 
         if beyond[-1] <= 0.0:
             edges.append((float(x[-1]), ends[1]))
         pairs = zip(edges[::2], edges[1::2], strict=True)
-        allowed = tuple(Interval(low, high, low_end, high_end) for (low, low_end), (high, high_end) in pairs)
+        allowed = tuple(
+            Interval(low, high, low_end, high_end) for (low, low_end), (high, high_end) in pairs
+        )
         feasible = scan.feasible_runs(strikes)
         k = int(np.argmin(np.where(within(x, feasible), beyond, np.inf)))
-        best, best_at = (float(number[k]), float(x[k])) if feasible and np.isfinite(number[k]) else (math.nan, math.nan)
+        best, best_at = (
+            (float(number[k]), float(x[k]))
+            if feasible and np.isfinite(number[k])
+            else (math.nan, math.nan)
+        )
         yield StrikeLimits(strikes, allowed, feasible, best, best_at)
 
 
@@ -479,7 +622,8 @@ def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[floa
     most = math.radians(STEEPEST) * (1.0 + 1e-12)
     if not -most <= low <= high <= most:
         raise StudyError(
-            f"strike angles from {_value(low, 'rad')} to {_value(high, 'rad')} are not a range of landings; "
+            f"strike angles from {_value(low, 'rad')} to {_value(high, 'rad')} are not a range of "
+            f"landings; "
             f"give the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
         )
     return low, high
@@ -487,5 +631,7 @@ def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[floa
 
 def _value(value: float, unit: str) -> str:
     degrees = round(math.degrees(value), 12) + 0.0
-    text = {"rad": f"{round(degrees, 2) or degrees:g}°", "m": f"{1e3 * value:.4g} mm"}.get(unit, f"{value:g} {unit}".rstrip(" -"))
+    text = {"rad": f"{round(degrees, 2) or degrees:g}°", "m": f"{1e3 * value:.4g} mm"}.get(
+        unit, f"{value:g} {unit}".rstrip(" -")
+    )
     return text.replace("-", "−")

@@ -1,9 +1,10 @@
 """The best places in a region that need not be convex: best-first search over convex cells.
 
-Every cell has a lower bound: first that of a tangent, then that of its cone program. The cell with the lowest bound comes first, so
-that the optimum of the first solved cell is the optimum of the region. Where a place is not allowed, because it lies inside another
-shape of the body or too near to a place found before, its cell is divided along the faces of that convex set; what remains outside
-is convex again. A surface of a hundred thousand triangles needs a few dozen programs.
+Every cell has a lower bound: first that of a tangent, then that of its cone program. The cell with
+the lowest bound comes first, so that the optimum of the first solved cell is the optimum of the
+region. Where a place is not allowed, because it lies inside another shape of the body or too near
+to a place found before, its cell is divided along the faces of that convex set; what remains
+outside is convex again. A surface of a hundred thousand triangles needs a few dozen programs.
 """
 
 import heapq
@@ -18,7 +19,9 @@ from shockpc.studies.place.cone import ConvexCell, Optimum, least_shock
 from shockpc.studies.place.field import Fields
 
 INSIDE = 1e-7
-"""Depth inside a set, above which a place is not allowed [m]; cone programs leave their half-spaces by less."""
+"""Depth inside a set, above which a place is not allowed [m]; cone programs leave their half-spaces
+by less.
+"""
 
 
 def box(low: Array, high: Array) -> HalfSpaces:
@@ -27,23 +30,29 @@ def box(low: Array, high: Array) -> HalfSpaces:
 
 
 def best_places(
-    fields: Fields, cells: Sequence[ConvexCell], outside: Sequence[HalfSpaces] = (), apart: float = 0.0
+    fields: Fields,
+    cells: Sequence[ConvexCell],
+    outside: Sequence[HalfSpaces] = (),
+    apart: float = 0.0,
 ) -> Iterator[Optimum]:
-    """The best place of a region, then the next best ones; each with the proof that no other place is better.
+    """The best place of a region, then the next best ones; each with the proof that no other place
+    is better.
 
     Args:
         fields: shock over the body.
         cells: convex sets that make up the region together.
         outside: convex sets whose inside does not belong to the region.
-        apart: distance along at least one axis of the body's frame that each place keeps from those before [m].
+        apart: distance along at least one axis of the body's frame that each place keeps from those
+            before [m].
 
-    Returns: places in the order of what they are compared by. The bound of each is that of the region without what is near to the
-        places before.
+    Returns: places in the order of what they are compared by. The bound of each is that of the
+        region without what is near to the places before.
     """
     forbidden = list(outside)
     number = itertools.count()
     queue: list[tuple[float, int, ConvexCell, Optimum | None]] = [
-        (bound, next(number), cell, None) for bound, cell in zip(first_bounds(fields, cells), cells, strict=True)
+        (bound, next(number), cell, None)
+        for bound, cell in zip(first_bounds(fields, cells), cells, strict=True)
     ]
     heapq.heapify(queue)
     while queue:
@@ -73,7 +82,13 @@ def first_bounds(fields: Fields, cells: Sequence[ConvexCell]) -> list[float]:
     points = np.concatenate([cell.points for cell in cells])
     middles = np.add.reduceat(points, start) / counts[:, None]
     values, slopes = fields.tangents(middles)
-    steps = np.sum((points - np.repeat(middles, counts, axis=0)) * np.repeat(slopes, counts, axis=0), axis=1)
+    steps = np.sum(
+        (points - np.repeat(middles, counts, axis=0)) * np.repeat(slopes, counts, axis=0), axis=1
+    )
     rounding = np.array([cell.rounding for cell in cells])
-    bounds = values + np.minimum.reduceat(steps, start) - np.linalg.norm(np.einsum("ni,nij->nj", slopes, rounding), axis=1)
+    bounds = (
+        values
+        + np.minimum.reduceat(steps, start)
+        - np.linalg.norm(np.einsum("ni,nij->nj", slopes, rounding), axis=1)
+    )
     return [float(bound) for bound in np.maximum(bounds, 0.0)]

@@ -1,7 +1,7 @@
 """Shock over a body for several landings, and the number that a place is compared by.
 
-For each landing, the shock at a point r of a body is the norm of an affine function of r: |c + A r|. Therefore their largest and
-their weighted mean are convex functions of r.
+For each landing, the shock at a point r of a body is the norm of an affine function of r: |c + A
+r|. Therefore their largest and their weighted mean are convex functions of r.
 """
 
 import math
@@ -21,8 +21,10 @@ class Fields(NamedTuple):
     Attributes:
         c: (L, 3) Δv / v_in at the origin of the body's frame [1].
         A: (L, 3, 3) its derivative by the point [1/m].
-        weights: (L,) of the landings, with sum 1, if places are compared by the weighted mean; None for the largest shock.
-        limit: where places are compared by the weighted mean, the largest shock that they may have in any landing [1].
+        weights: (L,) of the landings, with sum 1, if places are compared by the weighted mean; None
+            for the largest shock.
+        limit: where places are compared by the weighted mean, the largest shock that they may have
+            in any landing [1].
     """
 
     c: Array
@@ -33,7 +35,9 @@ class Fields(NamedTuple):
     def of(self, landings: list[int]) -> "Fields":
         """The same for some of the landings; weights stay as they are."""
         return self._replace(
-            c=self.c[landings], A=self.A[landings], weights=None if self.weights is None else self.weights[landings]
+            c=self.c[landings],
+            A=self.A[landings],
+            weights=None if self.weights is None else self.weights[landings],
         )
 
     def vectors(self, points: Array) -> Array:
@@ -45,16 +49,22 @@ class Fields(NamedTuple):
         return np.asarray(np.linalg.norm(self.vectors(points), axis=-1))
 
     def combined(self, shocks: Array) -> Array:
-        """The number that places are compared by (...), from the shocks (..., L): the largest, or the weighted mean."""
+        """The number that places are compared by (...), from the shocks (..., L): the largest, or
+        the weighted mean.
+        """
         return np.asarray(shocks.max(axis=-1) if self.weights is None else shocks @ self.weights)
 
     def at(self, points: Array) -> Array:
         """The number that places are compared by, at points (n, 3) [m]."""
-        parts = [self.combined(self.shocks(points[k : k + CHUNK])) for k in range(0, len(points), CHUNK)]
+        parts = [
+            self.combined(self.shocks(points[k : k + CHUNK])) for k in range(0, len(points), CHUNK)
+        ]
         return np.concatenate([np.zeros(0), *parts])
 
     def tangents(self, points: Array) -> tuple[Array, Array]:
-        """Value (n,) and a gradient (n, 3) at points (n, 3): the function nowhere lies below this tangent, because it is convex."""
+        """Value (n,) and a gradient (n, 3) at points (n, 3): the function nowhere lies below this
+        tangent, because it is convex.
+        """
         values, gradients = [np.zeros(0)], [np.zeros((0, 3))]
         for k in range(0, len(points), CHUNK):
             vectors = self.vectors(points[k : k + CHUNK])
@@ -70,7 +80,9 @@ class Fields(NamedTuple):
         return np.concatenate(values), np.concatenate(gradients)
 
 
-def fields_of(delta_omega: Array, delta_v: Array, v_in: Array, weights: Array | None = None) -> Fields:
+def fields_of(
+    delta_omega: Array, delta_v: Array, v_in: Array, weights: Array | None = None
+) -> Fields:
     """Shock over a body from its jumps.
 
     Args:

@@ -1,8 +1,10 @@
-"""Several sensors, of which in each landing the one with the smallest shock is used: which landings belong to which sensor.
+"""Several sensors, of which in each landing the one with the smallest shock is used: which landings
+belong to which sensor.
 
-Branch and bound over assignments of landings to sensors. The best place for some of the landings is a bound for every assignment in
-which they share a sensor. A node whose places already serve the landings that it does not assign is optimal; otherwise the landing
-that they serve worst is given to each of the sensors in turn. Few landings limit the result, so that few nodes are needed.
+Branch and bound over assignments of landings to sensors. The best place for some of the landings is
+a bound for every assignment in which they share a sensor. A node whose places already serve the
+landings that it does not assign is optimal; otherwise the landing that they serve worst is given to
+each of the sensors in turn. Few landings limit the result, so that few nodes are needed.
 """
 
 import heapq
@@ -60,13 +62,19 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
         return shocks.min(axis=0), shocks.argmin(axis=0)
 
     weights = fields.weights
-    single = np.zeros(len(fields.c)) if weights is None else np.array([optimum(frozenset([k])).bound for k in everything])
+    single = (
+        np.zeros(len(fields.c))
+        if weights is None
+        else np.array([optimum(frozenset([k])).bound for k in everything])
+    )
 
     def bound_of(node: tuple[frozenset[int], ...]) -> float:
         bounds = [optimum(one).bound for one in node if one]
         if weights is None:
             return max(bounds)
-        return float(sum(bounds) + sum(single[k] for k in everything if not any(k in one for one in node)))
+        return float(
+            sum(bounds) + sum(single[k] for k in everything if not any(k in one for one in node))
+        )
 
     first = max(everything, key=lambda k: (optimum(frozenset([k])).bound, -k))
     root = (frozenset([first]), *[frozenset[int]()] * (count - 1))
@@ -80,14 +88,20 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
         bound = min(bound, value)
         least, _ = served(node)
         improved = node
-        while (improved_value := float(fields.combined(served(improved)[0]))) < value - ACCURACY / 2.0:
+        while (
+            improved_value := float(fields.combined(served(improved)[0]))
+        ) < value - ACCURACY / 2.0:
             value, chosen = improved_value, places(improved)
             which = served(improved)[1]
-            improved = tuple(frozenset(np.flatnonzero(which == k).tolist()) for k in range(len(places(improved))))
+            improved = tuple(
+                frozenset(np.flatnonzero(which == k).tolist()) for k in range(len(places(improved)))
+            )
         open_ = [k for k in everything if not any(k in one for one in node)]
         if value <= bound + ACCURACY or not open_ or nodes == NODES:
             return SensorGroup(tuple(chosen), value, bound, nodes)
-        worst = max(open_, key=lambda k: least[k] if weights is None else weights[k] * least[k] - single[k])
+        worst = max(
+            open_, key=lambda k: least[k] if weights is None else weights[k] * least[k] - single[k]
+        )
         for k in range(next((k for k, one in enumerate(node) if not one), count - 1) + 1):
             child = tuple(one | {worst} if i == k else one for i, one in enumerate(node))
             heapq.heappush(queue, (max(bound, bound_of(child)), next(number), child))

@@ -13,7 +13,12 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground, with_default_landings
+from shockpc.evaluation.source import (
+    common_robot,
+    named_scenes,
+    refuse_ground,
+    with_default_landings,
+)
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -41,13 +46,17 @@ ALTERNATIVES = 2
 """Default of their number."""
 
 EQUAL_SHARE = 1.0 - 1e-6
-"""Share of the largest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
+"""Share of the largest shock from which others are equal to it, of which the first is named;
+rounding makes them differ.
+"""
 
 
 EQUAL = 0.01
-"""By how much more than the smallest the largest shock at a place may be, as a share of it, for the mean over landings to decide.
+"""By how much more than the smallest the largest shock at a place may be, as a share of it, for the
+mean over landings to decide.
 
-On all level feet a robot rotates little, so that many places are nearly equal; the landings on some of them tell these apart."""
+On all level feet a robot rotates little, so that many places are nearly equal; the landings on some
+of them tell these apart."""
 
 
 class Margin(NamedTuple):
@@ -55,7 +64,8 @@ class Margin(NamedTuple):
 
     Attributes:
         peak_g: (3,) largest peak acceleration along each of its axes, in multiples of gravity.
-        left: (3,) share of the range that is left along each axis, below zero where it saturates [1]; None without a range.
+        left: (3,) share of the range that is left along each axis, below zero where it saturates
+            [1]; None without a range.
     """
 
     peak_g: Array
@@ -66,11 +76,14 @@ class SensorPlace(NamedTuple):
     """A place on the body and the shock that it sees; all numbers are proven ones.
 
     Attributes:
-        name: of the sensor or point that is there today; "best", "2nd" and so on, or for several "sensor 1" and so on.
+        name: of the sensor or point that is there today; "best", "2nd" and so on, or for several
+            "sensor 1" and so on.
         position: (3,) in the body's frame [m].
         shocks: (L,) in each landing [1].
-        combined: the number by which places are compared: the largest of them, or the weighted mean [1].
-        delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those of the body [m/s].
+        combined: the number by which places are compared: the largest of them, or the weighted mean
+            [1].
+        delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those
+            of the body [m/s].
         bound: no allowed place has less than this [1]; None for what is there today.
         margin: for the pulse of the scenes; None without one.
     """
@@ -96,12 +109,13 @@ class PlaceStudy:
         profiles: their results.
         fields: shock over the body, and the number by which places are compared.
         today: the body's sensors, and the points that the scenes name.
-        places: the best place and its alternatives, or the places of several sensors that belong together; fewer than `count`
-            where these already see as little as so many can.
+        places: the best place and its alternatives, or the places of several sensors that belong
+            together; fewer than `count` where these already see as little as so many can.
         count: number of sensors that belong together.
-        combined: the number by which places are compared, at the best; of several sensors the minimum shock in each landing [1].
-        least: the minimum such number in the region; of landings on feet that are level and on some of them, the best place is that
-            of the smallest mean among those within 1 % of it [1].
+        combined: the number by which places are compared, at the best; of several sensors the
+            minimum shock in each landing [1].
+        least: the minimum such number in the region; of landings on feet that are level and on some
+            of them, the best place is that of the smallest mean among those within 1 % of it [1].
         bound: nothing in the region is below this [1].
         assigned: (L,) for several sensors, which of them has the smallest shock in each landing.
         apart: distance of the alternatives along at least one axis [m].
@@ -131,23 +145,38 @@ class PlaceStudy:
 
     @property
     def weights(self) -> Array | None:
-        """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the largest shock."""
+        """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None
+        for the largest shock.
+        """
         return self.fields.weights
 
     @property
     def table(self) -> Table:
-        """A row for each present sensor, for each place found, and for all of these together if there are several sensors."""
-        entries = [(one.name, one.position, one.combined, one.shocks) for one in (*self.today, *self.places)]
+        """A row for each present sensor, for each place found, and for all of these together if
+        there are several sensors.
+        """
+        entries = [
+            (one.name, one.position, one.combined, one.shocks)
+            for one in (*self.today, *self.places)
+        ]
         if self.count > 1:
             together = np.stack([one.shocks for one in self.places]).min(axis=0)
             entries.append(("together", np.full(3, np.nan), self.combined, together))
         mean = self.weights is not None
         rows = (
-            (name, *at, *([combined] * mean), shocks.max(), self.landings[(shocks >= EQUAL_SHARE * shocks.max()).argmax()])
+            (
+                name,
+                *at,
+                *([combined] * mean),
+                shocks.max(),
+                self.landings[(shocks >= EQUAL_SHARE * shocks.max()).argmax()],
+            )
             for name, at, combined, shocks in entries
         )
         means = ["weighted mean [-]"] * mean
-        return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "maximum shock [-]", "in landing"), rows)
+        return Table.of_rows(
+            ("place", "x [m]", "y [m]", "z [m]", *means, "maximum shock [-]", "in landing"), rows
+        )
 
     @property
     def gap(self) -> float:
@@ -175,10 +204,13 @@ class PlaceStudy:
 @study(
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
-        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "Without --contact the landings are those on all level feet together, on each edge of "
+        "their support, and on each "
         "foot. Places are compared by the maximum shock over all "
-        "landings. The optimum over the body is exact up to the stated gap; the shock at the places is proven. "
-        "--pulse (or --imu-bandwidth) with --range-g also gives the unused range of a sensor along each axis."
+        "landings. The optimum over the body is exact up to the stated gap; the shock at the "
+        "places is proven. "
+        "--pulse (or --imu-bandwidth) with --range-g also gives the unused range of a sensor along "
+        "each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
     without=(
@@ -204,8 +236,10 @@ def place(
     vary: Annotated[
         Vary,
         Option(
-            "Repeat each landing with these values, a:b:n or a,b,c, of strike-angle [deg], speed [m/s], base-pitch [deg], "
-            "joints by name or glob [deg; m if prismatic], and other names of a landing that sweep varies.",
+            "Repeat each landing with these values, a:b:n or a,b,c, of strike-angle [deg], speed "
+            "[m/s], base-pitch [deg], "
+            "joints by name or glob [deg; m if prismatic], and other names of a landing that sweep "
+            "varies.",
             "Landings",
             "NAME=VALUES",
             holds="varied",
@@ -214,7 +248,8 @@ def place(
     weights: Annotated[
         Mapping[str, float] | None,
         Option(
-            "Weight of the landings with this name or glob; others weigh 1. Places are then compared by the weighted mean "
+            "Weight of the landings with this name or glob; others weigh 1. Places are then "
+            "compared by the weighted mean "
             "over the landings instead of the maximum shock.",
             "Landings",
             "LANDING=WEIGHT",
@@ -223,7 +258,12 @@ def place(
     ] = None,
     body: Annotated[
         str | None,
-        Option("The body, or a link or site fixed to it, by name or glob.", "Where a sensor may be", "BODY", default="base"),
+        Option(
+            "The body, or a link or site fixed to it, by name or glob.",
+            "Where a sensor may be",
+            "BODY",
+            default="base",
+        ),
     ] = None,
     within: Annotated[
         Box | None,
@@ -237,7 +277,11 @@ def place(
         ),
     ] = None,
     surface: Annotated[
-        bool, Option("Only on the surface of its visual geometry (within the box, if one is given).", "Where a sensor may be")
+        bool,
+        Option(
+            "Only on the surface of its visual geometry (within the box, if one is given).",
+            "Where a sensor may be",
+        ),
     ] = False,
     count: Annotated[
         int,
@@ -252,7 +296,8 @@ def place(
     alternatives: Annotated[
         int | None,
         Option(
-            "Number of further places of one sensor, each the best at a tenth of the region's size from those before.",
+            "Number of further places of one sensor, each the best at a tenth of the region's size "
+            "from those before.",
             "Sensors",
             "N",
             least=0.0,
@@ -264,27 +309,37 @@ def place(
 ) -> PlaceStudy:
     """Find where on a body a sensor has the smallest shock.
 
-    The largest shock over the landings (or its weighted mean) is a convex function of the place, so that its minimum over each
-    convex piece of the body is a second-order cone program; bounds tell which piece is the best. The shock at the places found, and
-    at the present sensors, is then taken from the enclosures of the exact solutions.
+    The largest shock over the landings (or its weighted mean) is a convex function of the place, so
+    that its minimum over each convex piece of the body is a second-order cone program; bounds tell
+    which piece is the best. The shock at the places found, and at the present sensors, is then
+    taken from the enclosures of the exact solutions.
 
     Args:
         landings: one landing, or landings of one robot by name.
-        robot: is taken for every landing instead of the scenes'; for a robot that was changed after it was loaded.
-        progress: is called with the number of landings; what it returns with the name of each when it is computed.
+        robot: is taken for every landing instead of the scenes'; for a robot that was changed after
+            it was loaded.
+        progress: is called with the number of landings; what it returns with the name of each when
+            it is computed.
 
     Raises:
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
     if count > 1 and alternatives is not None:
-        raise StudyError(f"alternatives are places of one sensor, and {count} sensors are asked for; leave one of the two out")
+        raise StudyError(
+            f"alternatives are places of one sensor, and {count} sensors are asked for; leave one "
+            f"of the two out"
+        )
     alternatives = ALTERNATIVES if alternatives is None else alternatives
     named = named_scenes(landings)
     robot = robot or common_robot(named)
     named = with_default_landings(named, robot)
     if varied := pairs(vary):
-        named = {label: case for name, scene in named.items() for label, case in scene_grid(name, scene, robot, varied).items()}
+        named = {
+            label: case
+            for name, scene in named.items()
+            for label, case in scene_grid(name, scene, robot, varied).items()
+        }
     scenes = list(named.values())
     for scene in scenes:
         refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
@@ -301,10 +356,20 @@ def place(
         np.array([profile.v_in for profile in computed]),
         None if weights is None else _weights(names, named, weights),
     )
-    optima, least, bound = _optima(fields, region, count, alternatives, apart, weights is None and _nested(computed))
-    titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
+    optima, least, bound = _optima(
+        fields, region, count, alternatives, apart, weights is None and _nested(computed)
+    )
+    titles = (
+        [f"sensor {k + 1}" for k in range(len(optima))]
+        if count > 1
+        else [_rank(k) for k in range(len(optima))]
+    )
     new = tuple(
-        Point(frame=robot.bodies[i].name, offset=(float(one.place[0]), float(one.place[1]), float(one.place[2]))) for one in optima
+        Point(
+            frame=robot.bodies[i].name,
+            offset=(float(one.place[0]), float(one.place[1]), float(one.place[2])),
+        )
+        for one in optima
     )
     today = [place for place in point_places(robot, _asked(scenes)) if place.body == i]
     every = [*today, *(point_place(robot, point) for point in new)]
@@ -321,7 +386,9 @@ def place(
             bound=None if k < len(today) else optima[k - len(today)].bound,
             margin=_margin(delta_v[k], computed),
         )
-        for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
+        for k, (name, place) in enumerate(
+            zip([*(place.name for place in today), *titles], every, strict=True)
+        )
     ]
     modelled = PlaceStudy(
         robot=robot,
@@ -361,16 +428,24 @@ def _profiles(
     landings: Mapping[str, Scene], robot: Robot, progress: Callable[[str], None]
 ) -> tuple[dict[str, ShockProfile], tuple[tuple[str, ShockError], ...]]:
     """The landings' results by name, and those that could not be computed."""
-    results = proven({name: (scene, robot) for name, scene in landings.items()}, None, done=progress)
-    failures = [(name, result) for name, result in results.items() if isinstance(result, ShockError)]
+    results = proven(
+        {name: (scene, robot) for name, scene in landings.items()}, None, done=progress
+    )
+    failures = [
+        (name, result) for name, result in results.items() if isinstance(result, ShockError)
+    ]
     if len(failures) == len(results):
         raise failures[0][1]
-    profiles = {name: result for name, result in results.items() if isinstance(result, ShockProfile)}
+    profiles = {
+        name: result for name, result in results.items() if isinstance(result, ShockProfile)
+    }
     return profiles, tuple(failures)
 
 
 def _jump(profile: ShockProfile, body: int) -> Array:
-    """The jump (6,) of a body, angular part first, body coordinates; with friction where a contact slides."""
+    """The jump (6,) of a body, angular part first, body coordinates; with friction where a contact
+    slides.
+    """
     friction = profile.friction
     if friction is None or friction.impact is None:
         return np.concatenate([profile.delta_omega[body], profile.delta_v[body]])
@@ -378,10 +453,16 @@ def _jump(profile: ShockProfile, body: int) -> Array:
 
 
 def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str, float]) -> Array:
-    """The weights of the landings that were computed, with sum 1. Args: given, by name or glob of any landing."""
+    """The weights of the landings that were computed, with sum 1.
+
+    Args: given, by name or glob of any landing.
+    """
     by_name = dict.fromkeys(landings, 1.0)
     for pattern, weight in given.items():
-        by_name |= dict.fromkeys(match(pattern, by_name, "landing", "", "leave out --weight; the table names them"), weight)
+        by_name |= dict.fromkeys(
+            match(pattern, by_name, "landing", "", "leave out --weight; the table names them"),
+            weight,
+        )
     weights = np.array([by_name[name] for name in names])
     if not (np.all(weights >= 0.0) and 0.0 < weights.sum() < math.inf):
         raise StudyError("weights of landings have to be finite, not negative, and not all zero")
@@ -391,18 +472,28 @@ def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str
 def _optima(
     fields: Fields, region: Region, count: int, alternatives: int, apart: float, by_mean: bool
 ) -> tuple[list[Optimum], float, float]:
-    """The places, the smallest number found and its bound. Args: by_mean, whether the mean decides among nearly equal places."""
+    """The places, the smallest number found and its bound.
+
+    Args: by_mean, whether the mean decides among nearly equal places.
+    """
     outside = list(region.outside)
 
     def ranked(some: Fields, number: int) -> list[Optimum]:
         optima = list(itertools.islice(best_places(some, region.cells, outside, apart), number))
         if not optima and len(outside) == len(region.outside):
-            raise StudyError(f"there is no place {region.text}: all of it is inside other shapes of the body, or outside the box")
+            raise StudyError(
+                f"there is no place {region.text}: all of it is inside other shapes of the body, "
+                f"or outside the box"
+            )
         return optima
 
     if count > 1:
         group = best_group(fields, min(count, len(fields.c)), lambda some: ranked(some, 1)[0])
-        return [Optimum(one, math.nan, group.bound) for one in group.places], group.value, group.bound
+        return (
+            [Optimum(one, math.nan, group.bound) for one in group.places],
+            group.value,
+            group.bound,
+        )
     optima = ranked(fields, 1 if by_mean else 1 + alternatives)
     first, places = optima[0], list[Optimum]()
     if not by_mean or first.value <= ACCURACY:
@@ -418,7 +509,9 @@ def _optima(
 
 
 def _nested(profiles: Iterable[ShockProfile]) -> bool:
-    """Whether one of the landings is on some of the contacts of another, as those of feet that are level."""
+    """Whether one of the landings is on some of the contacts of another, as those of feet that are
+    level.
+    """
     contacts = [{contact.frame for contact in profile.scene.contact} for profile in profiles]
     return any(one < other for one in contacts for other in contacts)
 
@@ -427,14 +520,23 @@ def _asked(scenes: list[Scene]) -> tuple[Point, ...]:
     return tuple(dict.fromkeys(point for scene in scenes for point in scene.point))
 
 
-def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[Point, ...]) -> tuple[Array, Array]:
-    """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact solutions."""
+def _proven(
+    profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[Point, ...]
+) -> tuple[Array, Array]:
+    """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact
+    solutions.
+    """
     columns = []
     for profile in profiles:
         scene = profile.landing.scene
-        extended = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
+        extended = replace(
+            scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new)))
+        )
         at = replace(profile, landing=replace(profile.landing, scene=extended))
-        names, end = [point.name for point in at.landing.points], "" if scene.friction is None else "_friction"
+        names, end = (
+            [point.name for point in at.landing.points],
+            "" if scene.friction is None else "_friction",
+        )
         numbers = [at.value(f"{key}{end}", "point") for key in ("shock", "delta_v")]
         columns.append([[values[names.index(place.name)] for place in every] for values in numbers])
     shocks, delta_v = zip(*columns, strict=True)
@@ -442,11 +544,18 @@ def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[P
 
 
 def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None:
-    """What the scenes' pulses and bandwidths mean for the axes of a sensor; None if a scene has neither."""
-    scales = np.array([peak_of(pulse_of(profile.scene), scene_low_pass(profile.scene)) for profile in profiles])
+    """What the scenes' pulses and bandwidths mean for the axes of a sensor; None if a scene has
+    neither.
+    """
+    scales = np.array(
+        [peak_of(pulse_of(profile.scene), scene_low_pass(profile.scene)) for profile in profiles]
+    )
     if np.isnan(scales).any():
         if any(profile.scene.range_g is not None for profile in profiles):
-            raise StudyError("a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, or a bandwidth")
+            raise StudyError(
+                "a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, or a "
+                "bandwidth"
+            )
         return None
     peaks = delta_v * (scales / GRAVITY)[:, None]
     ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]

@@ -10,13 +10,16 @@ from shockpc.cli.options import OutputOptions
         'shockpc quantities "joint*"',
     ),
     more=(
-        "KEY names a quantity in JSON, budgets, sweeps and comparisons; KIND.KEY where several kinds of place have it. A vector "
+        "KEY names a quantity in JSON, budgets, sweeps and comparisons; KIND.KEY where several "
+        "kinds of place have it. A vector "
         "stands for its length; its components are KEY.x, KEY.y and KEY.z."
     ),
 )
 def quantities(
     *,
-    pattern: str | None = argument("Only those of this key or kind, or whose key or kind matches this glob.", "[PATTERN]"),
+    pattern: str | None = argument(
+        "Only those of this key or kind, or whose key or kind matches this glob.", "[PATTERN]"
+    ),
     output: OutputOptions,
 ) -> None:
     from shockpc.cli.output import emit

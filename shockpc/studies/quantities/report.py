@@ -1,4 +1,6 @@
-"""The table of quantities: key, kind of place, unit, title, which change is worse, and when a value is missing."""
+"""The table of quantities: key, kind of place, unit, title, which change is worse, and when a value
+is missing.
+"""
 
 from shockpc.quantities.selection import QUANTITIES
 from shockpc.show.report import Report

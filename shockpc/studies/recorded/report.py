@@ -1,4 +1,6 @@
-"""The landings of a table: ranges of every quantity, the landings themselves, and measured jumps against predicted ones."""
+"""The landings of a table: ranges of every quantity, the landings themselves, and measured jumps
+against predicted ones.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -24,12 +26,17 @@ MESSAGES = 5
 """Different messages of rows that could not be computed that are shown."""
 
 MEASURED_NOTES = (
-    "r: correlation; slope: of the regression of measured on predicted jumps; error: median over the landings of "
-    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, which weighs velocities of all "
-    "units by their kinetic energy; those that were not measured have the smallest one that is possible",
-    "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
+    "r: correlation; slope: of the regression of measured on predicted jumps; error: median over "
+    "the landings of "
+    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, "
+    "which weighs velocities of all "
+    "units by their kinetic energy; those that were not measured have the smallest one that is "
+    "possible",
+    "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean "
+    "of the other landings; "
     "below 0 is worse than these",
-    "n: number of landings that were both measured and predicted; low, high: 95 % interval, by drawing landings with "
+    "n: number of landings that were both measured and predicted; low, high: 95 % interval, by "
+    "drawing landings with "
     f"replacement; with fewer than {FEWEST} landings there is neither an interval nor r",
     "gravity and the drives act between the two measurements, but are not in the prediction",
 )
@@ -70,10 +77,18 @@ def recorded_report(
             )
             yield agreement_sheet(validation, full)
         yield _extents(landings, results)
-        yield Picture("recorded", "distributions of the results", "studies.recorded.figure:draw_recorded", (landings, results))
+        yield Picture(
+            "recorded",
+            "distributions of the results",
+            "studies.recorded.figure:draw_recorded",
+            (landings, results),
+        )
         yield _shown_rows(landings, results, order, rank).largest(None if full else ROWS, "landing")
 
-    sheets = {"landings": lambda: _rows(landings, results, order), "quantities": lambda: _extents(landings, results)}
+    sheets = {
+        "landings": lambda: _rows(landings, results, order),
+        "quantities": lambda: _extents(landings, results),
+    }
     if validation is not None:
         sheets["measured"] = lambda: agreement_sheet(validation, full=True)
     return Report(
@@ -103,12 +118,20 @@ def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
     yield robot_line(study.robot)
     yield "in the table", ", ".join(rows.given)
     yield "of the scene", ", ".join(rows.missing) or "nothing"
-    contacts = dict.fromkeys(" + ".join(contact.frame for contact in landing.scene.contact) for landing in study.resolved)
+    contacts = dict.fromkeys(
+        " + ".join(contact.frame for contact in landing.scene.contact) for landing in study.resolved
+    )
     yield "contact", few(list(contacts), 4, what=" sets of contacts")
     if (mu := rows.friction[~np.isnan(rows.friction)]).size:
         extent = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
-        yield "friction", f"{extent}{'; what was measured is compared with the motion with friction' * bool(rows.measured)}"
-    yield "joint model", f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name]
+        yield (
+            "friction",
+            f"{extent}{'; what was measured is compared with the motion with friction' * bool(rows.measured)}",
+        )
+    yield (
+        "joint model",
+        f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name],
+    )
 
 
 def _extents(landings: RecordedLandings, results: Table) -> Sheet:
@@ -117,48 +140,96 @@ def _extents(landings: RecordedLandings, results: Table) -> Sheet:
         values = results.columns[column.name]
         known, worst = values[np.isfinite(values)], results.worst(1, column)
         extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
-        rows.append((column.name, column.unit, *extent, str(landings.table.names[worst[0]]) if worst else None))
+        rows.append(
+            (
+                column.name,
+                column.unit,
+                *extent,
+                str(landings.table.names[worst[0]]) if worst else None,
+            )
+        )
     percentile = Column("percentile_95", "95 %")
-    return Sheet("quantities", ("quantity", "unit", "minimum", "median", percentile, "maximum", "worst in landing"), rows)
+    return Sheet(
+        "quantities",
+        ("quantity", "unit", "minimum", "median", percentile, "maximum", "worst in landing"),
+        rows,
+    )
 
 
 def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Sheet:
     """A row for every landing."""
     units, labels = results.units, study.table.labels
-    columns = {**labels, **{name: values for name, values in results.columns.items() if name not in labels}}
-    header = [Column("landing", "landing"), *(Column(name, name, units.get(name, "")) for name in columns if name != "name")]
+    columns = {
+        **labels,
+        **{name: values for name, values in results.columns.items() if name not in labels},
+    }
+    header = [
+        Column("landing", "landing"),
+        *(Column(name, name, units.get(name, "")) for name in columns if name != "name"),
+    ]
     cells = [columns["name"], *(values for name, values in columns.items() if name != "name")]
     rows = [(*(values[i].item() for values in cells), results.messages.get(i)) for i in order]
     return Sheet("landings", [*header, "message"], rows)
 
 
-def _shown_rows(study: RecordedLandings, results: Table, order: Sequence[int], rank: Computed | None) -> Sheet:
+def _shown_rows(
+    study: RecordedLandings, results: Table, order: Sequence[int], rank: Computed | None
+) -> Sheet:
     """The same with the columns that people read."""
     labels = ["landing" if name == "name" else name for name in study.table.labels]
     if len(set(study.table.labels["contact"].tolist())) == 1:
         labels.remove("contact")  # as the header says
-    names = (*labels, *(column.name for column in _shown(results)), *["message"] * bool(results.messages))
+    names = (
+        *labels,
+        *(column.name for column in _shown(results)),
+        *["message"] * bool(results.messages),
+    )
     title = "landings" if rank is None else f"landings, ranked by {rank.name}"
     return _rows(study, results, order).only(*names)._replace(title=title)
 
 
 def _shown(results: Table) -> list[Computed]:
     """The columns that people read: what was asked for, and the energy made if there is some."""
-    return [column for column in results.computed if column in results.main or (results.columns[column.name] > 0.0).any()]
+    return [
+        column
+        for column in results.computed
+        if column in results.main or (results.columns[column.name] > 0.0).any()
+    ]
 
 
 def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
-    """How well measured and predicted jumps agree. Args: full, whether single quantities are listed besides their groups."""
+    """How well measured and predicted jumps agree.
+
+    Args: full, whether single quantities are listed besides their groups.
+    """
     rows: list[Row] = []
     for one in validation.agreements:
         if full or one.group:
-            named = one.model, None if one.time is None else 1e-3 * one.time, one.name, one.unit, one.n
+            named = (
+                one.model,
+                None if one.time is None else 1e-3 * one.time,
+                one.name,
+                one.unit,
+                one.n,
+            )
             rows += [(*named, key, *one.statistics[key]) for key in STATISTICS]
-    header = ("joint model", "after [ms]", "quantity", "unit", "n", "statistic", "value", "low", "high")
+    header = (
+        "joint model",
+        "after [ms]",
+        "quantity",
+        "unit",
+        "n",
+        "statistic",
+        "value",
+        "low",
+        "high",
+    )
     return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)
 
 
-def _closing(study: RecordedLandings, results: Table, validation: Validation | None) -> Iterator[str]:
+def _closing(
+    study: RecordedLandings, results: Table, validation: Validation | None
+) -> Iterator[str]:
     columns = results.columns
     if study.closes and not np.isnan(columns[CLOSED_BY]).all():
         by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
@@ -168,16 +239,28 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
         yield from without_value((column.name, column.selection.quantity) for column in empty)
     if study.first.scene.contact_stiffness is not None:
         yield LEFT_OUT
-    compared = columns["double_error"][~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])]
+    compared = columns["double_error"][
+        ~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])
+    ]
     number = compared.size if any(column.shock for column in results.computed) else 0
-    yield from proof_lines(int(np.sum(columns["proven"])), number, compared.max(initial=0.0), results.computed)
+    yield from proof_lines(
+        int(np.sum(columns["proven"])), number, compared.max(initial=0.0), results.computed
+    )
     computed = np.array([i not in results.messages for i in range(study.rows)])
     for column in results.computed:
-        if 0 < (missing := int(np.sum(np.isnan(columns[column.name]) & computed))) < np.sum(computed):
+        if (
+            0
+            < (missing := int(np.sum(np.isnan(columns[column.name]) & computed)))
+            < np.sum(computed)
+        ):
             why = column.selection.quantity.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
     refused = [(str(study.table.names[i]), text) for i, text in results.messages.items()]
-    failures = [(f"{row} ({model})", text) for model, row, text in validation.failures] if validation else []
+    failures = (
+        [(f"{row} ({model})", text) for model, row, text in validation.failures]
+        if validation
+        else []
+    )
     for what, messages in (("computed", refused), ("predicted", failures)):
         if messages:
             yield f"not {what}: {count(len(messages), 'landing')}"
@@ -185,20 +268,32 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
 
 
 def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
-    """A warning of rows that are no landings, because restitution would make energy; with friction they are those that slide."""
-    (made,) = (results.columns[column.name] for column in results.computed if column.selection.quantity.role == "gain")
-    made = np.where(np.isnan(study.table.friction) | (not study.by_friction), np.nan_to_num(made), 0.0)
+    """A warning of rows that are no landings, because restitution would make energy; with friction
+    they are those that slide.
+    """
+    (made,) = (
+        results.columns[column.name]
+        for column in results.computed
+        if column.selection.quantity.role == "gain"
+    )
+    made = np.where(
+        np.isnan(study.table.friction) | (not study.by_friction), np.nan_to_num(made), 0.0
+    )
     if n := int(np.sum(made > 0.0)):
         most, name = float(made.max()), study.table.names[int(made.argmax())]
         yield (
-            f"warning: the impact would make kinetic energy in {n} of {count(study.rows, 'landing')}, which is not feasible, at "
-            f"most {most:.3g} J in landing {name}; take less restitution, one for all contacts, or --restitution-along directions"
+            f"warning: the impact would make kinetic energy in {n} of "
+            f"{count(study.rows, 'landing')}, which is not feasible, at "
+            f"most {most:.3g} J in landing {name}; take less restitution, one for all contacts, or "
+            f"--restitution-along directions"
         )
 
 
 def _warnings(landings: RecordedLandings) -> Iterator[str]:
     yield from (f"warning: {text}" for text in landings.table.warnings)
-    yield from (f"warning: {warning}" for warning in landings.first.warnings if warning.kind == "scene")
+    yield from (
+        f"warning: {warning}" for warning in landings.first.warnings if warning.kind == "scene"
+    )
     for joint in landings.robot.single_joints:
         low, high = joint.limits
         if joint.name in landings.table.joints and joint.kind in ("revolute", "prismatic"):

@@ -1,4 +1,6 @@
-"""Measured jumps against predicted ones: how well they agree, with bootstrap intervals over the landings."""
+"""Measured jumps against predicted ones: how well they agree, with bootstrap intervals over the
+landings.
+"""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -15,8 +17,20 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_of
 from shockpc.quantities.selection import select
-from shockpc.recordings.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
-from shockpc.recordings.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
+from shockpc.recordings.landings import (
+    RecordedLandings,
+    recorded_landings,
+    robot_of_table,
+    rows_of_table,
+)
+from shockpc.recordings.prediction import (
+    base_in_world,
+    coordinate,
+    energy_norms,
+    mobilities,
+    predicted_later,
+    predicting,
+)
 from shockpc.recordings.rows import Measured, RecordedRows
 from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
@@ -26,19 +40,22 @@ DRAWS, SEED = 2000, 0
 """Of the bootstrap."""
 
 FEWEST = 10
-"""Landings below which chance makes correlations, and draws repeat too few landings for intervals."""
+"""Landings below which chance makes correlations, and draws repeat too few landings for intervals.
+"""
 
 DRAWN_TOGETHER = 10**6
 """Numbers of the samples that are drawn at once."""
 
 EQUAL = 1e-12
-"""Deviation from their mean, relative to their size, below which values are equal up to rounding."""
+"""Deviation from their mean, relative to their size, below which values are equal up to rounding.
+"""
 
 STATISTICS = ("r", "slope", "error", "error (energy)", "skill", "skill (mean)")
 """Names of the statistics."""
 
 ALL = "all velocities"
-"""The group of all velocities, which have different units: it has only an error in the energy norm."""
+"""The group of all velocities, which have different units: it has only an error in the energy norm.
+"""
 
 INTERVAL = (2.5, 97.5)
 """Percentiles of its intervals."""
@@ -48,19 +65,22 @@ class Agreement(NamedTuple):
     """How well the prediction of a joint model agrees with what was measured.
 
     Attributes:
-        model: name of the joint model; of the prediction on contacts of finite stiffness with that stiffness.
+        model: name of the joint model; of the prediction on contacts of finite stiffness with that
+            stiffness.
         time: after the touchdown [ms]; None where no time is given.
         name: of the quantity, or of the group of quantities of one unit, which are taken together.
         unit: of the values.
         group: whether it is a group, which may have only one quantity.
         measured: (n, k) jumps of k quantities in n landings; NaN where one was not measured.
         predicted: (n, k) the same, predicted.
-        statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than `FEWEST` landings there is neither
-            an interval nor "r". "r" is the correlation, "slope" that of the regression of measured on predicted; "error" the median
-            over the landings of ‖predicted − measured‖ / ‖measured‖,
-            "error (energy)" that in the norm √(ΔᵀHΔ) of the landing's inertia H, which needs no choice of units (velocities that
-            were not measured are those that minimise it); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
-            prediction of no jump; "skill (mean)" the same against the mean of the other landings.
+        statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than
+            `FEWEST` landings there is neither an interval nor "r". "r" is the correlation, "slope"
+            that of the regression of measured on predicted; "error" the median over the landings of
+            ‖predicted − measured‖ / ‖measured‖, "error (energy)" that in the norm √(ΔᵀHΔ) of the
+            landing's inertia H, which needs no choice of units (velocities that were not measured
+            are those that minimise it); "skill" 1 − Σ(predicted − measured)² / Σ measured², against
+            the prediction of no jump; "skill (mean)" the same against the mean of the other
+            landings.
         n: number of landings that were measured and predicted, of which the statistics are.
     """
 
@@ -89,15 +109,21 @@ class Validation(NamedTuple):
 
 @study(
     "shockpc recorded log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
-    "shockpc recorded log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out recorded/",
+    "shockpc recorded log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank "
+    "peak_g@imu_link --out recorded/",
     more=(
         "A row is a touchdown (CSV, Parquet, NPZ). Columns: joint positions JOINT or "
-        "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
-        "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), stance (feet that stand, A+B), "
-        "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity does not follow from the robot's motion (else empty), friction, "
-        "name, time. _deg at the end of a name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity "
+        "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch "
+        "yaw, x y z, velocity vx vy vz "
+        "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), "
+        "stance (feet that stand, A+B), "
+        "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity does not follow from the robot's "
+        "motion (else empty), friction, "
+        "name, time. _deg at the end of a name means degrees. Arrays qpos and qvel are MuJoCo's, "
+        "name, position and velocity "
         "ROS's. What the table lacks is taken from the scene. "
-        "Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
+        "Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are "
+        "compared with the prediction."
     ),
 )
 def recorded(
@@ -108,12 +134,19 @@ def recorded(
     robot: Robot | None = None,
     rename: RenameOption = None,
     rank: Annotated[
-        str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]", holds="quantity")
+        str | None,
+        Option(
+            "Order the landings by a quantity, the worst first.",
+            "Table",
+            "KEY[@PLACE]",
+            holds="quantity",
+        ),
     ] = None,
     prove: Annotated[
         int,
         Option(
-            "Number of landings that are also solved exactly, as a check, besides those that need it.",
+            "Number of landings that are also solved exactly, as a check, besides those that need "
+            "it.",
             "How it is computed",
             "N",
             least=0.0,
@@ -121,15 +154,18 @@ def recorded(
         ),
     ] = 20,
 ) -> Evaluation[RecordedLandings]:
-    """The landings of a recorded table, checked; computed part by part as the result is iterated over, or at once by `table`.
+    """The landings of a recorded table, checked; computed part by part as the result is iterated
+    over, or at once by `table`.
 
     Args:
-        table: a CSV, Parquet or NPZ file, or its columns by name, such as the table of `touchdowns`; as `rows_of` takes them.
+        table: a CSV, Parquet or NPZ file, or its columns by name, such as the table of
+            `touchdowns`; as `rows_of` takes them.
         scene: gives what the table does not; without contacts every row has to name its own.
         robot: the scene's robot, if it is loaded already.
 
     Raises:
-        ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
+        ShockError: the table cannot be read, a column names nothing in the robot, or the scene
+            cannot be resolved.
     """
     columns, scene = columns_of(table), scene_of(scene)
     robot = robot or robot_of_table(columns, scene)
@@ -139,19 +175,26 @@ def recorded(
     return evaluation
 
 
-def refuse_unused(scene: Scene, rows: RecordedRows, evaluation: Evaluation[RecordedLandings]) -> None:
-    """Refuse a friction or a contact stiffness of a scene on which nothing depends that is computed, or compared with a table's.
+def refuse_unused(
+    scene: Scene, rows: RecordedRows, evaluation: Evaluation[RecordedLandings]
+) -> None:
+    """Refuse a friction or a contact stiffness of a scene on which nothing depends that is
+    computed, or compared with a table's.
 
     Args:
         scene: gives what the table does not.
-        rows: of the table; what was measured is compared with the jumps with friction, and at times after contact with those on
-            contacts of finite stiffness.
+        rows: of the table; what was measured is compared with the jumps with friction, and at times
+            after contact with those on contacts of finite stiffness.
         evaluation: what is computed of them.
 
     Raises:
         StudyError: the scene gives one.
     """
-    compared = rows.measured if scene.contact_stiffness is None else [one for one in rows.measured if one.time is not None]
+    compared = (
+        rows.measured
+        if scene.contact_stiffness is None
+        else [one for one in rows.measured if one.time is not None]
+    )
     if not compared:
         refuse_unused_ground(scene, (column.selection for column in evaluation.computed))
 
@@ -164,9 +207,9 @@ def compare_measured(
 ) -> Validation:
     """Compare what a table measured with the predictions of several joint models.
 
-    These are the jumps of the impulse model, with friction where the scene or the rows have one; where the scene has a contact
-    stiffness, also the changes of the velocities of the motion on contacts and springs of finite stiffness until the time after
-    contact that the column names.
+    These are the jumps of the impulse model, with friction where the scene or the rows have one;
+    where the scene has a contact stiffness, also the changes of the velocities of the motion on
+    contacts and springs of finite stiffness until the time after contact that the column names.
 
     Args:
         columns: of a table by name, with some that begin with after_.
@@ -175,23 +218,36 @@ def compare_measured(
         rename: other names for columns, as for `rows_of`.
 
     Raises:
-        ShockError: as for `rows_of`; the table measured nothing, or with friction a quantity that does not exist with it.
+        ShockError: as for `rows_of`; the table measured nothing, or with friction a quantity that
+            does not exist with it.
     """
     agreements: list[Agreement] = []
     failures: list[tuple[str, str, str]] = []
     for model, scene in scenes.items():
         rows = rows_of_table(columns, scene, robot, rename)
         if not rows.measured:
-            raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
+            raise StudyError(
+                "the table has no column of what was measured after the impact, such as "
+                "after_JOINT or after_vz"
+            )
         study = RecordedLandings(robot, rows, by_friction=True)
         by_key = predicting(study, friction=not np.isnan(rows.friction).all())
         results = (
-            Evaluation(study, tuple({column.name: column for column in by_key.values()}.values()), prove=0)
+            Evaluation(
+                study, tuple({column.name: column for column in by_key.values()}.values()), prove=0
+            )
             .table()
             .without_defects()
         )
         jumps = base_in_world(study, by_key, results.columns)
-        predictions = [(model, rows.measured, [jumps[column.key] for column in rows.measured], results.messages)]
+        predictions = [
+            (
+                model,
+                rows.measured,
+                [jumps[column.key] for column in rows.measured],
+                results.messages,
+            )
+        ]
         timed = tuple(column for column in rows.measured if column.time)
         if scene.contact_stiffness is not None and timed:
             name = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
@@ -203,7 +259,9 @@ def compare_measured(
     return Validation(tuple(agreements), tuple(failures))
 
 
-def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, W: Array) -> list[Agreement]:
+def _agreements(
+    model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, W: Array
+) -> list[Agreement]:
     """Of every group, then of every quantity, at each time.
 
     Args:
@@ -218,33 +276,56 @@ def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Ar
     coordinates = np.array([coordinate(column, robot) for column in measured])
 
     def agreement(name: str, columns: Sequence[int], group: bool) -> Agreement:
-        truth, guess = (np.stack([values[k] for k in columns], axis=1) for values in ([m.jump for m in measured], predicted))
+        truth, guess = (
+            np.stack([values[k] for k in columns], axis=1)
+            for values in ([m.jump for m in measured], predicted)
+        )
         first, members = measured[columns[0]], coordinates[columns]
-        unit = "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
+        unit = (
+            "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
+        )
         known = np.isfinite(guess).all(axis=1) & np.isfinite(truth).any(axis=1)
-        mobile, y, x, ratio = W[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
+        mobile, y, x, ratio = (
+            W[known],
+            truth[known],
+            guess[known],
+            np.full(int(known.sum()), np.nan),
+        )
         if members.min() >= 0:
             with np.errstate(invalid="ignore", divide="ignore"):
                 ratio = energy_norms(mobile, members, x - y) / energy_norms(mobile, members, y)
         statistics = _statistics(y, x, ratio)
         if name == ALL:
-            statistics = {key: x if key == "error (energy)" else (np.nan,) * 3 for key, x in statistics.items()}
-        return Agreement(model, first.time, name, unit, group, truth, guess, statistics, int(known.sum()))
+            statistics = {
+                key: x if key == "error (energy)" else (np.nan,) * 3
+                for key, x in statistics.items()
+            }
+        return Agreement(
+            model, first.time, name, unit, group, truth, guess, statistics, int(known.sum())
+        )
 
     for time, group in dict.fromkeys((column.time, column.group) for column in measured):
-        members = [k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)]
-        alone = len(members) == 1 and not measured[members[0]].unit  # a component of a vector has its own name then
+        members = [
+            k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)
+        ]
+        # a component of a vector has its own name then
+        alone = len(members) == 1 and not measured[members[0]].unit
         groups.append(agreement(measured[members[0]].name if alone else group, members, True))
         quantities += [agreement(measured[k].name, [k], False) for k in members if len(members) > 1]
     for time in dict.fromkeys(column.time for column in measured):
-        members = [k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0]
+        members = [
+            k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0
+        ]
         if len({measured[k].group for k in members}) > 1:
             groups.append(agreement(ALL, members, True))
     return groups + quantities
 
 
-def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, tuple[float, float, float]]:
-    """The statistics of `Agreement`, with intervals: landings are drawn with replacement, each with all of its quantities.
+def _statistics(
+    measured: Array, predicted: Array, energy: Array
+) -> dict[str, tuple[float, float, float]]:
+    """The statistics of `Agreement`, with intervals: landings are drawn with replacement, each with
+    all of its quantities.
 
     Args:
         measured: (n, k) jumps.
@@ -263,7 +344,11 @@ def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, t
     values = np.concatenate(samples, axis=1)
     statistics = {}
     for name, (value, *drawn) in zip(STATISTICS, values.tolist(), strict=True):
-        interval = np.nanpercentile(drawn, INTERVAL).tolist() if drawn and np.isfinite(value) else (np.nan, np.nan)
+        interval = (
+            np.nanpercentile(drawn, INTERVAL).tolist()
+            if drawn and np.isfinite(value)
+            else (np.nan, np.nan)
+        )
         statistics[name] = (value, *interval)
     if n < FEWEST:
         statistics["r"] = (np.nan,) * 3
@@ -271,30 +356,43 @@ def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, t
 
 
 def _of_samples(measured: Array, predicted: Array, energy: Array, draws: np.ndarray) -> Array:
-    """The statistics (6, m), as `STATISTICS`, of draws (m, n) of landings by number; NaN where one has no meaning.
+    """The statistics (6, m), as `STATISTICS`, of draws (m, n) of landings by number; NaN where one
+    has no meaning.
 
-    The mean of the other landings is over those of the draw that are no copy of the landing: a copy foretells it.
+    The mean of the other landings is over those of the draw that are no copy of the landing: a copy
+    foretells it.
     """
-    copies = np.array([np.bincount(draw, minlength=len(measured))[draw] for draw in draws])[..., None]
+    copies = np.array([np.bincount(draw, minlength=len(measured))[draw] for draw in draws])[
+        ..., None
+    ]
     measured, predicted = measured[draws], predicted[draws]
     known = np.isfinite(measured)
     measured, predicted = np.where(known, measured, 0.0), np.where(known, predicted, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         count = known.sum(axis=(1, 2), keepdims=True)
-        x, y = (np.where(known, values - values.sum(axis=(1, 2), keepdims=True) / count, 0.0) for values in (predicted, measured))
+        x, y = (
+            np.where(known, values - values.sum(axis=(1, 2), keepdims=True) / count, 0.0)
+            for values in (predicted, measured)
+        )
         xx, yy, xy = _squares(x, predicted), _squares(y, measured), np.sum(x * y, axis=(1, 2))
         off, size = np.linalg.norm(predicted - measured, axis=2), np.linalg.norm(measured, axis=2)
         number = known.sum(axis=1, keepdims=True) - copies
-        others = (measured.sum(axis=1, keepdims=True) - copies * measured) / np.where(number > 0, number, np.nan)
+        others = (measured.sum(axis=1, keepdims=True) - copies * measured) / np.where(
+            number > 0, number, np.nan
+        )
         apart = np.where(known, measured - others, 0.0)
         squares = np.sum(off**2, axis=1)
-        skill, skill_mean = (1.0 - squares / total for total in (np.sum(size**2, axis=1), _squares(apart, measured)))
+        skill, skill_mean = (
+            1.0 - squares / total for total in (np.sum(size**2, axis=1), _squares(apart, measured))
+        )
         errors = (np.median(ratio, axis=1) for ratio in (off / size, energy[draws]))
         values = np.stack([xy / np.sqrt(xx * yy), xy / xx, *errors, skill, skill_mean])
     return np.where(np.isfinite(values), values, np.nan)
 
 
 def _squares(deviations: Array, values: Array) -> Array:
-    """The sums of squares (m,) of deviations (m, n, k) of values; NaN where these are equal, and rounding alone deviates."""
+    """The sums of squares (m,) of deviations (m, n, k) of values; NaN where these are equal, and
+    rounding alone deviates.
+    """
     squares = np.sum(deviations**2, axis=(1, 2))
     return np.where(squares > EQUAL**2 * np.sum(values**2, axis=(1, 2)), squares, np.nan)

@@ -28,15 +28,22 @@ def robots(
 
     if robot is None:
         if xacro or package or meshes:
-            raise StudyError("--xacro, --package and --meshes are for the files of one robot; name it, or leave them out")
+            raise StudyError(
+                "--xacro, --package and --meshes are for the files of one robot; name it, or leave "
+                "them out"
+            )
         report = robots_report(*_catalogue())
     else:
-        report = robot_report(load_robot(robot, xacro=dict(xacro), packages=packages_of(package, meshes)))
+        report = robot_report(
+            load_robot(robot, xacro=dict(xacro), packages=packages_of(package, meshes))
+        )
     emit(report, output)
 
 
 def _catalogue() -> "tuple[dict[str, Robot | None], int]":
-    """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are the project's."""
+    """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are
+    the project's.
+    """
     from shockpc.cli.progress import progress
     from shockpc.robot.catalogue import catalogue, project_robots_folder
     from shockpc.robot.load import load_robot

@@ -37,11 +37,17 @@ def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
         Column("postures", "postures", width=32),
         "message",
     )
-    sheet = Sheet("robots known by name", header, [_known(name, robot) for name, robot in robots.items()])
+    sheet = Sheet(
+        "robots known by name", header, [_known(name, robot) for name, robot in robots.items()]
+    )
     lost = [name for name, robot in robots.items() if robot is None]
     notes = (
         f"the first {supplied} come with shockpc, the others with example-robot-data",
-        *([f"cannot be loaded, which shockpc robots NAME says why: {', '.join(lost)}"] if lost else []),
+        *(
+            [f"cannot be loaded, which shockpc robots NAME says why: {', '.join(lost)}"]
+            if lost
+            else []
+        ),
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
     )
@@ -60,7 +66,14 @@ def _known(name: str, robot: Robot | None) -> Row:
     if robot is None:
         return name, None, None, None, None, f"cannot be loaded; shockpc robots {name} says why"
     masses = robot.masses[robot.movable(usual_base(robot).base)]
-    return name, len(masses), float(masses.sum()), ", ".join(each_foot(robot)), ", ".join(robot.postures) or "neutral", None
+    return (
+        name,
+        len(masses),
+        float(masses.sum()),
+        ", ".join(each_foot(robot)),
+        ", ".join(robot.postures) or "neutral",
+        None,
+    )
 
 
 def robot_report(robot: Robot) -> Report:
@@ -68,7 +81,9 @@ def robot_report(robot: Robot) -> Report:
     drives = _drives(robot)
     bodies, joints, findings = _bodies(robot), _joints(robot), check_robot(robot)
     reading = _second_reading(robot) if robot.source.kind == "urdf" else None
-    checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings] or ["nothing found"]
+    checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings] or [
+        "nothing found"
+    ]
     return Report(
         name="robot",
         title=f"Robot {robot.name}",
@@ -80,7 +95,11 @@ def robot_report(robot: Robot) -> Report:
             Lines(checkup, "check-up", whole=True),
             *([] if reading is None else [Lines(reading, "second reader", whole=True)]),
         ],
-        sheets={"bodies": lambda: bodies, "joints": lambda: joints, "drives": lambda: _drives_sheet(drives)},
+        sheets={
+            "bodies": lambda: bodies,
+            "joints": lambda: joints,
+            "drives": lambda: _drives_sheet(drives),
+        },
         document=lambda: {
             "name": robot.name,
             "mass": float(robot.masses[robot.movable(usual_base(robot).base)].sum()),
@@ -106,13 +125,19 @@ def _second_reading(robot: Robot) -> list[str]:
         reading = second_reading(robot)
     except RobotError as refusal:
         return [f"warning: {refusal}"]
-    what = f"{reading.links} links, {reading.joints} joints, limits, mimics, inertias and placements at random configurations"
-    lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences] or [f"yourdfpy reads the same {what}"]
+    what = (
+        f"{reading.links} links, {reading.joints} joints, limits, mimics, inertias and placements "
+        f"at random configurations"
+    )
+    lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences] or [
+        f"yourdfpy reads the same {what}"
+    ]
     return [*lines, *(f"note: yourdfpy's check: {fault}" for fault in reading.faults)]
 
 
 class _Known(NamedTuple):
-    """What is known of the drives of some joints: their names, the reflected inertia with its ends, and from where.
+    """What is known of the drives of some joints: their names, the reflected inertia with its ends,
+    and from where.
 
     Those that are not used by default are of a simulation model, or of unknown inertia.
     """
@@ -129,7 +154,8 @@ class _Known(NamedTuple):
 def _drives(robot: Robot) -> list[_Known]:
     """What is known of the drives; one for all joints with the same numbers from the same source.
 
-    Those that a landing takes by default come first, then those of the catalogue that it does not take.
+    Those that a landing takes by default come first, then those of the catalogue that it does not
+    take.
     """
     model = joint_model(robot, Joints())
     by_joint = robot.default_drives.by_joint if robot.default_drives is not None else {}
@@ -138,16 +164,30 @@ def _drives(robot: Robot) -> list[_Known]:
         groups: dict[tuple[float, float, float], list[str]] = {}
         for name in source.joints:
             v = robot.joint(name).v.start
-            numbers = float(model.low[v]), float(model.armature[v] + model.rotor[v]), float(model.high[v])
+            numbers = (
+                float(model.low[v]),
+                float(model.armature[v] + model.rotor[v]),
+                float(model.high[v]),
+            )
             groups.setdefault(numbers, []).append(name)
         for numbers, names in groups.items():
             parts = _parts(by_joint.get(names[0], Drive(joint=())))
-            found.append(_Known(", ".join(names), *numbers, source.status, True, f"{parts}{source.text}"))
+            found.append(
+                _Known(", ".join(names), *numbers, source.status, True, f"{parts}{source.text}")
+            )
     for drive in catalogue_drives(robot.source.name):
         if drive.status not in PUBLIC:
             (low, high), inertia = drive.interval, drive.reflected or 0.0
             found.append(
-                _Known(", ".join(drive.joint), low, inertia, high, str(drive.status), False, f"{_parts(drive)}{drive.source}")
+                _Known(
+                    ", ".join(drive.joint),
+                    low,
+                    inertia,
+                    high,
+                    str(drive.status),
+                    False,
+                    f"{_parts(drive)}{drive.source}",
+                )
             )
     return found
 
@@ -159,12 +199,16 @@ def _parts(drive: Drive) -> str:
         "gear ratio {}": drive.gear_ratio,
         "spring of {} N m/rad": drive.drive_stiffness,
     }
-    texts = [text.format(interval_text(value)) for text, value in values.items() if value is not None]
+    texts = [
+        text.format(interval_text(value)) for text, value in values.items() if value is not None
+    ]
     return f"{', '.join(texts)}; " if texts else ""
 
 
 def _drives_sheet(drives: list[_Known]) -> Sheet:
-    rows: list[Row] = [(*drive[:5], "yes" if drive.used else "no", drive.source) for drive in drives]
+    rows: list[Row] = [
+        (*drive[:5], "yes" if drive.used else "no", drive.source) for drive in drives
+    ]
     header = (
         Column("joints", "joints"),
         Column("low", "smallest reflected inertia", "kg m², kg"),
@@ -187,10 +231,21 @@ def _drive_line(drive: _Known) -> str:
 
 def _lines(robot: Robot) -> list[tuple[str, str]]:
     """What a designer needs to know of a robot; (name, text)."""
-    srdf = f" (from {robot.source.srdf.name})" if robot.source.srdf is not None and robot.postures else ""
+    srdf = (
+        f" (from {robot.source.srdf.name})"
+        if robot.source.srdf is not None and robot.postures
+        else ""
+    )
     postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
     followers = ", ".join(
-        " ".join([f"{m.joint} =", *(f"{by:g} {name} +" for name, by in m.leaders.items()), f"{m.offset:g}"]) for m in robot.mimics
+        " ".join(
+            [
+                f"{m.joint} =",
+                *(f"{by:g} {name} +" for name, by in m.leaders.items()),
+                f"{m.offset:g}",
+            ]
+        )
+        for m in robot.mimics
     )
     base = usual_base(robot).base
     velocities = robot.model.nv - 6 * (robot.free_base and base == "fixed")
@@ -201,7 +256,8 @@ def _lines(robot: Robot) -> list[tuple[str, str]]:
         "file": str(robot.source.path),
         "base": base_text(robot, base),
         ends: few(each_foot(robot), 12),
-        "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
+        "sensors": few(sensors(robot), 12)
+        or "no link or site is named like an IMU, gyro, accelerometer or camera",
         "postures": f"{postures}; {reference_name(robot, None)} by default",
         "mimic": followers,
     }
@@ -209,11 +265,20 @@ def _lines(robot: Robot) -> list[tuple[str, str]]:
 
 
 def _bodies(robot: Robot) -> Sheet:
-    """Every link, site and geom that can be a contact or a point: a row for each body, and under it what is fixed to it."""
+    """Every link, site and geom that can be a contact or a point: a row for each body, and under it
+    what is fixed to it.
+    """
     rows: list[Row] = []
     places = [frame for frame in robot.frames.values() if frame.kind in ("site", "geom")]
     for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
-        rows.append((body.name, "body", robot.bodies[joint.parent].name if joint.parent >= 0 else "world", float(body.mass)))
+        rows.append(
+            (
+                body.name,
+                "body",
+                robot.bodies[joint.parent].name if joint.parent >= 0 else "world",
+                float(body.mass),
+            )
+        )
         rows += [(link, "link", body.name, None) for link in body.links[1:]]
         rows += [(place.name, place.kind, body.name, None) for place in places if place.body == i]
     header = (

@@ -8,7 +8,10 @@ from shockpc.cli.declared import argument, command
 
 @command(examples=("shockpc schema > scene.schema.json",))
 def schema(
-    *, file: Literal["scene", "budgets"] = argument("Which files. [default: scene]", "[scene|budgets]", default="scene")
+    *,
+    file: Literal["scene", "budgets"] = argument(
+        "Which files. [default: scene]", "[scene|budgets]", default="scene"
+    ),
 ) -> None:
     import json
 

@@ -21,26 +21,44 @@ def sweep(
     robot: str = ROBOT,
     typed: Any = study_options(study),
     options: SceneOptions,
-    rows: Literal["parquet", "csv"] | None = in_run("Format of the rows that --out writes. [default: parquet]"),
+    rows: Literal["parquet", "csv"] | None = in_run(
+        "Format of the rows that --out writes. [default: parquet]"
+    ),
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
-    contacts = [values for name, values in typed["vary"] if name == "contact" and values is not None]
-    # The rows have other contacts, as --contact names them; a scene without any needs one until they are set.
+    contacts = [
+        values for name, values in typed["vary"] if name == "contact" and values is not None
+    ]
+    # The rows have other contacts, as --contact names them; a scene without any needs one until
+    # they are set.
     completed = with_contact(robot, options, contacts[0].split(","))[0] if contacts else options
     loaded, scenes = scenes_from(robot, completed)
     if len(scenes) > 1 and not contacts:
         names = [contact_name(scene) for scene in scenes]
         raise StudyError(
-            f"a sweep varies one landing, but there are {len(scenes)}; name one, such as --contact {names[0]}, or compare them "
+            f"a sweep varies one landing, but there are {len(scenes)}; name one, such as --contact "
+            f"{names[0]}, or compare them "
             f"with --vary contact={','.join(names)}"
         )
     refuse_unasked(study, options, typed)
     made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
-    refuse_varied(options, loaded, ((one.kind, one.target) for one in made.landings.variations if not one.factor))
-    with computed(made, "rows", output.out, rows or (None if output.out is None else "parquet"), run) as table:
+    refuse_varied(
+        options,
+        loaded,
+        ((one.kind, one.target) for one in made.landings.variations if not one.factor),
+    )
+    with computed(
+        made, "rows", output.out, rows or (None if output.out is None else "parquet"), run
+    ) as table:
         landings = made.landings
-        varied = [one for one in landings.variations if landings.sample is not None and one.kind != "contact"]
-        summary = summarise(made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2)
+        varied = [
+            one
+            for one in landings.variations
+            if landings.sample is not None and one.kind != "contact"
+        ]
+        summary = summarise(
+            made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2
+        )
         emit(sweep_report(summary), output)
     return exit_code(summary.failed, summary.rows, run.strict, table.defects)

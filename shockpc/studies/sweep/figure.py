@@ -1,4 +1,6 @@
-"""Quantities over a sweep: curves over one variable, maps with iso-lines over two, distributions and correlations otherwise."""
+"""Quantities over a sweep: curves over one variable, maps with iso-lines over two, distributions
+and correlations otherwise.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -33,7 +35,9 @@ COLOUR_MAP = "YlGnBu"
 
 
 class _Curve(NamedTuple):
-    """Values that are drawn: their name, the label of their axis with the unit, and the values (n,) or, of a map, (slow, fast)."""
+    """Values that are drawn: their name, the label of their axis with the unit, and the values (n,)
+    or, of a map, (slow, fast).
+    """
 
     name: str
     label: str
@@ -50,7 +54,11 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
     values = [
-        _Curve(printable(extent.column.title, 60), _label(extent), np.where(np.isfinite(extent.values), extent.values, np.nan))
+        _Curve(
+            printable(extent.column.title, 60),
+            _label(extent),
+            np.where(np.isfinite(extent.values), extent.values, np.nan),
+        )
         for extent in shown
         if extent.values is not None
     ]
@@ -58,23 +66,35 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
         return _distributions(f"{title}: {sweep.rows} landings", shown, summary)
     if len(axes) == 1:
         labels = dict.fromkeys(curve.label for curve in values)
-        return _curves(title, axes[0], {label: [curve for curve in values if curve.label == label] for label in labels})
+        return _curves(
+            title,
+            axes[0],
+            {label: [curve for curve in values if curve.label == label] for label in labels},
+        )
     slow, fast = axes
-    grids = [curve._replace(values=curve.values.reshape(len(slow.values), len(fast.values))) for curve in values[:MAPS]]
+    grids = [
+        curve._replace(values=curve.values.reshape(len(slow.values), len(fast.values)))
+        for curve in values[:MAPS]
+    ]
     if fast.kind == "contact":
         slow, fast, grids = fast, slow, [grid._replace(values=grid.values.T) for grid in grids]
     if slow.kind != "contact":
         return _maps(title, slow, fast, grids)
     names = [printable(str(name), 60) for name in slow.values[:MOST_CURVES]]
     panels = {
-        grid.name: [_Curve(*row) for row in zip(names, [grid.label] * len(names), grid.values, strict=False)] for grid in grids
+        grid.name: [
+            _Curve(*row) for row in zip(names, [grid.label] * len(names), grid.values, strict=False)
+        ]
+        for grid in grids
     }
     return _curves(title, fast, panels, slow.subject)
 
 
 def _label(extent: Extent) -> str:
     column, entry = extent.column, extent.column.selection.quantity
-    return SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
+    return (
+        SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
+    )
 
 
 def _axis(variable: Variation) -> str:
@@ -83,18 +103,25 @@ def _axis(variable: Variation) -> str:
     return words if variable.kind == "contact" else f"{words} [{variable.unit}]"
 
 
-def _curves(title: str, variable: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = "") -> Figure:
+def _curves(
+    title: str, variable: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = ""
+) -> Figure:
     """Curves over one variable: panels one above the other, each with curves of one label.
 
     Args:
         title: of the figure.
         variable: over which they are drawn.
-        panels: the curves of each; it is named where what varies besides differs between its curves.
+        panels: the curves of each; it is named where what varies besides differs between its
+            curves.
         varied: what that is.
     """
     figure = new_chart(6.4, 1.6 + 2.0 * len(panels), title)
-    x = [printable(str(name), 24) if variable.kind == "contact" else name for name in variable.values]
-    style: dict[str, Any] = {"linestyle": "none"} if variable.kind == "contact" else {"linewidth": 1.3}
+    x = [
+        printable(str(name), 24) if variable.kind == "contact" else name for name in variable.values
+    ]
+    style: dict[str, Any] = (
+        {"linestyle": "none"} if variable.kind == "contact" else {"linewidth": 1.3}
+    )
     style |= {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
     for axes, (name, curves) in zip(every, panels.items(), strict=True):
@@ -116,7 +143,9 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
     figure = new_chart(3.6 * across + 1.0, 3.0 * down + 0.3, title)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for label in dict.fromkeys(grid.label for grid in grids):
-        maps = [(panel, grid) for panel, grid in zip(panels, grids, strict=False) if grid.label == label]
+        maps = [
+            (panel, grid) for panel, grid in zip(panels, grids, strict=False) if grid.label == label
+        ]
         least = min(0.0, *(float(np.nanmin(grid.values)) for _, grid in maps))
         every = np.concatenate([grid.values.ravel() for _, grid in maps])
         most, usual = float(np.nanmax(every)), float(np.nanpercentile(every, USUAL))
@@ -127,12 +156,22 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
             levels, colours = shock_levels(least, most)
         else:
             levels = [float(x) for x in MaxNLocator(9).tick_values(least, most)]
-            colours = [to_hex(colour) for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, len(levels) - 1))]
+            colours = [
+                to_hex(colour)
+                for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, len(levels) - 1))
+            ]
         extend: Any = "max" if open_end or math.isinf(levels[-1]) else "neither"
         levels = levels[: len(colours) + (extend == "neither")]
-        scale: dict[str, Any] = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(levels, len(colours), extend=extend)}
+        scale: dict[str, Any] = {
+            "cmap": ListedColormap(colours),
+            "norm": BoundaryNorm(levels, len(colours), extend=extend),
+        }
         for panel, grid in maps:
-            place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), grid.values
+            place = (
+                np.array(fast.values, dtype=float),
+                np.array(slow.values, dtype=float),
+                grid.values,
+            )
             panel.set(title=grid.name, xlabel=_axis(fast), ylabel=_axis(slow))
             if min(grid.values.shape) < 3:
                 mesh: Any = panel.pcolormesh(*place, shading="nearest", **scale)
@@ -146,15 +185,22 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
     return figure
 
 
-def _distributions(title: str, extents: Sequence[Extent], summary: Summary[VariedLandings]) -> Figure:
-    """How often a value occurs, a panel for each column, one above the other; shocks have a common scale.
+def _distributions(
+    title: str, extents: Sequence[Extent], summary: Summary[VariedLandings]
+) -> Figure:
+    """How often a value occurs, a panel for each column, one above the other; shocks have a common
+    scale.
 
     Beside those of a sample are the rank correlations with what was varied, the strongest first.
     """
     beside = bool(summary.varied)
-    figure = new_chart(9.6 if beside else 6.4, 1.1 + (1.3 if beside else 0.95) * len(extents), title)
+    figure = new_chart(
+        9.6 if beside else 6.4, 1.1 + (1.3 if beside else 0.95) * len(extents), title
+    )
     common = len({_label(extent) for extent in extents}) == 1
-    grid = figure.subplots(len(extents), 1 + beside, sharex="col" if common else False, squeeze=False)
+    grid = figure.subplots(
+        len(extents), 1 + beside, sharex="col" if common else False, squeeze=False
+    )
     panels = grid[:, 0]
     if beside:
         for panel, extent in zip(grid[:, 1], extents, strict=True):
@@ -166,14 +212,21 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
         total = extent.counts.sum()
         # Few landings have few intervals, so that the shape is not that of chance.
         joined = next(
-            (n for n in (1, 2, 4, 5, 8, 10) if len(extent.counts) % n == 0 and len(extent.counts) / n <= 2.0 * total**0.5), 1
+            (
+                n
+                for n in (1, 2, 4, 5, 8, 10)
+                if len(extent.counts) % n == 0 and len(extent.counts) / n <= 2.0 * total**0.5
+            ),
+            1,
         )
         shares = extent.counts.reshape(-1, joined).sum(axis=1) / total
         edges = np.linspace(low - margin, high + margin, len(shares) + 1)
         histogram(panel, shares, edges, extent.median)
         unit = "" if common else f" [{extent.column.unit}]"
         name = printable(f"{extent.column.title}{unit}", 80)
-        panel.set(title=f"{name}: median {extent.median:.4g}, maximum {extent.greatest:.4g}", yticks=[])
+        panel.set(
+            title=f"{name}: median {extent.median:.4g}, maximum {extent.greatest:.4g}", yticks=[]
+        )
         panel.spines["left"].set_visible(False)
         if 0.0 <= extent.least < 0.5 * extent.greatest:
             panel.set_xlim(left=0.0)

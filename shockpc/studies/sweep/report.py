@@ -1,4 +1,6 @@
-"""A sweep: the range of every quantity, what it depends on, and the extreme landings as options of `shockpc analyze`."""
+"""A sweep: the range of every quantity, what it depends on, and the extreme landings as options of
+`shockpc analyze`.
+"""
 
 import itertools
 import shlex
@@ -40,7 +42,9 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
             *_unknowns(summary),
             _sheet(summary).without("most_severe", "least_severe"),
             *([_correlations(summary, None if whole else STRONGEST)] if summary.varied else []),
-            Picture("sweep", "results over the sweep", "studies.sweep.figure:draw_sweep", (summary,)),
+            Picture(
+                "sweep", "results over the sweep", "studies.sweep.figure:draw_sweep", (summary,)
+            ),
             Lines(list(_lines(summary)), whole=True),
         ],
         sheets={
@@ -54,7 +58,9 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
             "rows": summary.rows,
             **record(summary, "failed", "proven", "compared", "largest_error"),
             "not_feasible": summary.refused._asdict(),
-            "messages": [{"text": one.text, "rows": one.rows, "first": one.first} for one in summary.messages],
+            "messages": [
+                {"text": one.text, "rows": one.rows, "first": one.first} for one in summary.messages
+            ],
         },
         tables=True,
     )
@@ -62,11 +68,17 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
 
 def _most_severe(extent: Extent) -> int:
     """The row of the most severe value; that of the largest one where neither direction is worse."""
-    return extent.least_row if extent.column.selection.quantity.worse == "less" else extent.greatest_row
+    return (
+        extent.least_row
+        if extent.column.selection.quantity.worse == "less"
+        else extent.greatest_row
+    )
 
 
 def _sheet(summary: Summary[VariedLandings]) -> Sheet:
-    """One row for each quantity at each place: its range, of a sample with percentiles, where the ends are, and their options."""
+    """One row for each quantity at each place: its range, of a sample with percentiles, where the
+    ends are, and their options.
+    """
     sweep, rows = summary.evaluation.landings, list[Row]()
     shares = [Column(f"percentile_{share:g}", f"{share:g} %") for share in PERCENTILES]
     for one in summary.extents:
@@ -74,45 +86,83 @@ def _sheet(summary: Summary[VariedLandings]) -> Sheet:
         low, *high = one.percentiles if sweep.sample is not None else [None] * len(shares)
         worst, best = _most_severe(one), one.best_row
         options = _options(sweep, worst)[0] if worst >= 0 else None
-        least = _options(sweep, best)[0] if best >= 0 and one.column.selection.quantity.worse != "neither" else None
+        least = (
+            _options(sweep, best)[0]
+            if best >= 0 and one.column.selection.quantity.worse != "neither"
+            else None
+        )
         named = one.column.name, one.column.unit
-        rows.append((*named, one.least, low, one.median, *high, one.greatest, *ends, options, least))
+        rows.append(
+            (*named, one.least, low, one.median, *high, one.greatest, *ends, options, least)
+        )
     header: tuple[str | Column, ...] = (
-        "quantity", "unit", "minimum", shares[0], "median", *shares[1:], "maximum", "row of minimum", "row of maximum",
-        "most severe", "least severe",
-    )  # fmt: skip
+        "quantity",
+        "unit",
+        "minimum",
+        shares[0],
+        "median",
+        *shares[1:],
+        "maximum",
+        "row of minimum",
+        "row of maximum",
+        "most severe",
+        "least severe",
+    )
     sheet = Sheet(f"sweep of {robot_name(sweep.robot)}: {summary.rows} landings", header, rows)
     return sheet if sweep.sample is not None else sheet.without(*(share.key for share in shares))
 
 
 def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
-    """One row for each quantity that was varied: its rank correlation with each result. Args: most, rows of the strongest."""
-    rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
+    """One row for each quantity that was varied: its rank correlation with each result.
+
+    Args: most, rows of the strongest.
+    """
+    rows: list[Row] = [
+        (one.column, *map(float, row))
+        for one, row in zip(summary.varied, summary.correlations, strict=True)
+    ]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
-    chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {summary.chance:.2g}"
+    chance = (
+        f"of {summary.ranked} landings; two columns that do not depend on one another reach "
+        f"{summary.chance:.2g}"
+    )
     header: list[str | Column] = [
         "rank correlation of",
         *(Column(one.column.name, f"with {one.column.name}") for one in summary.extents),
     ]
-    sheet = Sheet("what the results depend on", header, rows).largest(most, "varied quantity", strongest)
+    sheet = Sheet("what the results depend on", header, rows).largest(
+        most, "varied quantity", strongest
+    )
     return sheet._replace(notes=(chance, *sheet.notes))
 
 
 def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
+    """The most severe landings, warnings of what is varied, what was not computed, and the
+    accuracy.
+    """
     for one in summary.extents:
         if one.greatest_row >= 0:
-            what = "largest value" if one.column.selection.quantity.worse == "neither" else "most severe"
+            what = (
+                "largest value"
+                if one.column.selection.quantity.worse == "neither"
+                else "most severe"
+            )
             yield f"{what} for {one.column.name}: {_varied(summary.evaluation.landings, _most_severe(one))}"
         if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
             yield f"least severe that flat ground allows: {_varied(summary.evaluation.landings, one.best_row)}"
     if summary.failed < summary.rows:
         yield from without_value(
-            (one.column.name, one.column.selection.quantity) for one in summary.extents if one.greatest_row < 0
+            (one.column.name, one.column.selection.quantity)
+            for one in summary.extents
+            if one.greatest_row < 0
         )
     relative = [one.column.place.name for one in summary.extents if one.column.shock]
-    if relative and any(varied.kind == "speed" for varied in summary.evaluation.landings.variations):
-        asked = f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
+    if relative and any(
+        varied.kind == "speed" for varied in summary.evaluation.landings.variations
+    ):
+        asked = (
+            f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
+        )
         yield f"shock is relative to the strike, and the same at every speed; {asked}"
     refused, *counts = summary.refused
     if refused:
@@ -121,24 +171,49 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
             "the impact would make energy",
             "another link is below the contacts, or they differ in height",
         )
-        listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
+        listed = ", ".join(
+            f"{number} because {cause}"
+            for number, cause in zip(counts, causes, strict=True)
+            if number
+        )
         left = "they are left out" if summary.evaluation.feasible else "--feasible leaves them out"
         yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"
     if summary.tilted:
         left = f"{summary.tilted} of {summary.rows} landings leave out feet that are level"
         yield f"{left}, which only a small tilt does (column needs_tilt)"
-    yield from (f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings)
+    yield from (
+        f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings
+    )
     sweep = summary.evaluation.landings
-    if all(varied.stage for varied in sweep.variations):  # else rows have landings of which others may say less or more
-        yield from (f"warning: {warning}" for warning in sweep.first.warnings if warning.kind == "scene")
-    yield from (f"warning: {text}" for varied in sweep.variations if (text := beyond_limits(sweep.robot, varied)))
-    stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
+    # else rows have landings of which others may say less or more
+    if all(varied.stage for varied in sweep.variations):
+        yield from (
+            f"warning: {warning}" for warning in sweep.first.warnings if warning.kind == "scene"
+        )
+    yield from (
+        f"warning: {text}"
+        for varied in sweep.variations
+        if (text := beyond_limits(sweep.robot, varied))
+    )
+    stiff = sweep.scene.contact_stiffness is not None or any(
+        varied.kind == "contact-stiffness" for varied in sweep.variations
+    )
     if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):
-        for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness") or varied.kind == "flex"):
-            asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
+        for varied in (
+            varied
+            for varied in sweep.variations
+            if varied.kind.endswith("-stiffness") or varied.kind == "flex"
+        ):
+            asked = "--quantity peak_acceleration or peak_force" + (
+                "" if stiff else ", with --contact-stiffness,"
+            )
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
-    slides = sweep.scene.friction is not None or any(varied.kind == "friction" for varied in sweep.variations)
-    if slides and not any(one.column.selection.quantity.of_ground(sweep.scene) for one in summary.extents):
+    slides = sweep.scene.friction is not None or any(
+        varied.kind == "friction" for varied in sweep.variations
+    )
+    if slides and not any(
+        one.column.selection.quantity.of_ground(sweep.scene) for one in summary.extents
+    ):
         yield f"warning: {STICKING}"
     if stiff:
         yield LEFT_OUT
@@ -152,20 +227,35 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
 
 
 def _unknowns(summary: Summary[VariedLandings]) -> list[Lines]:
-    """What the landings take for granted, as the most severe of them does; nothing where none was computed."""
+    """What the landings take for granted, as the most severe of them does; nothing where none was
+    computed.
+    """
     worst = _most_severe_landing(summary)
     if worst is None:
         return []
     lines = unknown_lines([worst])
-    soles = [contact for contact in summary.evaluation.landings.first.scene.contact if contact.kind in CARRIES]
+    soles = [
+        contact
+        for contact in summary.evaluation.landings.first.scene.contact
+        if contact.kind in CARRIES
+    ]
     if soles:
         parts = "; ".join(f"{contact.frame}: {CARRIES[contact.kind]}" for contact in soles)
-        lines.append(("soles", printable(f"{parts}, which carries in the landing of the scene, and is taken for all rows")))
+        lines.append(
+            (
+                "soles",
+                printable(
+                    f"{parts}, which carries in the landing of the scene, and is taken for all rows"
+                ),
+            )
+        )
     return [Lines(lines)]
 
 
 def _most_severe_landing(summary: Summary[VariedLandings]) -> ShockProfile | None:
-    """The landing with the most severe value of the first quantity that has one; None without a value."""
+    """The landing with the most severe value of the first quantity that has one; None without a
+    value.
+    """
     rows = [_most_severe(one) for one in summary.extents if one.greatest_row >= 0]
     return profile_of_scene(*summary.evaluation.landings.case(rows[0])) if rows else None
 
@@ -177,15 +267,20 @@ def _on_stiffness(column: Computed) -> bool:
 
 
 def _bending(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """A warning where not even links of metal are stiff enough, of the row in which they are the least so.
+    """A warning where not even links of metal are stiff enough, of the row in which they are the
+    least so.
 
-    Looked at are the rows with the most severe values of what depends on the stiffness of the contacts.
+    Looked at are the rows with the most severe values of what depends on the stiffness of the
+    contacts.
     """
     sweep, worst = summary.evaluation.landings, list[tuple[float, int, str]]()
     extents = [one for one in summary.extents if one.greatest_row >= 0]
     for row in sorted({_most_severe(one) for one in extents if _on_stiffness(one.column)}):
         found = profile_of_scene(*sweep.case(row)).bending
-        worst += [(warning.size, -row, str(warning)) for warning in bends(found if isinstance(found, Bending) else None)]
+        worst += [
+            (warning.size, -row, str(warning))
+            for warning in bends(found if isinstance(found, Bending) else None)
+        ]
     if worst:
         _, row, text = max(worst)
         yield f"warning: row {-row} ({_varied(sweep, -row)}): {text}"
@@ -207,10 +302,18 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
             options.append(("--set", f"{one.target}={float(value)!r}"))
         elif one.kind == "armature" and value > 0.0 and not one.factor:
             options.append(("--armature", f"{one.target}={float(value)!r}"))
-        elif one.kind == "joint-stiffness" and not one.factor and scene.joints.rotor == made.scene.joints.rotor:
+        elif (
+            one.kind == "joint-stiffness"
+            and not one.factor
+            and scene.joints.rotor == made.scene.joints.rotor
+        ):
             options.append(("--joint-stiffness", f"{one.target}={float(value)!r}"))
         elif one.kind == "flex":
-            options += [("--flex", f"{name}={text}") for name, text in scene.flex.items() if made.scene.flex.get(name) != text]
+            options += [
+                ("--flex", f"{name}={text}")
+                for name, text in scene.flex.items()
+                if made.scene.flex.get(name) != text
+            ]
         elif one.kind in (*STRIKE, *OF_THE_GROUND):
             options.append((f"--{one.kind}", repr(float(value))))
         elif one.kind == "contact":
@@ -222,8 +325,15 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
         else:
             others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
     if made.separate:  # where the joints are that close the loops, as they were followed
-        options += [("--set", f"{name}={x!r}") for name in scene.assemble if (x := scene.posture.joints_deg.get(name)) is not None]
+        options += [
+            ("--set", f"{name}={x!r}")
+            for name in scene.assemble
+            if (x := scene.posture.joints_deg.get(name)) is not None
+        ]
         # No option takes the rotation of a ball joint, which follows from the other joints.
         turned = [name for name in scene.assemble if name in scene.posture.joint_quaternions]
-        options += [("--assemble", name) for name in turned or (() if made.scene.assemble else scene.assemble)]
+        options += [
+            ("--assemble", name)
+            for name in turned or (() if made.scene.assemble else scene.assemble)
+        ]
     return shlex.join(itertools.chain.from_iterable(dict.fromkeys(options))), ", ".join(others)

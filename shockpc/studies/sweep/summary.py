@@ -1,4 +1,6 @@
-"""Many landings in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
+"""Many landings in a few numbers: ranges and percentiles, what they depend on, and how far double
+precision was off.
+"""
 
 from collections.abc import Sequence
 from typing import Generic, NamedTuple
@@ -22,7 +24,9 @@ BINS = 80
 """Of the distributions."""
 
 CONSTANT = 1e-9
-"""Share of the largest value by which values differ at least, for intervals of doubles to lie between them."""
+"""Share of the largest value by which values differ at least, for intervals of doubles to lie
+between them.
+"""
 
 
 class Extent(NamedTuple):
@@ -36,7 +40,8 @@ class Extent(NamedTuple):
         percentiles: the values at `PERCENTILES`, as `percentile` takes them.
         least_row: row of the smallest one.
         greatest_row: row of the largest one; −1 if no row could be computed.
-        best_row: row of the best value among the landings that flat ground allows; −1 if there is none.
+        best_row: row of the best value among the landings that flat ground allows; −1 if there is
+            none.
         span: the smallest and the largest finite value; wider where they differ only by rounding.
         counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
@@ -79,15 +84,19 @@ class Summary(NamedTuple, Generic[L]):
         rows: number of rows, those too that are left out.
         extents: of the columns that are summarised.
         varied: what differs between the rows of a sample and is a number.
-        correlations: (v, e) rank correlation (Spearman) of each of these with each of the extents' columns; NaN of a constant.
+        correlations: (v, e) rank correlation (Spearman) of each of these with each of the extents'
+            columns; NaN of a constant.
         ranked: number of rows of which they are.
-        messages: why rows could not be computed, with the number of such rows and the first of them, most frequent first.
+        messages: why rows could not be computed, with the number of such rows and the first of
+            them, most frequent first.
         failed: number of rows that could not be computed.
         refused: numbers of rows that flat ground does not allow, left out or not.
-        tilted: number of rows that it allows only if the robot is tilted a little, as other feet are level.
+        tilted: number of rows that it allows only if the robot is tilted a little, as other feet
+            are level.
         proven: number of rows that needed a proof and have one.
         compared: number of other rows that were proven as well.
-        largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
+        largest_error: how far double precision was off there at most, relative to the most severe
+            shock of the same point.
     """
 
     evaluation: Evaluation[L]
@@ -106,11 +115,15 @@ class Summary(NamedTuple, Generic[L]):
 
     @property
     def chance(self) -> float:
-        """The rank correlation that columns which do not depend on one another stay below in 19 of 20 samples."""
+        """The rank correlation that columns which do not depend on one another stay below in 19 of
+        20 samples.
+        """
         return float(2.0 / max(self.ranked, 1) ** 0.5)
 
 
-def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variation] = (), keep: bool = False) -> Summary[L]:
+def summarise(
+    evaluation: Evaluation[L], table: Table, varied: Sequence[Variation] = (), keep: bool = False
+) -> Summary[L]:
     """Summarise landings.
 
     Args:
@@ -130,7 +143,9 @@ def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variatio
     for column in columns:
         effects += [_whole(table, rows, column.name)[::step]] if varied else []
         extents.append(_extent(column, table, feasible, rows if keep else 0))
-    correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(len(drivers), len(columns))
+    correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(
+        len(drivers), len(columns)
+    )
     return Summary(
         evaluation,
         rows,
@@ -156,7 +171,9 @@ def _whole(table: Table, rows: int, name: str) -> Array:
 
 
 def _correlation(x: Array, y: Array) -> float:
-    """Rank correlation of two columns (n,) in the rows that have both; NaN if one is constant there."""
+    """Rank correlation of two columns (n,) in the rows that have both; NaN if one is constant
+    there.
+    """
     known = ~(np.isnan(x) | np.isnan(y))
     a, b = _ranks(x[known]), _ranks(y[known])
     if not (np.ptp(a) if len(a) else 0.0) or not np.ptp(b):
@@ -165,18 +182,36 @@ def _correlation(x: Array, y: Array) -> float:
 
 
 def _ranks(x: Array) -> Array:
-    """The rank (n,) of each of some values; equal ones share the mean of theirs. SciPy's takes longer to import than a sweep."""
+    """The rank (n,) of each of some values; equal ones share the mean of theirs.
+
+    SciPy's takes longer to import than a sweep.
+    """
     _, number, count = np.unique(x, return_inverse=True, return_counts=True)
     return np.asarray((np.cumsum(count) - 0.5 * (count - 1))[number])
 
 
 def _extent(column: Column, table: Table, feasible: np.ndarray, drawn: int) -> Extent:
-    """The range of a column. Args: feasible (n,) of the rows; drawn, the number of all rows if the values are drawn."""
+    """The range of a column.
+
+    Args: feasible (n,) of the rows; drawn, the number of all rows if the values are drawn.
+    """
     values, numbers = np.array(table.columns[column.name]), table.numbers
     missing, whole = np.isnan(values), _whole(table, drawn, column.name) if drawn else None
     if missing.all():
         nothing = (np.nan,) * len(PERCENTILES)
-        return Extent(column, np.nan, np.nan, np.nan, nothing, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), whole)
+        return Extent(
+            column,
+            np.nan,
+            np.nan,
+            np.nan,
+            nothing,
+            -1,
+            -1,
+            -1,
+            (0.0, 0.0),
+            np.zeros(BINS, dtype=int),
+            whole,
+        )
     allowed = np.flatnonzero(feasible & ~missing)
     best = np.argmax if column.selection.quantity.worse == "less" else np.argmin
     best_row = int(numbers[allowed[best(values[allowed])]]) if allowed.size else -1
@@ -193,4 +228,6 @@ def _extent(column: Column, table: Table, feasible: np.ndarray, drawn: int) -> E
     median = float(np.median(known, overwrite_input=True))
     percentiles = tuple(percentile(known, PERCENTILES).tolist())
     ends = int(numbers[low]), int(numbers[high])
-    return Extent(column, least, median, greatest, percentiles, *ends, best_row, span, counts, whole)
+    return Extent(
+        column, least, median, greatest, percentiles, *ends, best_row, span, counts, whole
+    )

@@ -10,10 +10,14 @@ from shockpc.core.spatial import Array
 from shockpc.text.errors import StudyError, UnknownName
 
 OFF = 20e-3
-"""Time without contact before a touchdown, and with it for half of that time after it, if the foot does not bounce [s]."""
+"""Time without contact before a touchdown, and with it for half of that time after it, if the foot
+does not bounce [s].
+"""
 
 BOUNCE = 10.0
-"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in thresholds of the force."""
+"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in
+thresholds of the force.
+"""
 
 FORCE = 0.05
 """Force of a contact, in weights of the robot, but at least 1 N."""
@@ -36,7 +40,8 @@ class Flag(NamedTuple):
     force: float | None
 
     def touches(self, t: Array, first: int) -> tuple[list[int], list[int]]:
-        """The last samples before touchdowns, and before contacts that are too short for one, counted from the first.
+        """The last samples before touchdowns, and before contacts that are too short for one,
+        counted from the first.
 
         Args:
             t: (m,) times of a part of the log without gaps [s].
@@ -47,13 +52,20 @@ class Flag(NamedTuple):
         for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
             before, after = np.searchsorted(t, (t[k] - OFF, t[k] + OFF))
             if not on[before : k + 1].any():
-                lasts = on[k + 1 : after + 1].mean() >= 0.5 or signal[k + 1 : after + 1].mean() >= BOUNCE
+                lasts = (
+                    on[k + 1 : after + 1].mean() >= 0.5
+                    or signal[k + 1 : after + 1].mean() >= BOUNCE
+                )
                 (landings if lasts else short).append(k)
         return landings, short
 
 
 def flags_of(
-    columns: Mapping[str, np.ndarray], frames: Sequence[str], given: Mapping[str, str], force: float | None, weight: float
+    columns: Mapping[str, np.ndarray],
+    frames: Sequence[str],
+    given: Mapping[str, str],
+    force: float | None,
+    weight: float,
 ) -> dict[int, Flag]:
     """The columns of flags or forces by the number of their contact.
 
@@ -68,7 +80,11 @@ def flags_of(
         UnknownName: no contact, or no column of numbers, has such a name.
         StudyError: a threshold is given, and there are no forces.
     """
-    numbers = {name: values for name, values in columns.items() if values.dtype.kind in "fiub" and values.ndim == 1}
+    numbers = {
+        name: values
+        for name, values in columns.items()
+        if values.dtype.kind in "fiub" and values.ndim == 1
+    }
     threshold = max(1.0, FORCE * weight) if force is None else force
     if unknown := [frame for frame in given if frame not in frames]:
         raise UnknownName("contact", unknown[0], frames, "those that are looked at", "")
@@ -79,15 +95,22 @@ def flags_of(
         if name is None:
             continue
         if name not in numbers:
-            raise UnknownName("column", name, numbers, "this log, of numbers that are no state of the robot", "")
+            raise UnknownName(
+                "column", name, numbers, "this log, of numbers that are no state of the robot", ""
+            )
         values = numbers[name].astype(float)
         known = np.isfinite(values)
-        values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), np.argmax(known)))]
+        values = np.where(known, values, 0.0)[
+            np.maximum.accumulate(np.where(known, np.arange(len(values)), np.argmax(known)))
+        ]
         binary = bool(np.isin(values, (0.0, 1.0)).all())
-        flags[c] = Flag(name, np.abs(values) / (0.5 if binary else threshold), None if binary else threshold)
+        flags[c] = Flag(
+            name, np.abs(values) / (0.5 if binary else threshold), None if binary else threshold
+        )
     if force is not None and all(flag.force is None for flag in flags.values()):
         raise StudyError(
-            "contact_force is the threshold of columns of forces, but no column of forces says when a contact touches; name "
+            "contact_force is the threshold of columns of forces, but no column of forces says "
+            "when a contact touches; name "
             "one with --flag FRAME=COLUMN, or leave the threshold out"
         )
     return flags

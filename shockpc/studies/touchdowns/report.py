@@ -40,7 +40,11 @@ def touchdowns_report(log: Path, study: Touchdowns) -> Report:
         body=body,
         closing=list(_closing(study)),
         warnings=[f"warning: {text}" for text in study.warnings],
-        sheets={"touchdowns": lambda: _table(study), "landings": lambda: _landings(study), "falls": lambda: _falls(study)},
+        sheets={
+            "touchdowns": lambda: _table(study),
+            "landings": lambda: _landings(study),
+            "falls": lambda: _falls(study),
+        },
         tables=True,
         document=lambda: _document(log, study),
     )
@@ -51,15 +55,24 @@ def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
     yield (
         "log",
         (
-            f"{log}: {count(len(time), 'sample')} in {time[-1] - time[0]:.4g} s, {1.0 / np.median(np.diff(time)):.4g} a second"
+            f"{log}: {count(len(time), 'sample')} in {time[-1] - time[0]:.4g} s, "
+            f"{1.0 / np.median(np.diff(time)):.4g} a second"
             + (f", in {segments} segments" if segments > 1 else "")
         ),
     )
     yield robot_line(study.robot)
     flagged = [f"{frame} by column {column}" for frame, column in study.flagged.items()]
-    kinks = [frame for frame in study.frames if frame not in study.flagged] if study.heights is not None else []
+    kinks = (
+        [frame for frame in study.frames if frame not in study.flagged]
+        if study.heights is not None
+        else []
+    )
     yield "contacts", few([*flagged, *([f"{few(kinks, 8)} by height"] if kinks else [])], 8)
-    windows = (f"{part} {1e3 * window:.3g} ms" for part, window in study.window.items() if np.isfinite(window))
+    windows = (
+        f"{part} {1e3 * window:.3g} ms"
+        for part, window in study.window.items()
+        if np.isfinite(window)
+    )
     yield "windows", ", ".join(windows) or "no velocities"
 
 
@@ -77,14 +90,39 @@ def _landings(study: Touchdowns) -> Sheet:
         first, last = (study.log.start + float(time[k]) for k in (landing.first, landing.last))
         fall = max((speed for speed in landing.speeds if not np.isnan(speed)), default=None)
         named = "+".join(landing.contacts), "+".join(landing.stance) or None
-        rows.append((landing.name, first, last, *named, fall, last - first, landing.table, landing.message or None))
-    header = ("landing", "time [s]", "time last [s]", "contact", "stance", "fall [m/s]", "apart [ms]", "in table", "message")
+        rows.append(
+            (
+                landing.name,
+                first,
+                last,
+                *named,
+                fall,
+                last - first,
+                landing.table,
+                landing.message or None,
+            )
+        )
+    header = (
+        "landing",
+        "time [s]",
+        "time last [s]",
+        "contact",
+        "stance",
+        "fall [m/s]",
+        "apart [ms]",
+        "in table",
+        "message",
+    )
     return Sheet("touchdowns", header, rows)
 
 
 def _falls(study: Touchdowns) -> Sheet:
     """The speed of each contact of a landing."""
-    rows = [(one.name, *pair) for one in study.landings for pair in zip(one.contacts, one.speeds, strict=True)]
+    rows = [
+        (one.name, *pair)
+        for one in study.landings
+        for pair in zip(one.contacts, one.speeds, strict=True)
+    ]
     return Sheet("falls", ("landing", "contact", "fall [m/s]"), rows)
 
 
@@ -107,6 +145,8 @@ def _document(log: Path, study: Touchdowns) -> dict[str, Any]:
         "samples": len(time),
         "contacts": study.frames,
         "flags": dict(study.flagged),
-        "windows": {part: window if np.isfinite(window) else None for part, window in study.window.items()},
+        "windows": {
+            part: window if np.isfinite(window) else None for part, window in study.window.items()
+        },
         "warnings": study.warnings,
     }
