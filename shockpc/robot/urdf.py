@@ -37,37 +37,41 @@ _Order: TypeAlias = dict[str, tuple[str, str]]
 
 def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     """Expand a URDF that needs xacro, and find the file of its reference postures."""
-    path, folders, text, root = (
-        source.path,
-        source.folders,
-        source.xml,
-        shared_xml(source.xml, source.path.name),
-    )
-    warnings: tuple[str, ...] = ()
+    path, text = source.path, source.xml
+    root = shared_xml(text, path.name)
     marked = "xacro:" in text
-    if expanded := path.suffix == ".xacro" or (marked and _needs_xacro(root)):
+    expanded = path.suffix == ".xacro" or (marked and _needs_xacro(root))
+    warnings: tuple[str, ...] = ()
+    if expanded:
         from shockpc.robot.xacro import expand_xacro
 
-        text, warnings = expand_xacro(text, folders, xacro)
-    elif marked and (
-        prefixed := dict.fromkeys(
-            f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:")
-        )
-    ):
-        reason = (
-            f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, "
-            f"name the file .xacro"
-        )
-        warnings = (f"{path.name}: {reason}",)
+        text, warnings = expand_xacro(text, source.folders, xacro)
+    elif marked:
+        warnings = _ignored_xacro(root, path.name)
     text = _without_quaternions(text, path.name)
     root = shared_xml(text, path.name)
-    found = unread(root, URDF)
-    if refused := [one.text for one in found if one.treatment == "refuse"]:
+    unread_parts = unread(root, URDF)
+    refused = [part.text for part in unread_parts if part.treatment == "refuse"]
+    if refused:
         raise RobotError(f"{path.name}: {'; '.join(refused)}")
-    warnings += tuple(f"{path.name}: {one.text}" for one in found if one.treatment == "warn")
+    for part in unread_parts:
+        if part.treatment == "warn":
+            warnings += (f"{path.name}: {part.text}",)
     name = root.get("name") or source.robot_name
     return with_postures(
         replace(source, xml=text, robot_name=name, warnings=warnings, expanded=expanded)
+    )
+
+
+def _ignored_xacro(root: Element, name: str) -> tuple[str, ...]:
+    """A warning if elements of xacro are ignored."""
+    tags = [f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:")]
+    if not tags:
+        return ()
+    ignored = ", ".join(dict.fromkeys(tags))
+    return (
+        f"{name}: {ignored} ignored, because the links are complete without xacro; if not, name "
+        f"the file .xacro",
     )
 
 
@@ -84,34 +88,40 @@ def _without_quaternions(text: str, name: str) -> str:
     root = copy.deepcopy(shared_xml(text, name))
     version = root.get("version", "")
     for owner in root:
-        for part in owner.iter() if owner.tag in _PLACED else ():
-            if (written := part.attrib.pop("quat_xyzw", None)) is None:
-                continue
-            subject, what = (
-                f'{name}: {owner.tag} "{owner.get("name", "")}"',
-                f'quat_xyzw="{written}" of its <{part.tag}>',
-            )
-            if "rpy" in part.attrib:
-                raise RobotError(
-                    f'{subject}: its <{part.tag}> has rpy="{part.get("rpy")}" and '
-                    f"{what.split(' of ')[0]}; keep one of them"
-                )
-            if version not in ("1.1", "1.2"):
-                given = f'version="{version}"' if version else "no version"
-                raise RobotError(
-                    f"{subject}: {what} is read from version 1.1 of URDF on, and the file has "
-                    f"{given}, for which readers leave it "
-                    'out; write <robot version="1.1"> if it is meant, or rpy in place of it'
-                )
-            quaternion = vector(written, 4)
-            if quaternion is None or not 1e-100 < float(np.linalg.norm(quaternion)) < 1e100:
-                raise RobotError(
-                    f"{subject}: {what} is no rotation; it has to be four finite numbers x, y, z, "
-                    f"w, not all zero"
-                )
-            rotation = pin.Quaternion(quaternion / np.linalg.norm(quaternion)).matrix()
-            part.set("rpy", " ".join(map(repr, pin.rpy.matrixToRpy(rotation).tolist())))
+        if owner.tag not in _PLACED:
+            continue
+        subject = f'{name}: {owner.tag} "{owner.get("name", "")}"'
+        for part in owner.iter():
+            written = part.attrib.pop("quat_xyzw", None)
+            if written is not None:
+                angles = _angles(part, written, version, subject)
+                part.set("rpy", " ".join(map(repr, angles)))
     return tostring(root, encoding="unicode")
+
+
+def _angles(part: Element, quaternion: str, version: str, subject: str) -> list[float]:
+    """Roll, pitch and yaw [rad] of the quat_xyzw of an element; refused as `_without_quaternions`."""
+    what = f'quat_xyzw="{quaternion}"'
+    if "rpy" in part.attrib:
+        raise RobotError(
+            f'{subject}: its <{part.tag}> has rpy="{part.get("rpy")}" and {what}; keep one of them'
+        )
+    what += f" of its <{part.tag}>"
+    if version not in ("1.1", "1.2"):
+        given = f'version="{version}"' if version else "no version"
+        raise RobotError(
+            f"{subject}: {what} is read from version 1.1 of URDF on, and the file has {given}, for "
+            f'which readers leave it out; write <robot version="1.1"> if it is meant, or rpy in '
+            f"place of it"
+        )
+    values = vector(quaternion, 4)
+    if values is None or not 1e-100 < float(np.linalg.norm(values)) < 1e100:
+        raise RobotError(
+            f"{subject}: {what} is no rotation; it has to be four finite numbers x, y, z, w, not "
+            f"all zero"
+        )
+    R = pin.Quaternion(values / np.linalg.norm(values)).matrix()
+    return [float(angle) for angle in pin.rpy.matrixToRpy(R)]
 
 
 def with_postures(source: RobotSource) -> RobotSource:
@@ -140,57 +150,46 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
         RobotError: it is not one connected tree of bodies with finite numbers and some mass.
     """
     root = shared_xml(source.xml, source.path.name)
-    links, joints = (_named(root.findall(kind), kind) for kind in ("link", "joint"))
+    links = _named(root.findall("link"), "link")
+    joints = _named(root.findall("joint"), "joint")
     if not links:
-        remedy = (
-            "if it defines macros, give the file that uses them; if it is an SRDF, give the URDF, "
-            "and this file with --srdf"
+        raise RobotError(
+            "it has no <link>, so there is no robot in it; if it defines macros, give the file "
+            "that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
         )
-        raise RobotError(f"it has no <link>, so there is no robot in it; {remedy}")
     order = _carriers_first(links, joints)
     inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
-    if not any(inertia.mass > 0 for inertia in inertias.values()):
+    masses = {name: inertia.mass for name, inertia in inertias.items()}
+    if not any(mass > 0 for mass in masses.values()):
         raise RobotError(
             "no link has mass, so the robot has no mass; give at least one link an <inertial>"
         )
-    balls = ball_joints(
-        root, order, joints, {name: inertia.mass for name, inertia in inertias.items()}
-    )
+
+    # The tree: joints that are computed as ball joints of a loop are fixed in it.
+    balls = ball_joints(root, order, joints, masses)
     joints |= {name: _fixed(joints[name]) for name in balls}
-    model = _model(order, joints, inertias)
     mimics, notes = _mimics(joints)
     if balls:
         notes.append(
             f"joints {listed(balls, 4)} move nothing with mass and end in a loop: with it they are "
-            f"computed as a ball joint, which "
-            "holds its point"
+            f"computed as a ball joint, which holds its point"
         )
-    carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
-    kind = joints[model.names[carried[0]]].get("type") if len(carried) == 1 else ""
-    if kind in ("floating", "planar") and (
-        next(iter(order)) == WORLD or not model.inertias[1].mass
-    ):
-        base = model.names[carried[0]]
+    model = _model(order, joints, inertias)
+    base = _base_joint(model, order, joints)
+    if base:
         model = _model(order, joints, inertias, base)
-        if kind == "planar":
-            notes.append(
-                f'joint "{base}" is planar and carries the whole robot, so it is computed as a '
-                f"floating base; "
-                "--base planar keeps it in the plane of the study"
-            )
-    limited = [
-        name
-        for name, joint in joints.items()
-        if joint.get("type") == "continuous" and _limits(joint)
-    ]
-    if limited and root.get("version") == "1.2":
+    if base and joints[base].get("type") == "planar":
         notes.append(
-            f"joints {listed(limited, 4)} are continuous and have limits, as version 1.2 of URDF "
-            f"allows; they are not read"
+            f'joint "{base}" is planar and carries the whole robot, so it is computed as a '
+            f"floating base; --base planar keeps it in the plane of the study"
         )
+    notes += _unread_limits(root, joints)
+
+    # What stands beside the tree: drives, places, loops.
     drives = read_drives(root, joints, model)
     imus, unplaced = add_places(root, model)
-    model.name, start = source.robot_name, pin.neutral(model)
+    model.name = source.robot_name
+    start = pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()
     robot = Robot(
@@ -207,18 +206,47 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
         imus=imus,
     )
     loops, left_open = read_loops(root, robot, set(balls.values()))
-    return (
-        replace(robot, loops=loops, notes=(*robot.notes, *left_open))
-        if loops or left_open
-        else robot
-    )
+    if loops or left_open:
+        robot = replace(robot, loops=loops, notes=(*robot.notes, *left_open))
+    return robot
+
+
+def _base_joint(model: pin.Model, order: _Order, joints: dict[str, Element]) -> str:
+    """The floating or planar joint that carries the whole robot on the world; empty if none does.
+
+    Args:
+        model: whose root link is a free base.
+        order: of the links.
+        joints: by name.
+    """
+    carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
+    if len(carried) != 1:
+        return ""
+    name: str = model.names[carried[0]]
+    carries_all = joints[name].get("type") in ("floating", "planar")
+    on_world = next(iter(order)) == WORLD or not model.inertias[1].mass
+    return name if carries_all and on_world else ""
+
+
+def _unread_limits(root: Element, joints: dict[str, Element]) -> list[str]:
+    """A warning about the limits of continuous joints, which version 1.2 of URDF allows."""
+    if root.get("version") != "1.2":
+        return []
+    continuous = {name: one for name, one in joints.items() if one.get("type") == "continuous"}
+    limited = [name for name, joint in continuous.items() if _limits(joint)]
+    if not limited:
+        return []
+    return [
+        f"joints {listed(limited, 4)} are continuous and have limits, as version 1.2 of URDF "
+        f"allows; they are not read"
+    ]
 
 
 def _named(elements: list[Element], kind: str) -> dict[str, Element]:
     """Links or joints by name; each needs a separate one, which is none of Pinocchio's."""
-    reserved = {"universe": "the world"} | (
-        {"root_joint": "the free base"} if kind == "joint" else {}
-    )
+    reserved = {"universe": "the world"}
+    if kind == "joint":
+        reserved["root_joint"] = "the free base"
     named: dict[str, Element] = {}
     for number, element in enumerate(elements, start=1):
         name = element.get("name")
@@ -243,26 +271,7 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
     above: _Order = {}
     below: dict[str, list[str]] = {link: [] for link in links}
     for name, joint in sorted(joints.items(), reverse=True):
-        kind, subject = joint.get("type", ""), f'joint "{name}"'
-        if kind not in _JOINT_TYPES:
-            raise RobotError(
-                f'{subject} is of type "{kind}", which URDF does not have; it has '
-                f"{listed(_JOINT_TYPES)}"
-            )
-        parent, child = (
-            next((part.get("link", "") for part in joint.findall(end)), "")
-            for end in ("parent", "child")
-        )
-        for end, link in (("parent", parent), ("child", child)):
-            if link not in links:
-                fault = (
-                    f'its {end} is link "{link}", which does not exist'
-                    if link
-                    else f"it names no {end} link"
-                )
-                raise RobotError(
-                    f"{subject}: {fault}; every joint has to join two links of the file"
-                )
+        parent, child = _ends(name, joint, links)
         if child in above:
             raise RobotError(
                 f'link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
@@ -283,21 +292,50 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
         link = waiting.pop()
         order[link] = above.get(link, ("", ""))
         waiting += below[link]
-    if link := next((link for link in above if link not in order), ""):
-        for _ in above:  # from what hangs on the circle to a link of it
-            link = above[link][1]
-        circle: list[str] = []
-        while above[link][0] not in circle[:1]:
-            circle.append(above[link][0])
-            link = above[link][1]
-        circle.sort()
-        raise RobotError(
-            f"a circle that no root link carries holds {listed(circle, 5)}; a URDF is a tree, so "
-            f"remove one of these joints",
-            joints=circle,
-        )
+    _refuse_circle(above, order)
     refuse_tree({link: carrier for link, (_, carrier) in order.items()})
     return order
+
+
+def _ends(name: str, joint: Element, links: dict[str, Element]) -> tuple[str, str]:
+    """The parent and the child link of a joint; refused if its type or one of them is unknown."""
+    subject, kind = f'joint "{name}"', joint.get("type", "")
+    if kind not in _JOINT_TYPES:
+        raise RobotError(
+            f'{subject} is of type "{kind}", which URDF does not have; it has '
+            f"{listed(_JOINT_TYPES)}"
+        )
+    ends = []
+    for end in ("parent", "child"):
+        element = joint.find(end)
+        link = "" if element is None else element.get("link", "")
+        if link not in links:
+            fault = f"it names no {end} link"
+            if link:
+                fault = f'its {end} is link "{link}", which does not exist'
+            raise RobotError(f"{subject}: {fault}; every joint has to join two links of the file")
+        ends.append(link)
+    return ends[0], ends[1]
+
+
+def _refuse_circle(above: _Order, order: _Order) -> None:
+    """Refuse joints in a circle that no root link carries."""
+    outside = [link for link in above if link not in order]
+    if not outside:
+        return
+    link = outside[0]
+    for _ in above:  # from what hangs on the circle to a link of it
+        link = above[link][1]
+    circle: list[str] = []
+    while above[link][0] not in circle[:1]:
+        circle.append(above[link][0])
+        link = above[link][1]
+    circle.sort()
+    raise RobotError(
+        f"a circle that no root link carries holds {listed(circle, 5)}; a URDF is a tree, so "
+        f"remove one of these joints",
+        joints=circle,
+    )
 
 
 def _fixed(joint: Element) -> Element:
@@ -315,59 +353,67 @@ def _model(
     places, frames = {"": (0, pin.SE3.Identity())}, {"": 0}
     for link, (name, parent) in order.items():
         carrier, place = places[parent]
-        if not name:
-            places[link] = (
-                carrier
-                if base
-                else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"),
-                place,
+        if name:
+            carrier, place = _add_joint(
+                model, joints[name], carrier, place, frames[parent], name == base
             )
-        else:
-            joint, subject = joints[name], f'joint "{name}"'
-            place = place * place_of(joint, subject)
-            if joint.get("type") == "fixed":
-                model.addFrame(
-                    pin.Frame(name, carrier, frames[parent], place, pin.FrameType.FIXED_JOINT),
-                    False,
-                )
-                places[link] = carrier, place
-            else:
-                moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, subject)
-                index = add_joint(model, carrier, moving, place, name, frames[parent])
-                limit = joint.find("limit")
-                if joint.get("type") in ("revolute", "prismatic"):
-                    # A file without either, which URDF reads as zero, says nothing of limits: no
-                    # joint is meant that cannot move.
-                    known = _limits(joint)
-                    for bounds, key, least in (
-                        (model.lowerPositionLimit, "lower", -np.inf),
-                        (model.upperPositionLimit, "upper", np.inf),
-                    ):
-                        bounds[model.idx_qs[index]] = (
-                            numbers(subject, joint, "limit", key, "0")[0] if known else least
-                        )
-                if limit is not None:
-                    (model.upperEffortLimit[model.idx_vs[index]],) = numbers(
-                        subject, joint, "limit", "effort", "0"
-                    )
-                places[link] = index, pin.SE3.Identity()
-        frame = pin.Frame(
-            link,
-            places[link][0],
-            model.nframes - 1,
-            places[link][1],
-            pin.FrameType.BODY,
-            inertias[link],
-        )
+        elif not base:
+            carrier = add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint")
+        places[link] = carrier, place
+        above = model.nframes - 1
+        frame = pin.Frame(link, carrier, above, place, pin.FrameType.BODY, inertias[link])
         frames[link] = model.addFrame(frame)
     return model
 
 
+def _add_joint(
+    model: pin.Model, joint: Element, carrier: int, place: pin.SE3, above: int, is_base: bool
+) -> tuple[int, pin.SE3]:
+    """Add a joint to a model; return the joint that carries its child, and the child's place in it.
+
+    Args:
+        model: which gets the joint.
+        joint: its element.
+        carrier: joint that carries the parent link.
+        place: of the parent link in it.
+        above: frame of the parent link.
+        is_base: whether it is the floating base.
+    """
+    name = joint.get("name", "")
+    subject, kind = f'joint "{name}"', joint.get("type")
+    place = place * place_of(joint, subject)
+    if kind == "fixed":
+        frame = pin.Frame(name, carrier, above, place, pin.FrameType.FIXED_JOINT)
+        model.addFrame(frame, False)
+        return carrier, place
+    moving = pin.JointModelFreeFlyer() if is_base else _moving(joint, subject)
+    index = add_joint(model, carrier, moving, place, name, above)
+    if kind in ("revolute", "prismatic"):
+        lower, upper = _range(joint, subject)
+        model.lowerPositionLimit[model.idx_qs[index]] = lower
+        model.upperPositionLimit[model.idx_qs[index]] = upper
+    if joint.find("limit") is not None:
+        (effort,) = numbers(subject, joint, "limit", "effort", "0")
+        model.upperEffortLimit[model.idx_vs[index]] = effort
+    return index, pin.SE3.Identity()
+
+
+def _range(joint: Element, subject: str) -> tuple[float, float]:
+    """The limits of a hinge or slide joint [rad, m]; infinite if the file gives neither.
+
+    URDF reads limits that are not written as zero. A joint that cannot move is never meant.
+    """
+    if not _limits(joint):
+        return -np.inf, np.inf
+    (lower,) = numbers(subject, joint, "limit", "lower", "0")
+    (upper,) = numbers(subject, joint, "limit", "upper", "0")
+    return lower, upper
+
+
 def _limits(joint: Element) -> set[str]:
     """Which of its limits a joint has."""
-    return {"lower", "upper"} & {
-        key for limit in joint.findall("limit")[:1] for key in limit.attrib
-    }
+    limit = joint.find("limit")
+    return set() if limit is None else {"lower", "upper"} & limit.attrib.keys()
 
 
 def _inertia(link: Element, subject: str) -> pin.Inertia:
@@ -383,20 +429,16 @@ def _inertia(link: Element, subject: str) -> pin.Inertia:
             f"{subject}: mass {mass:g} kg is negative; give the mass that the body has, or 0"
         )
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    moments = {key: numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
+    moments = [numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys]
     place = place_of(inertial, subject)
-    tensor = (
-        place.rotation
-        @ np.array(list(moments.values()))[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
-        @ place.rotation.T
-    )
-    # whose constructor refuses negative moments, which the landing refuses where they matter
+    R = place.rotation
+    tensor = R @ np.array(moments)[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ R.T
+    # Not by its constructor, which refuses negative moments; the landing refuses them where they
+    # matter.
     inertia = pin.Inertia.Zero()
-    inertia.mass, inertia.lever, inertia.inertia = (
-        float(mass),
-        place.translation,
-        (tensor + tensor.T) / 2.0,
-    )
+    inertia.mass = float(mass)
+    inertia.lever = place.translation
+    inertia.inertia = (tensor + tensor.T) / 2.0
     return inertia
 
 
@@ -405,9 +447,8 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
     kind = joint.get("type", "")
     if kind == "floating":
         return pin.JointModelFreeFlyer()
-    axis = numbers(
-        subject, joint, "axis", "xyz", "1 0 0" if joint.find("axis") is None else "", size=3
-    )
+    unwritten = "1 0 0" if joint.find("axis") is None else ""
+    axis = numbers(subject, joint, "axis", "xyz", unwritten, size=3)
     direction = " ".join(f"{value:g}" for value in axis)
     if not 1e-100 < np.abs(axis).max() < 1e100:
         raise RobotError(
@@ -452,28 +493,25 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
 
 
 def _needs_xacro(root: Element) -> bool:
-    """Whether a file has to be expanded: one whose links carry no mass, or numbers that are
-    expressions, without xacro.
+    """Whether a file has to be expanded: its links carry no mass without xacro, or its numbers are
+    expressions.
     """
     # Expanded files often keep <xacro:…> elements that mean nothing any more; their links are
     # complete.
-    if not any(
-        key.startswith("xacro:") for part in root.iter() for key in (part.tag, *part.attrib)
-    ):
+    every_name: set[str] = set()
+    for part in root.iter():
+        every_name.update((part.tag, *part.attrib))
+    if not any(name.startswith("xacro:") for name in every_name):
         return False
-    plain = [
-        element for link in root.findall("link") + root.findall("joint") for element in link.iter()
-    ]
-    parts = [
-        part.tag
-        for element in plain
-        if element.tag in ("link", "joint", "inertial")
-        for part in element
-    ]
-    names = [*parts, *(key for element in plain for key in element.attrib)]
-    whole = root.find("link/inertial/mass") is not None and not any(
-        name.startswith("xacro:") for name in names
-    )
-    return not whole or any(
-        "${" in value or "$(" in value for element in plain for value in element.attrib.values()
-    )
+    if root.find("link/inertial/mass") is None:
+        return True
+    for owner in root.findall("link") + root.findall("joint"):
+        for element in owner.iter():
+            names = list(element.attrib)
+            if element.tag in ("link", "joint", "inertial"):
+                names += [part.tag for part in element]
+            if any(name.startswith("xacro:") for name in names):
+                return True
+            if any("${" in value or "$(" in value for value in element.attrib.values()):
+                return True
+    return False

@@ -44,111 +44,139 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     Raises:
         RobotError: a number of a drive is negative or not finite.
     """
-    springs: dict[str, float] = {}
-    rest: dict[str, float] = {}
-    ratios: dict[str, float] = {}
-    inertias: dict[str, float] = {}
-    faults: list[tuple[str, str, str]] = []
-
-    def give(values: dict[str, float], joint: str, what: str, value: float) -> None:
-        if abs(values.setdefault(joint, value) - value) > 1e-9 * abs(value):
-            faults.append(
-                (
-                    "joint",
-                    joint,
-                    f"{what} {values[joint]:g} and {value:g} are given; the first one is used",
-                )
-            )
-
+    found = _Drives()
     for name, joint in joints.items():
-        if (dynamics := joint.find("dynamics")) is None:
-            continue
-        for key in ("armature", "rotor_inertia"):
-            if inertia := _at_least_zero(name, key, dynamics.get(key)):
-                give(inertias, name, "reflected inertia", inertia)
-        for key in ("stiffness", "spring_stiffness"):
-            if stiffness := _at_least_zero(name, key, dynamics.get(key)):
-                give(springs, name, "stiffness", stiffness)
-        for key in ("spring_reference", "damping"):
-            if key not in dynamics.attrib:
-                continue
-            if (value := vector(dynamics.get(key), 1)) is None:
-                faults.append(
-                    (
-                        "joint",
-                        name,
-                        f'its {key} is "{dynamics.get(key)}", which is no finite number, so it is '
-                        f"not read",
-                    )
-                )
-            elif key == "damping":
-                model.damping[_velocities(model, name)] = max(float(value[0]), 0.0)
-            else:
-                rest[name] = float(value[0])
+        dynamics = joint.find("dynamics")
+        if dynamics is not None:
+            found.read_dynamics(name, dynamics, model)
     for transmission in (*root.findall("transmission"), *root.findall("ros2_control/transmission")):
-        ends, actuators = transmission.findall("joint"), transmission.findall("actuator")
-        names = [joint.get("name", "") for joint in ends]
-        parts = [*transmission, *(part for end in (*actuators, *ends) for part in end)]
-        values = {
-            part.tag.removeprefix("drake:"): part.get("value", part.text) or ""
-            for part in reversed(parts)
-        }
+        found.read_transmission(transmission, joints)
+    found.set_armature(model)
+
+    # Springs and gears of fixed joints, and of those with several degrees of freedom, say nothing.
+    moving = [name for name in joints if _is_single(model, name)]
+    springs = {name: k for name, k in found.springs.items() if name in moving}
+    rest = {name: value for name, value in found.rest.items() if name in springs}
+    gears = {name: ratio for name, ratio in found.ratios.items() if name in moving}
+    without_inertia = {n: ratio for n, ratio in gears.items() if not found.inertias.get(n)}
+    return UrdfDrives(springs, rest, without_inertia, grouped(found.faults))
+
+
+class _Drives:
+    """What has been read of the drives of a URDF, by joint.
+
+    Attributes:
+        inertias: reflected inertia [kg m², kg].
+        springs: stiffness [N m/rad, N/m].
+        rest: where springs are without force [rad, m].
+        ratios: of gears [1].
+        faults: kind of an element, its name, and what is wrong with it.
+    """
+
+    def __init__(self) -> None:
+        self.inertias: dict[str, float] = {}
+        self.springs: dict[str, float] = {}
+        self.rest: dict[str, float] = {}
+        self.ratios: dict[str, float] = {}
+        self.faults: list[tuple[str, str, str]] = []
+
+    def give(self, values: dict[str, float], joint: str, what: str, value: float) -> None:
+        """Give a joint a value, or note that it has another one already."""
+        first = values.setdefault(joint, value)
+        if abs(first - value) > 1e-9 * abs(value):
+            fault = f"{what} {first:g} and {value:g} are given; the first one is used"
+            self.faults.append(("joint", joint, fault))
+
+    def read_dynamics(self, name: str, dynamics: Element, model: pin.Model) -> None:
+        """Read the <dynamics> of a joint; its damping goes into the model."""
+        for key in ("armature", "rotor_inertia"):
+            inertia = _at_least_zero(name, key, dynamics.get(key))
+            if inertia:
+                self.give(self.inertias, name, "reflected inertia", inertia)
+        for key in ("stiffness", "spring_stiffness"):
+            stiffness = _at_least_zero(name, key, dynamics.get(key))
+            if stiffness:
+                self.give(self.springs, name, "stiffness", stiffness)
+        reference = self._number(name, dynamics, "spring_reference")
+        if reference is not None:
+            self.rest[name] = reference
+        damping = self._number(name, dynamics, "damping")
+        if damping is not None:
+            model.damping[_velocities(model, name)] = max(damping, 0.0)
+
+    def _number(self, name: str, dynamics: Element, key: str) -> float | None:
+        """An attribute of <dynamics>; None where it is not written, or no finite number."""
+        text = dynamics.get(key)
+        if text is None:
+            return None
+        value = vector(text, 1)
+        if value is None:
+            fault = f'its {key} is "{text}", which is no finite number, so it is not read'
+            self.faults.append(("joint", name, fault))
+            return None
+        return float(value[0])
+
+    def read_transmission(self, transmission: Element, joints: dict[str, Element]) -> None:
+        """Read the rotor inertia and the ratio of a transmission."""
+        driven = transmission.findall("joint")
+        actuators = transmission.findall("actuator")
+        values = _values(transmission, [*actuators, *driven])
         rotor = values.get("rotor_inertia", values.get("motorInertia"))
+        names = [joint.get("name", "") for joint in driven]
         if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
             title = transmission.get("name", "")
             if _at_least_zero(title, "rotor inertia", rotor):
-                faults.append(
-                    (
-                        "transmission",
-                        title,
-                        "has a rotor inertia and not one joint of the file, so it is not read",
-                    )
-                )
-            continue
-        inertia = _at_least_zero(names[0], "rotor inertia", rotor)
-        written = (
-            [values["gear_ratio"]]
-            if "gear_ratio" in values
-            else list(_reductions(transmission, (*actuators, *ends)))
-        )
-        factors = [vector(text, 1) for text in written]
-        ratio = float(np.prod([factor[0] for factor in factors if factor is not None]))
-        if wrong := [text for text, factor in zip(written, factors, strict=True) if factor is None]:
-            text = f'the ratio of its transmission is "{wrong[0]}"; it has to be a finite number'
-            if inertia:
-                raise RobotError(f'joint "{names[0]}": {text}', joints=names)
-            faults.append(("joint", names[0], f"{text}, so it is not read"))
-        elif inertia:
-            give(inertias, names[0], "reflected inertia", inertia * ratio * ratio)
-        elif written:
-            give(ratios, names[0], "gear ratio", ratio)
-    for name, inertia in inertias.items():
-        v = _velocities(model, name)
-        if v.stop - (v.start or 0) > 1:
-            faults.append(
-                (
-                    "joint",
-                    name,
-                    "has a reflected inertia and several degrees of freedom, so it is not read",
-                )
-            )
+                fault = "has a rotor inertia and not one joint of the file, so it is not read"
+                self.faults.append(("transmission", title, fault))
+            return
+        name = names[0]
+        inertia = _at_least_zero(name, "rotor inertia", rotor)
+        if "gear_ratio" in values:
+            written = [values["gear_ratio"]]
         else:
-            model.armature[v] = inertia
-    moving = {
-        name
-        for name in joints
-        if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1
-    }
-    return UrdfDrives(
-        {name: k for name, k in springs.items() if name in moving},
-        {name: value for name, value in rest.items() if name in moving and name in springs},
-        {
-            name: ratio
-            for name, ratio in ratios.items()
-            if name in moving and not inertias.get(name)
-        },
-        grouped(faults),
-    )
+            written = list(_reductions(transmission, (*actuators, *driven)))
+        ratio = 1.0
+        for text in written:
+            factor = vector(text, 1)
+            if factor is None:
+                fault = f'the ratio of its transmission is "{text}"; it has to be a finite number'
+                if inertia:
+                    raise RobotError(f'joint "{name}": {fault}', joints=names)
+                self.faults.append(("joint", name, f"{fault}, so it is not read"))
+                return
+            ratio *= float(factor[0])
+        if inertia:
+            # The rotor turns ratio times as fast as the joint: ratio² times its inertia.
+            self.give(self.inertias, name, "reflected inertia", inertia * ratio * ratio)
+        elif written:
+            self.give(self.ratios, name, "gear ratio", ratio)
+
+    def set_armature(self, model: pin.Model) -> None:
+        """Give the model the reflected inertia of joints with one degree of freedom."""
+        for name, inertia in self.inertias.items():
+            v = _velocities(model, name)
+            if v.stop - (v.start or 0) > 1:
+                fault = "has a reflected inertia and several degrees of freedom, so it is not read"
+                self.faults.append(("joint", name, fault))
+            else:
+                model.armature[v] = inertia
+
+
+def _values(transmission: Element, ends: list[Element]) -> dict[str, str]:
+    """The texts of the elements in a transmission and in its ends, by tag; the first counts."""
+    parts = list(transmission)
+    for end in ends:
+        parts += list(end)
+    values: dict[str, str] = {}
+    for part in parts:
+        tag = part.tag.removeprefix("drake:")
+        values.setdefault(tag, part.get("value", part.text) or "")
+    return values
+
+
+def _is_single(model: pin.Model, joint: str) -> bool:
+    """Whether a joint has one degree of freedom."""
+    return bool(model.existJointName(joint) and model.nvs[model.getJointId(joint)] == 1)
 
 
 def with_rest(rest: dict[str, float], model: pin.Model, start: Array) -> Array | None:
@@ -160,9 +188,10 @@ def with_rest(rest: dict[str, float], model: pin.Model, start: Array) -> Array |
     q = np.array(start)
     for name, value in rest.items():
         joint = model.joints[model.getJointId(name)]
-        q[joint.idx_q : joint.idx_q + joint.nq] = (
-            value if joint.nq == 1 else (np.cos(value), np.sin(value))
-        )
+        coordinates: tuple[float, ...] = (value,)
+        if joint.nq == 2:  # a continuous joint
+            coordinates = (np.cos(value), np.sin(value))
+        q[joint.idx_q : joint.idx_q + joint.nq] = coordinates
     return q
 
 

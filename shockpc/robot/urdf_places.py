@@ -52,33 +52,31 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
         )
     for element, link, place in places:
         name, kind = element.get("name", ""), element.tag
-        if place is None or not model.existFrame(link, pin.FrameType.BODY):
-            fault = (
-                f'is on "{link}", which is no link of the file'
-                if place is not None
-                else "has a place that is not read"
-            )
-            faults.append((kind, name, f"{fault}; it is left out"))
-            continue
-        number = model.getFrameId(link, pin.FrameType.BODY)
-        joint, at = model.frames[number].parentJoint, model.frames[number].placement * place
-        if not model.existFrame(name):
-            model.addFrame(pin.Frame(name, joint, number, at, pin.FrameType.OP_FRAME), False)
-        elif not any(
-            frame.name == name and frame.parentJoint == joint and at.isApprox(frame.placement, 1e-9)
-            for frame in model.frames
-        ):
-            faults.append(
-                (
-                    kind,
-                    name,
-                    "has the name of something else at another place, so it is left out; rename it",
-                )
-            )
-            continue
-        if kind == "sensor" and element.get("type") == "imu":
+        fault = _add_place(model, name, link, place)
+        if fault:
+            faults.append((kind, name, fault))
+        elif kind == "sensor" and element.get("type") == "imu":
             imus.append(name)
     return tuple(dict.fromkeys(imus)), grouped(faults)
+
+
+def _add_place(model: pin.Model, name: str, link: str, place: pin.SE3 | None) -> str:
+    """Add a place on a link to a model, if it is new; say why it cannot be added, else nothing."""
+    if place is None:
+        return "has a place that is not read; it is left out"
+    if not model.existFrame(link, pin.FrameType.BODY):
+        return f'is on "{link}", which is no link of the file; it is left out'
+    number = model.getFrameId(link, pin.FrameType.BODY)
+    joint = model.frames[number].parentJoint
+    at = model.frames[number].placement * place
+    if not model.existFrame(name):
+        model.addFrame(pin.Frame(name, joint, number, at, pin.FrameType.OP_FRAME), False)
+        return ""
+    for frame in model.frames:
+        on_joint = frame.name == name and frame.parentJoint == joint
+        if on_joint and at.isApprox(frame.placement, 1e-9):
+            return ""
+    return "has the name of something else at another place, so it is left out; rename it"
 
 
 def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
@@ -93,12 +91,10 @@ def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
                 yield element, link, _placed(element if origin is None else origin, element)
     links = {link.get("name") for link in root.findall("link")}
     for extension in root.findall("gazebo"):
+        link = extension.get("reference", "")
         for element in extension.findall("sensor"):
-            if (
-                element.get("type") == "imu"
-                and element.get("name")
-                and (link := extension.get("reference", "")) in links
-            ):
+            is_imu = element.get("type") == "imu" and element.get("name")
+            if is_imu and link in links:
                 yield element, link, _pose(element.find("pose"))
 
 
@@ -111,16 +107,22 @@ def _placed(origin: Element, element: Element) -> pin.SE3:
 
 def _pose(pose: Element | None) -> pin.SE3 | None:
     """A <pose> of SDFormat in the frame of its link; None if it is in another frame or no pose."""
-    values = np.zeros(6) if pose is None or not (pose.text or "").strip() else vector(pose.text, 6)
-    if values is None or (
-        pose is not None
-        and (pose.get("relative_to") or pose.get("rotation_format", "euler_rpy") != "euler_rpy")
-    ):
+    if pose is None:
+        return pin.SE3.Identity()
+    in_other_frame = pose.get("relative_to")
+    by_angles = pose.get("rotation_format", "euler_rpy") == "euler_rpy"
+    values = np.zeros(6)
+    if (pose.text or "").strip():
+        read = vector(pose.text, 6)
+        if read is None:
+            return None
+        values = read
+    if in_other_frame or not by_angles:
         return None
-    degrees = pose is not None and pose.get("degrees", "").casefold() in ("true", "1")
-    return pin.SE3(
-        pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3]
-    )
+    angles = values[3:]
+    if pose.get("degrees", "").casefold() in ("true", "1"):
+        angles = np.radians(angles)
+    return pin.SE3(pin.rpy.rpyToMatrix(angles), values[:3])
 
 
 def ball_joints(
@@ -197,48 +199,66 @@ def read_loops(
     loops: list[Loop] = []
     faults: list[tuple[str, str, str]] = []
     for number, joint in enumerate(root.findall("loop_joint"), start=1):
-        name, axis = joint.get("name") or f"loop_{number}", joint.find("axis")
-        kind = joint.get("type", "spherical" if axis is None else "revolute")
-        ends = [end for end in joint if end.tag in ("link1", "link2")]
-        links = [end.get("link", "") for end in ends]
-        direction = (
-            np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis.get("xyz", "1 0 0"), 3)
-        )
-        fault = _fault(robot, links)
-        if not fault and kind not in (*_HINGES, *_BALLS, "fixed", "prismatic"):
-            fault = f'is of type "{kind}", which closes no loop that is computed'
-        if not fault and (direction is None or not 1e-100 < np.abs(direction).max() < 1e100):
-            fault = "has an axis without a direction"
-        if fault or direction is None:
-            faults.append(("loop_joint", name, f"{fault}, {_OPEN}"))
-            continue
-        a, b = (
-            _end(robot.frames[link], _placed(end, joint))
-            for link, end in zip(links, ends, strict=True)
-        )
-        loops += _closed(
-            name, "ball" if name in balls else kind, a, b, direction / np.linalg.norm(direction)
-        )
+        name = joint.get("name") or f"loop_{number}"
+        closed = _loop_joint(robot, joint, name, name in balls)
+        if isinstance(closed, str):
+            faults.append(("loop_joint", name, f"{closed}, {_OPEN}"))
+        else:
+            loops += closed
     for number, constraint in enumerate(root.findall("drake:ball_constraint"), start=1):
         name = constraint.get("name") or f"ball_constraint_{number}"
-        parts = {part.tag.removeprefix("drake:ball_constraint_"): part for part in constraint}
-        links = [parts[key].get("name", "") for key in ("body_A", "body_B") if key in parts]
-        points = [
-            vector(parts[key].get("value"), 3) if key in parts else np.zeros(3)
-            for key in ("p_AP", "p_BQ")
-        ]
-        fault = _fault(robot, links) or (
-            "has a point that cannot be read" if any(point is None for point in points) else ""
-        )
-        if fault:
-            faults.append(("drake:ball_constraint", name, f"{fault}, {_OPEN}"))
-            continue
-        a, b = (
-            _end(robot.frames[link], pin.SE3(np.eye(3), np.zeros(3) if point is None else point))
-            for link, point in zip(links, points, strict=True)
-        )
-        loops += _closed(name, "ball", a, b, np.array([1.0, 0.0, 0.0]))
+        closed = _ball_constraint(robot, constraint, name)
+        if isinstance(closed, str):
+            faults.append(("drake:ball_constraint", name, f"{closed}, {_OPEN}"))
+        else:
+            loops += closed
     return tuple(loops), grouped(faults)
+
+
+def _loop_joint(robot: Robot, joint: Element, name: str, is_ball: bool) -> list[Loop] | str:
+    """The loops of a <loop_joint>, or why it closes none.
+
+    Args:
+        robot: without loops.
+        joint: the element.
+        name: of the loop.
+        is_ball: whether it is a ball joint with the joints before it.
+    """
+    ends = [end for end in joint if end.tag in ("link1", "link2")]
+    links = [end.get("link", "") for end in ends]
+    fault = _fault(robot, links)
+    if fault:
+        return fault
+    axis = joint.find("axis")
+    kind = joint.get("type", "spherical" if axis is None else "revolute")
+    if kind not in (*_HINGES, *_BALLS, "fixed", "prismatic"):
+        return f'is of type "{kind}", which closes no loop that is computed'
+    written = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
+    direction = vector(written, 3)
+    if direction is None or not 1e-100 < np.abs(direction).max() < 1e100:
+        return "has an axis without a direction"
+    a, b = (
+        _end(robot.frames[link], _placed(end, joint)) for link, end in zip(links, ends, strict=True)
+    )
+    if is_ball:
+        kind = "ball"
+    return _closed(name, kind, a, b, direction / np.linalg.norm(direction))
+
+
+def _ball_constraint(robot: Robot, constraint: Element, name: str) -> list[Loop] | str:
+    """The loop of a <drake:ball_constraint>, or why it closes none."""
+    parts = {part.tag.removeprefix("drake:ball_constraint_"): part for part in constraint}
+    links = [parts[key].get("name", "") for key in ("body_A", "body_B") if key in parts]
+    fault = _fault(robot, links)
+    if fault:
+        return fault
+    ends = []
+    for link, key in zip(links, ("p_AP", "p_BQ"), strict=True):
+        point = vector(parts[key].get("value"), 3) if key in parts else np.zeros(3)
+        if point is None:
+            return "has a point that cannot be read"
+        ends.append(_end(robot.frames[link], pin.SE3(np.eye(3), point)))
+    return _closed(name, "ball", ends[0], ends[1], np.array([1.0, 0.0, 0.0]))
 
 
 def _fault(robot: Robot, links: list[str]) -> str:
@@ -248,12 +268,9 @@ def _fault(robot: Robot, links: list[str]) -> str:
     for link in links:
         if link not in robot.frames or robot.frames[link].kind != "link":
             return f'is on "{link}", which is no link of the file'
-    one, other = (robot.frames[link].body for link in links)
-    return (
-        f'joins "{links[0]}" and "{links[1]}", which are fixed to one another'
-        if one == other
-        else ""
-    )
+    if robot.frames[links[0]].body == robot.frames[links[1]].body:
+        return f'joins "{links[0]}" and "{links[1]}", which are fixed to one another'
+    return ""
 
 
 def _end(frame: Frame, place: pin.SE3) -> tuple[int, pin.SE3]:
@@ -283,5 +300,7 @@ def _closed(
     if kind == "prismatic":
         return [loop(name, np.zeros(3), across, True)]
     first = loop(name, np.zeros(3), np.eye(3), kind == "fixed")
+    if kind not in _HINGES:
+        return [first]
     # A second point on the axis, held across it, keeps the axes of a hinge aligned.
-    return [first, loop(f"{name}{AXIS}", LEVER * axis, across)] if kind in _HINGES else [first]
+    return [first, loop(f"{name}{AXIS}", LEVER * axis, across)]
