@@ -5,7 +5,7 @@ inertia and place of joints.
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -65,27 +65,36 @@ class Change:
             StudyError: the value is not finite, not above zero, or not of the kind that the
                 property takes.
         """
-        what, shift, values = self.what, self.what in ADDED, np.ravel(self.value)
-        place = what == "place" and not self.factor
-        faults = {
-            "the value has to be a finite number": not np.isfinite(values).all(),
-            f"a place is three numbers [m] or a factor; give for example "
-            f"{what}:{self.pattern}=0,0,-0.3": len(values) != 3 and place,
-            "the value has to be one number": len(values) != 1 and not place,
-            "a centre of mass is moved by metres, a point mass is added in kg, an entry of an "
-            "inertia in kg m², not by a factor; "
-            f"give for example {what}:trunk=0.02": shift and self.factor,
-            "an inertia has six entries, so it is changed by a factor; give for example "
-            "inertia:trunk=1.1x, or an entry, such as "
-            "inertia-xx:trunk=0.01": (what == "inertia" and not self.factor),
-            "the value may not be below zero, and a factor of an inertia has to be above zero": (
-                not (shift or place)
-                and (values.min() < 0.0 or (values.min() == 0.0 and what == "inertia"))
-            ),
-        }
-        for message, wrong in faults.items():
-            if wrong:
-                raise StudyError(f"change {self}: {message}")
+        values = np.ravel(self.value)
+        added = self.what in ADDED
+        place = self.what == "place" and not self.factor
+        example = f"{self.what}:{self.pattern}=0,0,-0.3"
+        signed = added or place
+        if not np.isfinite(values).all():
+            fault = "the value has to be a finite number"
+        elif place and len(values) != 3:
+            fault = f"a place is three numbers [m] or a factor; give for example {example}"
+        elif not place and len(values) != 1:
+            fault = "the value has to be one number"
+        elif added and self.factor:
+            fault = (
+                "a centre of mass is moved by metres, a point mass is added in kg, an entry of an "
+                f"inertia in kg m², not by a factor; give for example {self.what}:trunk=0.02"
+            )
+        elif self.what == "inertia" and not self.factor:
+            fault = (
+                "an inertia has six entries, so it is changed by a factor; give for example "
+                "inertia:trunk=1.1x, or an entry, such as inertia-xx:trunk=0.01"
+            )
+        elif not signed and (
+            values.min() < 0.0 or (values.min() == 0.0 and self.what == "inertia")
+        ):
+            fault = (
+                "the value may not be below zero, and a factor of an inertia has to be above zero"
+            )
+        else:
+            return
+        raise StudyError(f"change {self}: {fault}")
 
     @property
     def number(self) -> float:
@@ -93,7 +102,8 @@ class Change:
         return float(np.ravel(self.value)[0])
 
     def __str__(self) -> str:
-        return f"{self.what}:{self.pattern}={','.join(f'{x:g}' for x in np.ravel(self.value))}{'x' * self.factor}"
+        values = ",".join(f"{value:g}" for value in np.ravel(self.value))
+        return f"{self.what}:{self.pattern}={values}{'x' if self.factor else ''}"
 
 
 def read_changes(text: str) -> tuple[Change, ...]:
@@ -112,14 +122,15 @@ def read_changes(text: str) -> tuple[Change, ...]:
             values = tuple(map(number_from, number.removesuffix("x").split(",")))
         except ValueError:
             values = (math.nan,)
-        kind = next((kind for kind in get_args(Property) if kind == written.strip()), None)
-        if kind is None or not (colon and equals and pattern) or math.isnan(sum(values)):
+        known = [kind for kind in get_args(Property) if kind == written.strip()]
+        complete = colon and equals and pattern and not math.isnan(sum(values))
+        if not known or not complete:
             kinds = ", ".join(get_args(Property))
             raise StudyError(
                 f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as '
                 f"{EXAMPLE}; properties are {kinds}"
             )
-        changes.append(Change(kind, pattern, values if len(values) > 1 else values[0], factor))
+        changes.append(Change(known[0], pattern, values if len(values) > 1 else values[0], factor))
     if not changes:
         raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
     return tuple(changes)
@@ -175,47 +186,66 @@ def varied_bodies(
     Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias
         (N, nb, 3, 3) about them, axes of the frames [kg m²].
     """
-    parts: dict[str, tuple[Array, Array, Array]] = {}
+    links: dict[str, _Inertias] = {}
     n = 1
     for what, pattern, values, factor in changes:
-        n, x = len(values), np.asarray(values, dtype=float)
+        n = len(values)
         for link in links_with_mass(robot, pattern):
-            Y = _frame(robot.model, link).inertia
-            part = parts.get(
-                link, (np.full(n, Y.mass), np.tile(Y.lever, (n, 1)), np.tile(Y.inertia, (n, 1, 1)))
-            )
-            parts[link] = _changed_inertia(what, x, factor, *part)
+            before = links.get(link) or _repeated(_frame(robot.model, link).inertia, n)
+            links[link] = _changed_inertia(what, np.asarray(values, float), factor, before)
     mass, com, inertia = (
-        np.repeat(part[None], n, axis=0).astype(float)
-        for part in (robot.masses, robot.coms, robot.inertias)
+        np.repeat(of_bodies[None], n, axis=0).astype(float)
+        for of_bodies in (robot.masses, robot.coms, robot.inertias)
     )
-    for i in sorted({robot.frames[link].body for link in parts}):
-        body, carried = robot.bodies[i], list[tuple[Array, Array, Array]]()
-        for frame in robot.model.frames:
-            link = frame.type == pin.FrameType.BODY
-            if frame.parentJoint == body.joint and (link or frame.inertia.mass):
-                Y, place = (
-                    frame.inertia,
-                    pin.SE3(body.rotation, body.offset).actInv(frame.placement),
-                )
-                m, c, moment = parts.get(
-                    frame.name if link else "", (np.array([Y.mass]), Y.lever[None], Y.inertia[None])
-                )
-                carried.append(
-                    (
-                        m,
-                        c @ place.rotation.T + place.translation,
-                        place.rotation @ moment @ place.rotation.T,
-                    )
-                )
-        mass[:, i] = sum(m for m, _, _ in carried)
-        com[:, i] = sum(m[:, None] * c for m, c, _ in carried) / mass[:, i, None]
-        arms = [cross_matrix(c - com[:, i]) for _, c, _ in carried]
-        inertia[:, i] = sum(
-            moment - m[:, None, None] * (C @ C)
-            for (m, _, moment), C in zip(carried, arms, strict=True)
-        )
+    for i in sorted({robot.frames[link].body for link in links}):
+        parts = [part.moved(place) for place, part in _parts_of(robot, i, links)]
+        # m = Σ m_k,  c = Σ m_k c_k / m
+        mass[:, i] = sum(part.mass for part in parts)
+        com[:, i] = sum(part.mass[:, None] * part.com for part in parts) / mass[:, i, None]
+        # I = Σ I_k − m_k [c_k − c]ײ
+        total = np.zeros((n, 3, 3))
+        for part in parts:
+            C = cross_matrix(part.com - com[:, i])
+            total += part.inertia - part.mass[:, None, None] * (C @ C)
+        inertia[:, i] = total
     return mass, com, inertia
+
+
+class _Inertias(NamedTuple):
+    """The inertias of one part in N robots, or in all of them (N = 1).
+
+    Attributes:
+        mass: (N,) [kg].
+        com: (N, 3) centres of mass [m].
+        inertia: (N, 3, 3) about them [kg m²].
+    """
+
+    mass: Array
+    com: Array
+    inertia: Array
+
+    def moved(self, place: pin.SE3) -> "_Inertias":
+        """The same in the frame in which their own frame has a place."""
+        R = place.rotation
+        return _Inertias(self.mass, self.com @ R.T + place.translation, R @ self.inertia @ R.T)
+
+
+def _repeated(Y: pin.Inertia, n: int) -> _Inertias:
+    """The inertia of a part that is the same in n robots."""
+    return _Inertias(np.full(n, Y.mass), np.tile(Y.lever, (n, 1)), np.tile(Y.inertia, (n, 1, 1)))
+
+
+def _parts_of(
+    robot: Robot, body: int, links: Mapping[str, _Inertias]
+) -> Iterator[tuple[pin.SE3, _Inertias]]:
+    """The parts of a body with their places in its frame; those of some links are given."""
+    own = robot.bodies[body]
+    in_body = pin.SE3(own.rotation, own.offset)
+    for frame in robot.model.frames:
+        is_link = frame.type == pin.FrameType.BODY
+        if frame.parentJoint == own.joint and (is_link or frame.inertia.mass):
+            part = links.get(frame.name) if is_link else None
+            yield in_body.actInv(frame.placement), part or _repeated(frame.inertia, 1)
 
 
 def _change_armature(
@@ -228,62 +258,62 @@ def _change_armature(
     names = robot.match_joints(change.pattern)
     chosen = robot.velocities(names)
     by_joint = {} if drives is None else dict(drives.by_joint)
-    of_joints = {name: drive for name in names if (drive := by_joint.pop(name, None))}
-    if change.factor and not (
-        model.armature[chosen].any() or any(drive.reflected for drive in of_joints.values())
-    ):
-        reason = f'these joints of robot "{robot.name}" have no reflected inertia'
-        raise StudyError(
-            f"change {change} has no effect, because {reason}; give a number, such as "
-            f"armature:{change.pattern}=0.01",
-            joints=names,
-        )
-    if change.factor:
-        for name, drive in of_joints.items():
-            low, high = drive.interval
-            inertia, ends = (
-                change.number * (drive.reflected or 0.0),
-                (change.number * low, change.number * high),
+    of_joints = {name: by_joint.pop(name) for name in names if name in by_joint}
+    if not change.factor:
+        model.armature[chosen] = change.number
+    else:
+        known = any(drive.reflected for drive in of_joints.values())
+        if not known and not model.armature[chosen].any():
+            raise StudyError(
+                f"change {change} has no effect, because these joints of robot "
+                f'"{robot.name}" have no reflected inertia; give a number, such as '
+                f"armature:{change.pattern}=0.01",
+                joints=names,
             )
+        model.armature[chosen] = model.armature[chosen] * change.number
+        for name, drive in of_joints.items():
+            inertia = change.number * (drive.reflected or 0.0)
+            low, high = drive.interval
+            ends = (change.number * low, change.number * high)
             by_joint[name] = replace(drive, armature=inertia, rotor_inertia=None, range=ends)
-    model.armature[chosen] = (
-        model.armature[chosen] * change.number if change.factor else change.number
-    )
     return None if drives is None else drives._replace(by_joint=by_joint)
 
 
-def _changed_inertia(
-    what: Property, x: Array, factor: bool, mass: Array, lever: Array, inertia: Array
-) -> tuple[Array, Array, Array]:
-    """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x
-    (...), as in `varied_bodies`.
-    """
-    x = np.where(np.isnan(x), 0.0 if what in ADDED else 1.0 if factor else mass, x)
-    if what == "point-mass":
-        return mass + x, lever, inertia
-    if what.startswith("com"):
-        return mass, lever + x[..., None] * np.eye(3)["xyz".index(what[-1])], inertia
-    if what.startswith("inertia-"):
-        one = np.zeros((3, 3))
-        j, k = ("xyz".index(axis) for axis in what[-2:])
-        one[[j, k], [k, j]] = 1.0
-        return mass, lever, inertia + x[..., None, None] * one
+def _changed_inertia(what: Property, x: Array, factor: bool, before: _Inertias) -> _Inertias:
+    """The inertias of a link after a change by values x (N,), as in `varied_bodies`."""
+    mass, com, inertia = before
+    if what in ADDED:
+        x = np.where(np.isnan(x), 0.0, x)
+        if what == "point-mass":
+            return _Inertias(mass + x, com, inertia)
+        if what.startswith("com"):
+            axis = np.eye(3)["xyz".index(what[-1])]
+            return _Inertias(mass, com + x[..., None] * axis, inertia)
+        j, k = "xyz".index(what[-2]), "xyz".index(what[-1])
+        entry = np.zeros((3, 3))
+        entry[[j, k], [k, j]] = 1.0
+        return _Inertias(mass, com, inertia + x[..., None, None] * entry)
+    unchanged = 1.0 if factor else mass
+    x = np.where(np.isnan(x), unchanged, x)
     ratio = x if factor else x / mass
-    return mass * ratio if what == "mass" else mass, lever, inertia * ratio[..., None, None]
+    # A mass that changes keeps the shape of its body; an inertia that changes keeps the mass.
+    scaled = inertia * ratio[..., None, None]
+    return _Inertias(mass * ratio if what == "mass" else mass, com, scaled)
 
 
 def _change_link(model: pin.Model, link: str, change: Change) -> None:
+    """Change the mass, the centre of mass or the inertia of a link."""
     frame = _frame(model, link)
     inertia = frame.inertia.copy()
-    parts = np.array(inertia.mass), inertia.lever, inertia.inertia
-    mass, inertia.lever, inertia.inertia = _changed_inertia(
-        change.what, np.array(change.number), change.factor, *parts
-    )
-    if mass < 0.0:
+    before = _Inertias(np.array(inertia.mass), inertia.lever, inertia.inertia)
+    after = _changed_inertia(change.what, np.array(change.number), change.factor, before)
+    if after.mass < 0.0:
         raise StudyError(
-            f"change {change}: {link} has {parts[0]:g} kg, so less than nothing would be left"
+            f"change {change}: {link} has {before.mass:g} kg, so less than nothing would be left"
         )
-    inertia.mass = float(mass)
+    inertia.mass = float(after.mass)
+    inertia.lever = after.com
+    inertia.inertia = after.inertia
     frame.inertia = inertia
     _sum_inertias(model, frame.parentJoint)
 
@@ -299,10 +329,8 @@ def _sum_inertias(model: pin.Model, joint: int) -> None:
 
 def _joint_frames(robot: Robot) -> dict[str, int]:
     """The frames of joints, fixed ones too, by name; that of a floating base has no place."""
-    kinds, free = (
-        (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT),
-        robot.joints[0].name if robot.free_base else "",
-    )
+    kinds = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+    free = robot.joints[0].name if robot.free_base else ""
     return {
         frame.name: k
         for k, frame in enumerate(robot.model.frames)
@@ -353,15 +381,12 @@ def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) 
         UnknownName: no link that moves and has mass fits. The text names the main link of the body,
             if the name is of a part of it.
     """
-    masses = {
-        link: mass for link in robot.links if (mass := _mass(model or robot.model, link)) > 0.0
-    }
+    masses = {link: _mass(model or robot.model, link) for link in robot.links}
+    masses = {link: mass for link, mass in masses.items() if mass > 0.0}
     frame, hint = robot.frames.get(pattern), ""
     if frame is not None and frame.body >= 0 and pattern not in masses:
-        hint = (
-            f'"{pattern}" has no mass; the main link of its body is '
-            f'"{_main_link(robot, frame.body)}"'
-        )
+        main = _main_link(robot, frame.body)
+        hint = f'"{pattern}" has no mass; the main link of its body is "{main}"'
     names = robot.match("link with mass", pattern, masses, (), hint)
     return {name: masses[name] for name in names}
 
@@ -380,19 +405,17 @@ def _small_parts(
     """A warning for each body of which the links hold next to no mass."""
     for i, body in enumerate(robot.bodies):
         chosen = [link for link in body.links if link in links]
-        share = (
-            sum(links[link] for link in chosen) / model.inertias[body.joint].mass if chosen else 1.0
-        )
+        if not chosen:
+            continue
+        share = sum(links[link] for link in chosen) / model.inertias[body.joint].mass
         if share < SMALL:
             main = _main_link(robot, i)
-            yield Diagnostic(
-                "robot",
-                body.name,
-                share,
+            text = (
                 f"change {change.what}:{change.pattern}: {listed(chosen, 4)} has "
-                f"{100.0 * share:.1g} % of the mass of its body; "
-                f'to change the body, name its main link "{main}" ({_mass(model, main):.4g} kg)',
+                f"{100.0 * share:.1g} % of the mass of its body; to change the body, name its "
+                f'main link "{main}" ({_mass(model, main):.4g} kg)'
             )
+            yield Diagnostic("robot", body.name, share, text)
 
 
 def _main_link(robot: Robot, body: int) -> str:

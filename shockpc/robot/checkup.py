@@ -58,29 +58,35 @@ class Finding(NamedTuple):
 
 
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
-    """Check a robot for what may mislead.
-
-    Returns what was found: errors first, then warnings, then notes.
-    """
+    """What may mislead in a robot: errors first, then warnings, then notes."""
     root = shared_xml(robot.source.xml, robot.source.path.name)
-    names_by_text: dict[tuple[Level, str, str], list[str]] = {}
     implausible = (
         *_read(robot, root),
         *_masses(robot),
         *_links(robot, root),
         *_about_origins(robot),
-        *_joints(robot, root),
+        *_drives(robot),
+        *_rotors(robot),
+        *_joints(robot),
+        *_axes(root),
         *_meshes(robot.source, root),
     )
+    names_by_text: dict[tuple[Level, str, str], list[str]] = {}
     for level, kind, name, text in implausible:
         names_by_text.setdefault((level, kind, text), []).append(name)
     findings = []
     for (level, kind, text), names in names_by_text.items():
-        subject = kind if len(names) == 1 else "bodies" if kind == "body" else f"{kind}s"
-        findings.append(Finding(level, f"{subject} {listed(names, 3)}" if kind else names[0], text))
-    return tuple(
-        sorted(findings, key=lambda finding: ("error", "warning", "note").index(finding.level))
-    )
+        where = f"{_counted(kind, len(names))} {listed(names, 3)}" if kind else names[0]
+        findings.append(Finding(level, where, text))
+    levels = ("error", "warning", "note")
+    return tuple(sorted(findings, key=lambda finding: levels.index(finding.level)))
+
+
+def _counted(kind: str, number: int) -> str:
+    """The word for one thing of a kind, or for several."""
+    if number == 1:
+        return kind
+    return "bodies" if kind == "body" else f"{kind}s"
 
 
 def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
@@ -145,19 +151,61 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
     for name, radius in inflated_inertias(robot):
         text = (
             f"its moments of inertia have a radius of gyration of {radius:.3g} m, and "
-            f"{size_text(robot)}"
+            f"{size_text(robot)}; if they are placeholders, every shock is wrong"
         )
-        yield "warning", "link", name, f"{text}; if they are placeholders, every shock is wrong"
+        yield "warning", "link", name, text
     for link in root.findall("link"):
-        if link.find("inertial") is None and (
-            link.find("visual") is not None or link.find("collision") is not None
-        ):
-            yield (
-                "note",
-                "link",
-                link.get("name", ""),
-                "shapes but no <inertial>, which is read as no mass",
+        shaped = link.find("visual") is not None or link.find("collision") is not None
+        if shaped and link.find("inertial") is None:
+            text = "shapes but no <inertial>, which is read as no mass"
+            yield "note", "link", link.get("name", ""), text
+
+
+def _drives(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
+    """Reflected inertia that is missing, that a simulator was given, or that is known otherwise."""
+    armature, drives = robot.model.armature, robot.default_drives
+    if robot.settings:
+        largest = {float(armature[robot.joint(name).v].max()) for name in robot.settings}
+        values = " or ".join(f"{inertia:g}" for inertia in sorted(largest))
+        text = (
+            f"its reflected inertia of {values} is the same for joints of different or unknown "
+            "effort, as in settings of a simulator; give the drives with --drives, --rotor or "
+            "--armature"
+        )
+        known = {} if drives is None else drives.by_joint
+        for name in sorted(robot.settings - set(known)):
+            yield "warning", "joint", name, text
+    if drives is not None:
+        used = f"{drives.label} are used by default"
+        text = f"no reflected inertia is read from the file: {used}"
+        if armature.any():
+            text = f"{used}, over the reflected inertia of the file"
+        yield "note", "", "every joint", f"{text}; --drives none leaves them out"
+    elif not armature.any():
+        text = (
+            f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the "
+            f"inertia of their motors; with geared or locked joints the shock is different"
+        )
+        yield "note", "", "every joint", text
+
+
+def _rotors(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
+    """Gear ratios without a rotor, and rotors that are links fixed to the stator."""
+    bodies = {body.name for body in robot.bodies}
+    for joint in robot.single_joints:
+        if joint.name in robot.gear_ratios and not robot.model.armature[joint.v].any():
+            text = (
+                f"gear ratio {robot.gear_ratios[joint.name]:g} without the inertia of a rotor, so "
+                f"it adds no reflected inertia; --rotor gives the inertia"
             )
+            yield "note", "joint", joint.name, text
+        rotor = f"{joint.name.removesuffix('_joint')}_rotor"
+        if rotor in robot.links and rotor not in bodies:
+            text = (
+                "fixed to the stator, so counted as mass that does not spin with the motor; the "
+                "reflected inertia is not in it"
+            )
+            yield "note", "link", rotor, text
 
 
 def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
@@ -172,60 +220,8 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
         yield "warning", "", robot.source.path.name, text
 
 
-def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    """Missing armature, followers, limits, and axes that are no unit vectors."""
-    if robot.settings:
-        numbers = {
-            float(robot.model.armature[robot.joint(name).v].max()) for name in robot.settings
-        }
-        text = (
-            f"its reflected inertia of {' or '.join(f'{number:g}' for number in sorted(numbers))} "
-            f"is the same for joints "
-            "of different or unknown effort, as in settings of a simulator; give the drives with "
-            "--drives, --rotor or --armature"
-        )
-        for name in sorted(
-            robot.settings - set(robot.default_drives.by_joint if robot.default_drives else ())
-        ):
-            yield "warning", "joint", name, text
-    if robot.default_drives is not None:
-        used, left_out = (
-            f"{robot.default_drives.label} are used by default",
-            "--drives none leaves them out",
-        )
-        over = f"{used}, over the reflected inertia of the file; {left_out}"
-        instead = f"no reflected inertia is read from the file: {used}; {left_out}"
-        yield "note", "", "every joint", over if robot.model.armature.any() else instead
-    elif not robot.model.armature.any():
-        text = (
-            f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the "
-            f"inertia of their motors"
-        )
-        yield (
-            "note",
-            "",
-            "every joint",
-            f"{text}; with geared or locked joints the shock is different",
-        )
-    for joint in robot.single_joints:
-        if joint.name in robot.gear_ratios and not robot.model.armature[joint.v].any():
-            ratio = f"gear ratio {robot.gear_ratios[joint.name]:g} without the inertia of a rotor"
-            yield (
-                "note",
-                "joint",
-                joint.name,
-                f"{ratio}, so it adds no reflected inertia; --rotor gives the inertia",
-            )
-        rotor = next(
-            (link for link in robot.links if link == f"{joint.name.removesuffix('_joint')}_rotor"),
-            None,
-        )
-        if rotor is not None and rotor not in {body.name for body in robot.bodies}:
-            text = (
-                "fixed to the stator, so counted as mass that does not spin with the motor; the "
-                "reflected inertia is not in it"
-            )
-            yield "note", "link", rotor, text
+def _joints(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
+    """Followers, and limits that leave no range."""
     for mimic in robot.mimics:
         yield "note", "joint", mimic.joint, "following others (mimic), without a degree of freedom"
     for joint in robot.single_joints:
@@ -242,31 +238,32 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
                 f"computed all the same"
             )
             yield "note", "joint", joint.name, text
-    for element in root.findall("joint"):
-        axis = element.find("axis")
-        direction = (
-            vector(axis.get("xyz"), 3)
-            if axis is not None and element.get("type") != "fixed"
-            else None
-        )
-        if (
-            direction is not None
-            and axis is not None
-            and abs((length := float(np.linalg.norm(direction))) - 1) > 1e-3
-        ):
+
+
+def _axes(root: Element) -> Iterator[tuple[Level, str, str, str]]:
+    """Axes of a URDF that are no unit vectors."""
+    for joint in root.findall("joint"):
+        axis = joint.find("axis")
+        if axis is None or joint.get("type") == "fixed":
+            continue
+        direction = vector(axis.get("xyz"), 3)
+        if direction is None:
+            continue
+        length = float(np.linalg.norm(direction))
+        if abs(length - 1) > 1e-3:
             text = (
                 f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
             )
-            yield "note", "joint", element.get("name", ""), text
+            yield "note", "joint", joint.get("name", ""), text
 
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    uris = {
-        uri: None
-        for mesh in root.iter("mesh")
-        for key in ("filename", "file")
-        if (uri := mesh.get(key)) is not None
-    }
+    """Meshes of the file that are missing, or that may not be read."""
+    uris: dict[str, None] = {}
+    for mesh in root.iter("mesh"):
+        for key in ("filename", "file"):
+            if key in mesh.attrib:
+                uris[mesh.attrib[key]] = None
     missing: list[str] = []
     for uri in uris:
         try:
@@ -276,9 +273,8 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, st
     if missing:
         text = (
             f"missing, or outside the folders that may be read: {listed(missing, 3)}; a contact on "
-            f"a link without other geometry "
-            "strikes at the origin of its frame, extremes over a body leave them out, and figures "
-            "draw boxes of equal inertia. Say "
-            "where they are: --package NAME=DIR, or --meshes DIR"
+            "a link without other geometry strikes at the origin of its frame, extremes over a "
+            "body leave them out, and figures draw boxes of equal inertia. Say where they are: "
+            "--package NAME=DIR, or --meshes DIR"
         )
         yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

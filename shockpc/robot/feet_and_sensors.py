@@ -70,12 +70,11 @@ def _heights(robot: Robot, posture: str) -> dict[str, float]:
     """
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
     places = robot.body_placements(q)
-    moving = (
-        f
-        for f in robot.frames.values()
-        if f.kind != "joint" and f.body >= 0 and not _marks(robot, f)
-    )
-    return {frame.name: float(places[frame.body].act(frame.offset)[2]) for frame in moving}
+    heights = {}
+    for frame in robot.frames.values():
+        if frame.kind != "joint" and frame.body >= 0 and not _marks(robot, frame):
+            heights[frame.name] = float(places[frame.body].act(frame.offset)[2])
+    return heights
 
 
 def _marks(robot: Robot, frame: Frame) -> bool:
@@ -111,7 +110,8 @@ def _limbs(robot: Robot) -> list[int]:
     trunk = _trunk(robot)
     limbs: list[int] = []
     for body, parent in enumerate(robot.parents):
-        limbs.append(body if parent in (trunk, -1) or body <= trunk else limbs[parent])
+        is_first = body <= trunk or parent in (trunk, -1)
+        limbs.append(body if is_first else limbs[parent])
     return limbs
 
 
@@ -123,28 +123,34 @@ def _ends(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
     it is named.
     """
     heights, limbs = _heights(robot, standing_posture(robot)), _limbs(robot)
-    whole = max(heights.values()) - min(heights.values())
-    # of each limb, and of the bodies that each one carries
-    lowest, beyond = dict[int, float](), [math.inf] * len(limbs)
+    height_of_robot = max(heights.values()) - min(heights.values())
+
+    # The lowest height of each limb, and of what each body carries.
+    lowest: dict[int, float] = {}
+    beyond = [math.inf] * len(limbs)
     for name, height in heights.items():
         body = robot.frames[name].body
         lowest[limbs[body]] = min(height, lowest.get(limbs[body], height))
         for carrier in _carriers(robot, body):
             beyond[carrier] = min(height, beyond[carrier])
-    bodies = {
-        name: robot.frames[name].body
-        for name in names
-        if heights[name] <= beyond[robot.frames[name].body]
-    }
-    carriers = {carrier for body in bodies.values() for carrier in _carriers(robot, body)}
-    above = {
-        name: (heights[name] - lowest[limbs[body]]) / whole if whole else 0.0
-        for name, body in bodies.items()
-    }
+
+    # Frames that nothing of what their body carries reaches below, and their heights above the
+    # lowest point of the limb, as shares of the robot's height.
+    bodies = {}
+    above = {}
+    for name in names:
+        body = robot.frames[name].body
+        if heights[name] <= beyond[body]:
+            bodies[name] = body
+            drop = heights[name] - lowest[limbs[body]]
+            above[name] = drop / height_of_robot if height_of_robot else 0.0
+
+    carriers: set[int] = set()
+    for body in bodies.values():
+        carriers.update(_carriers(robot, body))
     low = {body for name, body in bodies.items() if above[name] <= LOW_END_SHARE} - carriers
-    return tuple(
-        name for name, body in bodies.items() if body in low and above[name] <= LOW
-    ) or tuple(bodies)
+    ends = tuple(name for name in bodies if bodies[name] in low and above[name] <= LOW)
+    return ends or tuple(bodies)
 
 
 def _carriers(robot: Robot, body: int) -> Iterator[int]:
@@ -160,9 +166,10 @@ def _tip(body: Body, places: list[Frame]) -> str:
     """
     if places:
         return max(places, key=lambda place: float(np.linalg.norm(place.offset))).name
-    return next(
-        (link for link in reversed(body.links) if not re.search(FASTENER, link)), body.links[-1]
-    )
+    for link in reversed(body.links):
+        if not re.search(FASTENER, link):
+            return link
+    return body.links[-1]
 
 
 def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
@@ -170,15 +177,16 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
     some may be drawn folded.
     """
     limbs = _limbs(robot)
-    masses = {
-        i: [robot.bodies[k].mass for k in (i, *_carriers(robot, i)) if limbs[k] == limbs[i]]
-        for i in ends
-    }
 
-    def alike(one: list[float], other: list[float]) -> bool:
-        return len(one) == len(other) and bool(np.allclose(one, other, rtol=ALIKE))
+    def masses(end: int) -> list[float]:
+        on_limb = [body for body in (end, *_carriers(robot, end)) if limbs[body] == limbs[end]]
+        return [robot.bodies[body].mass for body in on_limb]
 
-    return [i for i in ends if i in low or any(alike(masses[i], masses[k]) for k in low)]
+    def alike(end: int, other: int) -> bool:
+        a, b = masses(end), masses(other)
+        return len(a) == len(b) and bool(np.allclose(a, b, rtol=ALIKE))
+
+    return [end for end in ends if end in low or any(alike(end, other) for other in low)]
 
 
 @memoized()
@@ -186,35 +194,56 @@ def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
     """The frames of `feet`, and whether they are recognised as feet, by their names or because they
     are low.
     """
-    named_like_feet = tuple(
-        link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link)
-    )
-    links = _not_fixed_to_trunk(robot, named_like_feet)
-    if links and (named_links := _ends(robot, links)):
-        return named_links, True
-    sites = [
-        f
-        for f in robot.frames.values()
-        if f.kind in ("site", "geom") and f.body >= 0 and not _marks(robot, f)
-    ]
-    places = [f for f in sites if not re.search(SENSOR, f.name)]
-    named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
-    if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
-        return named_places, True
+    named = _links_named_like_feet(robot) or _places_named_like_feet(robot)
+    if named:
+        return named, True
     ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
-    names = {i: _tip(robot.bodies[i], [place for place in places if place.body == i]) for i in ends}
-    if legs := [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])]:
+    legs = [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])]
+    if legs:
         # The body itself: a site on it may be the hub of a wheel.
         return _ends(robot, tuple(_tip(robot.bodies[i], []) for i in legs)), True
+
+    # Nothing is named like a foot: the tips that are low.
+    places = _places(robot)
+    tips = {}
+    for i in ends:
+        tips[i] = _tip(robot.bodies[i], [place for place in places if place.body == i])
     heights = _heights(robot, standing_posture(robot))
     lowest = min(heights[name] for name in _not_fixed_to_trunk(robot, tuple(heights)))
     limit = lowest + LOW * (max(heights.values()) - lowest)
-    low = [i for i in ends if heights[names[i]] <= limit]
-    return (
-        (tuple(names[i] for i in _with_twins(robot, low, ends)), True)
-        if low
-        else (tuple(names.values()), False)
-    )
+    low = [i for i in ends if heights[tips[i]] <= limit]
+    if low:
+        return tuple(tips[i] for i in _with_twins(robot, low, ends)), True
+    return tuple(tips.values()), False
+
+
+def _links_named_like_feet(robot: Robot) -> tuple[str, ...]:
+    """The links named like a foot that are at the end of a limb."""
+    feet = [link for link in robot.links if re.search(FOOT, link)]
+    no_sensors = [link for link in feet if not re.search(SENSOR, link)]
+    links = _not_fixed_to_trunk(robot, tuple(no_sensors))
+    return _ends(robot, links) if links else ()
+
+
+def _places(robot: Robot) -> list[Frame]:
+    """The sites and geoms that move, but for sensors and the named places of a URDF."""
+    places = []
+    for frame in robot.frames.values():
+        on_body = frame.kind in ("site", "geom") and frame.body >= 0
+        if on_body and not _marks(robot, frame) and not re.search(SENSOR, frame.name):
+            places.append(frame)
+    return places
+
+
+def _places_named_like_feet(robot: Robot) -> tuple[str, ...]:
+    """A site or geom named like a foot, the first of each body, at the end of a limb."""
+    named: dict[int, str] = {}
+    for place in _places(robot):
+        if re.search(FOOT, place.name):
+            named.setdefault(place.body, place.name)
+    if not named:
+        return ()
+    return _ends(robot, tuple(named[body] for body in sorted(named)))
 
 
 def feet(robot: Robot) -> tuple[str, ...]:
@@ -258,36 +287,33 @@ def _foot_of_parts(robot: Robot, names: list[str]) -> str:
         return names[0]
     if len(names) > 1:
         return body
+    if first.kind not in ("geom", "site"):
+        return names[0]
     # Of several geoms or sites of a foot, only one is among the names that were found.
-    alike = [
-        frame
-        for frame in robot.frames.values()
-        if (frame.kind, frame.body) == (first.kind, first.body)
-    ]
+    alike = [f for f in robot.frames.values() if (f.kind, f.body) == (first.kind, first.body)]
     if re.search(FOOT, first.name):
         alike = [frame for frame in alike if re.search(FOOT, frame.name)]
-    return body if first.kind in ("geom", "site") and len(alike) > 1 else names[0]
+    return body if len(alike) > 1 else names[0]
 
 
 def sensors(robot: Robot) -> tuple[str, ...]:
     """Links and sites that move and are named like a sensor or are IMUs by the file; a site in the
     place of such a link is none.
     """
-    found = [
-        frame
-        for frame in robot.frames.values()
-        if frame.kind in ("link", "site")
-        and frame.body >= 0
-        and (re.search(SENSOR, frame.name) or frame.name in robot.imus)
-    ]
+    links, sites = [], []
+    for frame in robot.frames.values():
+        is_sensor = re.search(SENSOR, frame.name) is not None or frame.name in robot.imus
+        if is_sensor and frame.body >= 0 and frame.kind == "link":
+            links.append(frame)
+        elif is_sensor and frame.body >= 0 and frame.kind == "site":
+            sites.append(frame)
 
     def repeats(site: Frame) -> bool:
-        return any(
-            link.kind == "link" and link.body == site.body and np.allclose(link.offset, site.offset)
-            for link in found
-        )
+        on_body = [link for link in links if link.body == site.body]
+        return any(np.allclose(link.offset, site.offset) for link in on_body)
 
-    return tuple(frame.name for frame in found if frame.kind == "link" or not repeats(frame))
+    apart = {site.name for site in sites if not repeats(site)} | {link.name for link in links}
+    return tuple(name for name in robot.frames if name in apart)
 
 
 def is_foot(name: str) -> bool:
