@@ -6,6 +6,7 @@ its XML: importing yourdfpy takes longer than an analysis without meshes.
 """
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, NamedTuple, TypeAlias
@@ -86,7 +87,7 @@ class Outline(NamedTuple):
 
 @memoized()
 def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
-    """Read the collision or visual shapes of every body, as the robot's file gives them.
+    """The collision or visual shapes of every body, as the robot's file gives them.
 
     Primitives are exact; meshes keep their triangles beside their outer vertices, or all of them
     without `reduced`. A shape that cannot be read is left out and named in the warning. The robot
@@ -94,38 +95,45 @@ def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[Unread] = []
-    bare: dict[int, str] = {}
+    incomplete: set[int] = set()  # bodies with shapes that cannot be read
     for piece in _shapes(robot.source, kind, reduced):
         frame = robot.frames.get(piece.link)
         body = frame.body if frame is not None else -1
         if isinstance(piece, Unread):
             unread.append(piece)
-            bare[body] = f'"{robot.bodies[body].name}"'
+            incomplete.add(body)
         elif frame is not None and body >= 0:
             shapes[body].append(piece.placed(frame.rotation, frame.offset))
-    pieces = Pieces.of(
-        [[(shape.points, shape.rounding) for shape in of_body] for of_body in shapes]
-    )
+    solids = [[(shape.points, shape.rounding) for shape in of_body] for of_body in shapes]
     warnings: tuple[str, ...] = ()
     if unread:
-        count = f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
-        lost = [name for body, name in sorted(bare.items()) if body >= 0 and not shapes[body]]
-        consequence = (
-            f"no {kind} geometry is left for {few(lost, 4)}"
-            if lost
-            else "each of their bodies has other shapes"
-        )
-        others = [
-            name
-            for name in dict.fromkeys(lost.mesh for lost in unread)
-            if name not in ("", unread[0].mesh)
-        ]
-        also = f"; also {listed(others, 4)}" if others else ""
-        warnings = (
-            f'{count} could not be read (link "{unread[0].link}": {unread[0].reason}{also}); '
-            f"{consequence}",
-        )
-    return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), warnings)
+        read = sum(map(len, shapes))
+        lost = [i for i in sorted(incomplete) if i >= 0 and not shapes[i]]
+        names = [f'"{robot.bodies[body].name}"' for body in lost]
+        warnings = (_unread_text(kind, unread, read, names),)
+    return Outline(tuple(map(tuple, shapes)), Pieces.of(solids), tuple(unread), warnings)
+
+
+def _unread_text(kind: str, unread: list[Unread], read: int, lost: list[str]) -> str:
+    """A warning about shapes that cannot be read.
+
+    Args:
+        kind: of the shapes.
+        unread: at least one.
+        read: how many others were read.
+        lost: bodies that have no shape left.
+    """
+    consequence = "each of their bodies has other shapes"
+    if lost:
+        consequence = f"no {kind} geometry is left for {few(lost, 4)}"
+    first = unread[0]
+    meshes = dict.fromkeys(piece.mesh for piece in unread)
+    others = [name for name in meshes if name not in ("", first.mesh)]
+    also = f"; also {listed(others, 4)}" if others else ""
+    return (
+        f"{len(unread)} of {len(unread) + read} {kind} shapes could not be read "
+        f'(link "{first.link}": {first.reason}{also}); {consequence}'
+    )
 
 
 @memoized()
@@ -137,14 +145,11 @@ def body_outline(robot: Robot) -> Outline:
 @memoized()
 def shapes_at(robot: Robot, name: str) -> np.ndarray:
     """Which shapes (n,) of `body_outline` belong to a frame, in the order of its pieces."""
-    return np.array(
-        [
-            shape.belongs_to(robot.frame(name))
-            for carried in body_outline(robot).shapes
-            for shape in carried
-        ],
-        dtype=bool,
-    )
+    frame = robot.frame(name)
+    belongs: list[bool] = []
+    for carried in body_outline(robot).shapes:
+        belongs += [shape.belongs_to(frame) for shape in carried]
+    return np.array(belongs, dtype=bool)
 
 
 @memoized()
@@ -156,19 +161,17 @@ def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread,
     decide.
     """
     frame = robot.frame(name)
-    pieces = (
-        _shapes(robot.source, _outline_kind(robot.source), True, name)
-        if frame.kind in ("link", "geom")
-        else ()
-    )
-    found = [piece for piece in pieces if isinstance(piece, Shape) and piece.belongs_to(frame)]
-    places = [robot.frames[shape.link] for shape in found]
-    return (
-        tuple(
-            shape.placed(at.rotation, at.offset) for shape, at in zip(found, places, strict=True)
-        ),
-        tuple(piece for piece in pieces if isinstance(piece, Unread)),
-    )
+    if frame.kind not in ("link", "geom"):
+        return (), ()
+    shapes: list[Shape] = []
+    unread: list[Unread] = []
+    for piece in _shapes(robot.source, _outline_kind(robot.source), True, name):
+        if isinstance(piece, Unread):
+            unread.append(piece)
+        elif piece.belongs_to(frame):
+            at = robot.frames[piece.link]
+            shapes.append(piece.placed(at.rotation, at.offset))
+    return tuple(shapes), tuple(unread)
 
 
 def drawn_outline(robot: Robot) -> Outline:
@@ -188,27 +191,24 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
         shapes: whether its shapes count, for which meshes are read.
     """
     places = robot.body_placements(pin.neutral(robot.model))
-    R, p = (
-        np.array([place.rotation for place in places]),
-        np.array([place.translation for place in places]),
-    )
+    R = np.array([place.rotation for place in places])
+    p = np.array([place.translation for place in places])
 
     def placed(bodies: np.ndarray, points: Array) -> Array:
+        """Points (n, 3) of bodies (n,) in the world."""
         return np.asarray((R[bodies] @ points[..., None])[..., 0] + p[bodies])
 
-    centres_and_frames = [
-        *enumerate(body.com for body in robot.bodies),
-        *((at.body, at.offset) for at in robot.frames.values() if at.body >= 0),
-    ]
-    corners = [
-        placed(
-            np.array([body for body, _ in centres_and_frames]),
-            np.array([point for _, point in centres_and_frames]),
-        )
-    ]
+    bodies = list(range(len(robot.bodies)))
+    centres_and_frames = [body.com for body in robot.bodies]
+    for frame in robot.frames.values():
+        if frame.body >= 0:
+            bodies.append(frame.body)
+            centres_and_frames.append(frame.offset)
+    corners = [placed(np.array(bodies), np.array(centres_and_frames))]
     if shapes:
         pieces = body_outline(robot).pieces
         points = placed(pieces.body[pieces.piece], pieces.points)
+        # A piece reaches along an axis of the world by the length of that row of R Q.
         reach = np.linalg.norm(R[pieces.body] @ pieces.rounding, axis=2)[pieces.piece]
         corners += [points - reach, points + reach]
     return float(np.linalg.norm(np.ptp(np.concatenate(corners), axis=0)))
@@ -222,31 +222,26 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
     Moments too small to matter are left out, such as those of a sensor's placeholder. Meshes are
     read only where the frames alone leave a link in doubt.
     """
-    inertias = {
-        frame.name: (frame.inertia, frame.parentJoint)
-        for frame in robot.model.frames
-        if frame.inertia.mass > 0.0
-    }
-    radius = {
-        name: math.sqrt(max(np.trace(rigid.inertia), 0.0) / 3.0 / rigid.mass)
-        for name, (rigid, _) in inertias.items()
-    }
-    if max(radius.values(), default=0.0) <= robot_size(robot, False):
+    links = [frame for frame in robot.model.frames if frame.inertia.mass > 0.0]
+    radius = {}
+    for link in links:
+        # k² = tr I / 3 m
+        trace = max(np.trace(link.inertia.inertia), 0.0)
+        radius[link.name] = math.sqrt(trace / 3.0 / link.inertia.mass)
+    size = robot_size(robot, False)
+    if max(radius.values(), default=0.0) <= size:
         return ()
-    size = (
-        robot_size(robot)
-        if any(body_outline(robot).shapes)
-        else UNKNOWN * max(robot_size(robot, False), SMALL)
-    )
-    large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
-    least = {
-        name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large
-    }
-    return tuple(
-        (name, radius[name])
-        for name, rigid, joint in large
-        if joint and np.trace(rigid.inertia) > least[name]
-    )
+    if any(body_outline(robot).shapes):
+        size = robot_size(robot)
+    else:
+        size = UNKNOWN * max(size, SMALL)
+    inflated: dict[str, float] = {}
+    for link in links:
+        if radius[link.name] > size and link.parentJoint:
+            least = NEGLIGIBLE * robot.model.inertias[link.parentJoint].mass * size**2
+            if np.trace(link.inertia.inertia) > least:
+                inflated[link.name] = radius[link.name]
+    return tuple(inflated.items())
 
 
 @memoized()
@@ -325,30 +320,43 @@ def _shapes(
     """
     load = _loader(source, reduced)
     if source.kind == "mjcf":
-        found = tuple(_mjcf_shapes(source, kind, load, only))
+        shapes = tuple(_mjcf_shapes(source, kind, load, only))
+    elif only is None:
+        shapes = _of_all_links(source, kind, reduced)
     else:
-        root = shared_xml(source.xml, source.path.name)
-        links = _links(source) if only is None else [only]
-        found = tuple(
-            shape for link in links for shape in _shapes_as_read(source, kind, reduced, link)
-        )
-        # Meshes of which the file says that y is up are turned to z up if they are twice as close
-        # to the joints then.
-        if any(
-            isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up
-            for shape in found
-        ):
-            if only is not None:
-                return tuple(
-                    shape for shape in _shapes(source, kind, reduced) if shape.link == only
-                )
-            every = (element for elements in _links(source).values() for element in elements)
-            turned = tuple(_urdf_shapes(every, kind, load, _Y_TO_Z))
-            if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
-                found = turned
+        shapes = _shapes_as_read(source, kind, reduced, only)
+        if any(map(_is_y_up, shapes)):
+            every = _shapes(source, kind, reduced)
+            return tuple(shape for shape in every if shape.link == only)
     if only is None:
         load.cache_clear()
-    return found
+    return shapes
+
+
+def _is_y_up(shape: Shape | Unread) -> bool:
+    """Whether a shape is a mesh whose file says that y is up."""
+    return isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up
+
+
+def _of_all_links(
+    source: RobotSource, kind: GeometryKind, reduced: bool
+) -> tuple[Shape | Unread, ...]:
+    """The shapes of a URDF.
+
+    Meshes whose files say that y is up are turned to z up if they are then twice as close to the
+    joints.
+    """
+    links = _links(source)
+    as_read: list[Shape | Unread] = []
+    for link in links:
+        as_read += _shapes_as_read(source, kind, reduced, link)
+    if not any(map(_is_y_up, as_read)):
+        return tuple(as_read)
+    elements = itertools.chain.from_iterable(links.values())
+    turned = tuple(_urdf_shapes(elements, kind, _loader(source, reduced), _Y_TO_Z))
+    root = shared_xml(source.xml, source.path.name)
+    closer = 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, tuple(as_read))
+    return turned if closer else tuple(as_read)
 
 
 @memoized()
@@ -379,39 +387,40 @@ def _urdf_shapes(
     for link in links:
         name = link.get("name", "")
         for element in link.findall(kind):
-            shape = next(
-                (
-                    part
-                    for part in element.iterfind("geometry/*")
-                    if part.tag.rpartition(":")[2] not in _NO_SHAPES
-                ),
-                None,
-            )
+            shape = _first_shape(element)
             uri = "" if shape is None else shape.get("filename", "")
+            origin = element.find("origin")
             try:
-                xyz, rpy = (
-                    _numbers(element.find("origin"), key, 3, "0 0 0") for key in ("xyz", "rpy")
-                )
+                xyz = _numbers(origin, "xyz", 3, "0 0 0")
+                rpy = _numbers(origin, "rpy", 3, "0 0 0")
                 if shape is None:
                     raise ValueError(f"a <{kind}> without a shape")
-                if shape.tag == "mesh":
-                    read, scale = load(uri), _numbers(shape, "scale", 3, "1 1 1")
-                    found = _mesh(
-                        name,
-                        read,
-                        scale[:, None] * (turn if read[0].y_up else np.eye(3)),
-                        np.zeros(3),
-                    )
-                else:
-                    tag = shape.tag.removeprefix("drake:")
-                    sizes = [
-                        factor * _numbers(shape, key, size)
-                        for key, size, factor in _URDF_SIZES.get(tag, ())
-                    ]
-                    found = primitive(name, tag, np.concatenate([*sizes, np.zeros(0)]))
-                yield checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
+                read = _urdf_shape(name, shape, load, turn)
+                yield checked(read.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
                 yield Unread(name, uri, str(refusal))
+
+
+def _first_shape(element: Element) -> Element | None:
+    """The shape of a <collision> or <visual>, if it has one."""
+    for part in element.iterfind("geometry/*"):
+        if part.tag.rpartition(":")[2] not in _NO_SHAPES:
+            return part
+    return None
+
+
+def _urdf_shape(link: str, shape: Element, load: Loader, turn: Array) -> Shape:
+    """A mesh or primitive of a URDF in its own frame."""
+    if shape.tag == "mesh":
+        read = load(shape.get("filename", ""))
+        scale = _numbers(shape, "scale", 3, "1 1 1")
+        axes = turn if read[0].y_up else np.eye(3)
+        return _mesh(link, read, scale[:, None] * axes, np.zeros(3))
+    tag = shape.tag.removeprefix("drake:")
+    sizes = [np.zeros(0)]
+    for key, count, factor in _URDF_SIZES.get(tag, ()):
+        sizes.append(factor * _numbers(shape, key, count))
+    return primitive(link, tag, np.concatenate(sizes))
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:

@@ -77,8 +77,8 @@ class Mesh(NamedTuple):
 
 
 def read_mesh(data: bytes, suffix: str) -> Mesh:
-    """Read the triangles of a mesh file; polygons are divided into triangles, vertices at the same
-    place become one.
+    """The triangles of a mesh file; polygons are divided into triangles, vertices at the same place
+    become one.
 
     The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the
     axes of the link, whatever the file says, and Pinocchio reads them so. COLLADA coordinates are
@@ -95,15 +95,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     if suffix == "msh":
         vertices, triangles = _msh_shape(data)
     elif suffix == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
-        # trimesh reads these too; its import takes longer than an analysis of a robot whose meshes
-        # are all of this kind.
-        corners = np.frombuffer(
-            data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")], offset=84
-        )["corners"]
-        vertices, triangles = (
-            corners.reshape(-1, 3).astype(float),
-            np.arange(3 * len(corners)).reshape(-1, 3),
-        )
+        vertices, triangles = _binary_stl(data)
     else:
         vertices, triangles, y_up = _by_library(data, suffix)
     if not len(triangles):
@@ -112,15 +104,36 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
         raise ValueError("it has vertices that are not finite numbers")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise ValueError("a triangle refers to a vertex that does not exist")
-    # STL files repeat a vertex for every triangle. Adding zero turns −0 into 0, so that equal
-    # numbers are equal bytes.
+    distinct, index = _without_repeats(vertices)
+    return Mesh(distinct, index[triangles], y_up)
+
+
+def _binary_stl(data: bytes) -> tuple[Array, np.ndarray]:
+    """The vertices and triangles of a binary STL file.
+
+    trimesh reads these too; its import takes longer than an analysis of a robot whose meshes are
+    all of this kind.
+    """
+    layout = [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")]
+    corners = np.frombuffer(data, layout, offset=84)["corners"]
+    vertices = corners.reshape(-1, 3).astype(float)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _without_repeats(vertices: Array) -> tuple[Array, np.ndarray]:
+    """Distinct vertices (m, 3), and for each of the given ones (n, 3) which of them it is (n,).
+
+    STL files repeat a vertex for every triangle.
+    """
+    # Adding zero turns −0 into 0, so that equal numbers are equal bytes.
     rows = np.ascontiguousarray(vertices + 0.0).view(">u8")
-    # a hundred times as fast as numpy.unique of rows
+    # Sorted by lexsort, which is a hundred times as fast as numpy.unique of rows.
     order = np.lexsort(rows.astype("=u8").T[::-1])
-    new = np.append(True, (rows[order[1:]] != rows[order[:-1]]).any(axis=1))
+    differs = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    new = np.append(True, differs)
     index = np.empty(len(rows), dtype=np.int64)
     index[order] = np.cumsum(new) - 1
-    return Mesh(vertices[order[new]], index[triangles], y_up)
+    return vertices[order[new]], index
 
 
 def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
@@ -198,7 +211,7 @@ def hull_corners(vertices: Array) -> Array:
 
 
 def outer_vertices(vertices: Array) -> Array:
-    """Return the vertices (n, 3) without those that are clearly inside their hull, in their order.
+    """The vertices (n, 3) without those that are clearly inside their hull, in their order.
 
     Every analysis evaluates the extremes over them. Some that are no corners remain: a vertex is
     left out where it is inside a tetrahedron of which three corners are the vertices that reach
@@ -206,23 +219,33 @@ def outer_vertices(vertices: Array) -> Array:
     would need SciPy's module for it, which takes longer to import than most analyses.
     """
     with np.errstate(all="ignore"):
-        centre, size = vertices.mean(axis=0), np.ptp(vertices, axis=0)
-        x = (vertices - centre) / size if (size > 0.0).all() else vertices[:0]
-        for level in (1, 2) if len(x) > FEW else ():
-            directions, triangles = _directions(level)
-            farthest = np.array([(x @ direction).argmax() for direction in directions])
-            middle = x[sorted(set(farthest.tolist()))].mean(axis=0)
-            edges = np.swapaxes(x[farthest[triangles]] - middle, -1, -2)
-            inverse, inside = np.linalg.inv(edges[np.abs(np.linalg.det(edges)) > _FLAT]), []
-            for part in np.split(x - middle, range(FEW, len(x), FEW)):
-                shares = (inverse.reshape(-1, 3) @ part.T).reshape(len(inverse), 3, len(part))
-                inside.append(
-                    ((shares.min(axis=1) >= 0.0) & (shares.sum(axis=1) < 1.0 - _BENEATH)).any(
-                        axis=0
-                    )
-                )
-            x, vertices = (each[~np.concatenate(inside)] for each in (x, vertices))
+        size = np.ptp(vertices, axis=0)
+        if len(vertices) <= FEW or not (size > 0.0).all():
+            return vertices
+        x = (vertices - vertices.mean(axis=0)) / size
+        for level in (1, 2):
+            outside = ~_inside(x, level)
+            x, vertices = x[outside], vertices[outside]
     return vertices
+
+
+def _inside(x: Array, level: int) -> np.ndarray:
+    """Which points (n,) of x (n, 3) are inside one of the tetrahedra of `outer_vertices`."""
+    directions, triangles = _directions(level)
+    farthest = np.array([(x @ direction).argmax() for direction in directions])
+    middle = x[sorted(set(farthest.tolist()))].mean(axis=0)
+    edges = np.swapaxes(x[farthest[triangles]] - middle, -1, -2)
+    solid = np.abs(np.linalg.det(edges)) > _FLAT
+    inverse = np.linalg.inv(edges[solid])
+    inside = []
+    for part in np.split(x - middle, range(FEW, len(x), FEW)):
+        # A point is Σ share_k edge_k from the middle; inside, all shares are positive, and their
+        # sum is below 1.
+        shares = (inverse.reshape(-1, 3) @ part.T).reshape(len(inverse), 3, len(part))
+        positive = shares.min(axis=1) >= 0.0
+        beneath = shares.sum(axis=1) < 1.0 - _BENEATH
+        inside.append((positive & beneath).any(axis=0))
+    return np.concatenate(inside)
 
 
 @functools.cache
@@ -230,33 +253,36 @@ def _directions(level: int) -> tuple[Array, np.ndarray]:
     """Directions (n, 3), and the triangles (m, 3) of neighbours: those of an octahedron, each
     divided into four so many times.
     """
-    triangles = np.array(list(itertools.product([-1.0, 1.0], repeat=3)))[:, :, None] * np.eye(3)
+    signs = np.array(list(itertools.product([-1.0, 1.0], repeat=3)))
+    triangles = signs[:, :, None] * np.eye(3)
     for _ in range(level):
         middles = triangles + triangles[:, [1, 2, 0]]
         middles /= np.linalg.norm(middles, axis=-1, keepdims=True)
-        corners = [
-            np.stack([triangles[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)
-        ]
+        corners = []
+        for k in range(3):
+            corner = [triangles[:, k], middles[:, k], middles[:, k - 1]]
+            corners.append(np.stack(corner, axis=1))
         triangles = np.concatenate([middles, *corners])
     points = [tuple(point) for point in (triangles.reshape(-1, 3) + 0.0).tolist()]
-    index = {point: n for n, point in enumerate(sorted(set(points)))}
-    return np.array(list(index)), np.array([index[point] for point in points]).reshape(-1, 3)
+    directions = sorted(set(points))
+    index = {point: n for n, point in enumerate(directions)}
+    neighbours = np.array([index[point] for point in points])
+    return np.array(directions), neighbours.reshape(-1, 3)
 
 
 def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
     """The vertices and triangles of MuJoCo's binary format: four counts, vertices, normals, texture
     coordinates, triangles.
     """
-    vertices, normals, coordinates, triangles = [
-        int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)
-    ]
+    counts = [int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)]
+    vertices, normals, coordinates, triangles = counts
     if len(data) != 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
         raise ValueError(
             "it is not a valid MSH file (its length is not that which its first four numbers give)"
         )
-    points = np.frombuffer(data, "<f4", 3 * vertices, 16).reshape(-1, 3)
-    faces = np.frombuffer(data, "<i4", 3 * triangles, len(data) - 12 * triangles).reshape(-1, 3)
-    return points.astype(float), faces.astype(np.int64)
+    points = np.frombuffer(data, "<f4", 3 * vertices, 16)
+    faces = np.frombuffer(data, "<i4", 3 * triangles, len(data) - 12 * triangles)
+    return points.reshape(-1, 3).astype(float), faces.reshape(-1, 3).astype(np.int64)
 
 
 def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
@@ -268,10 +294,8 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _NO_SHAPE]
-    positions = {
-        item.get("source", "")[1:]
-        for item in root.iterfind(".//vertices/input[@semantic='POSITION']")
-    }
+    inputs = root.iterfind(".//vertices/input[@semantic='POSITION']")
+    positions = {item.get("source", "")[1:] for item in inputs}
     for source in root.iter("source"):
         numbers = source.find("float_array")
         if numbers is None:
@@ -285,38 +309,37 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
             item.set("semantic", "COLOR")  # whose indices count, and whose values are not looked at
     _refuse_growth(root)
     unit = root.find("asset/unit")
+    metres = 1.0 if unit is None else float(unit.get("meter", "1"))
     y_up = root.findtext("asset/up_axis", "").strip() == "Y_UP"
-    return (
-        ElementTree.tostring(root),
-        float(unit.get("meter", "1")) if unit is not None else 1.0,
-        y_up,
-    )
+    return ElementTree.tostring(root), metres, y_up
 
 
 def _refuse_growth(root: ElementTree.Element) -> None:
     """Refuse a scene whose nodes instantiate one another so often that it would be too long if it
     were written out.
     """
-    known = {
-        f"#{element.get('id')}": element
-        for element in root.iter()
-        if element.tag in ("geometry", "node")
-    }
+    known = {}
+    for element in root.iter():
+        if element.tag in ("geometry", "node"):
+            known[f"#{element.get('id')}"] = element
 
     @functools.cache
     def length(url: str) -> int:
+        """Characters of a geometry, or of a node as `written_out`."""
         element = known.get(url)
         if element is None:
             return 0
-        return (
-            sum(map(len, element.itertext())) if element.tag == "geometry" else written_out(element)
-        )
+        if element.tag == "geometry":
+            return sum(map(len, element.itertext()))
+        return written_out(element)
 
     def written_out(element: ElementTree.Element) -> int:
+        """Characters of a node with what it and its children instantiate."""
         instances = [part.get("url", "") for part in element if part.tag.startswith("instance_")]
         return sum(_INSTANCE + length(url) for url in instances) + sum(map(written_out, element))
 
-    if (characters := sum(map(written_out, root.iter("visual_scene")))) > _LONGEST:
+    characters = sum(map(written_out, root.iter("visual_scene")))
+    if characters > _LONGEST:
         raise ValueError(
             f"with every instance written out it has {characters:.2g} characters, and up to "
             f"{_LONGEST:.2g} are read"
@@ -327,13 +350,15 @@ def _joined(content: dict[str, Any]) -> tuple[Array, np.ndarray]:
     """Join the parts of a file, as trimesh's loaders return them."""
     from trimesh.geometry import triangulate_quads
 
-    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     parts = content.get("geometry", {"": content})
-    for part in (
-        [parts[node["geometry"]] for node in content["graph"]]
-        if "graph" in content
-        else parts.values()
-    ):
+    if "graph" in content:
+        used = [parts[node["geometry"]] for node in content["graph"]]
+    else:
+        used = list(parts.values())
+    vertices = [np.zeros((0, 3))]
+    triangles = [np.zeros((0, 3), dtype=np.int64)]
+    count = 0
+    for part in used:
         vertices.append(np.asarray(part["vertices"], dtype=float) + 0.0)
         triangles.append(triangulate_quads(part["faces"]) + count)
         count += len(part["vertices"])
