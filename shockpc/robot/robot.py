@@ -157,23 +157,20 @@ class Robot:
         for body in self.bodies:
             if body.mass > 0 and inertia_fault(body.mass, body.inertia):
                 moments = np.linalg.eigvalsh(body.inertia)
-                listed_moments = ", ".join(
-                    f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}"
-                    for moment in moments
-                )
-                implausible.append(f'"{body.name}" ({listed_moments} kg m²)')
-        message = (
-            f"no body has such principal moments: {few(implausible, 4)}. None can be negative or "
-            f"above the sum of the other two, "
-            "and not all can be zero; shock is computed from them all the same. Correct the file; "
-            "the links at fault: "
-            f"shockpc robots {self.label}"
-        )
+                # Moments of a point are rounding alone.
+                moments[np.abs(moments) <= POINT * body.mass] = 0.0
+                numbers = ", ".join(f"{moment:.3g}" for moment in moments)
+                implausible.append(f'"{body.name}" ({numbers} kg m²)')
+        notes = list(self.notes)
+        if implausible:
+            notes.append(
+                f"no body has such principal moments: {few(implausible, 4)}. None can be negative "
+                "or above the sum of the other two, and not all can be zero; shock is computed "
+                "from them all the same. Correct the file; the links at fault: "
+                f"shockpc robots {self.label}"
+            )
         file = self.source.path.name
-        return (
-            *self.source.warnings,
-            *(f"{file}: {note}" for note in (*self.notes, *([message] if implausible else []))),
-        )
+        return (*self.source.warnings, *(f"{file}: {note}" for note in notes))
 
     @cached_property
     def negative_moments(self) -> tuple[str, ...]:
@@ -309,10 +306,8 @@ class Robot:
         """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those
         of floating joints.
         """
-        driven = np.repeat(
-            [joint.kind != "free" for joint in self.joints],
-            [joint.v.stop - joint.v.start for joint in self.joints],
-        )
+        sizes = [joint.v.stop - joint.v.start for joint in self.joints]
+        driven = np.repeat([joint.kind != "free" for joint in self.joints], sizes)
         freeze(driven)
         return driven
 
@@ -342,34 +337,29 @@ class Robot:
         """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0
         for a body without mass.
         """
-        trace = np.trace(self.inertias, axis1=1, axis2=2)
-        return read_only(
-            np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf))
-        )
+        # k² = tr I / 3 m
+        trace = np.maximum(np.trace(self.inertias, axis1=1, axis2=2), 0.0)
+        masses = np.where(self.masses > 0.0, self.masses, np.inf)
+        return read_only(np.sqrt(trace / 3.0 / masses))
 
     @cached_property
     def rotation_lengths(self) -> Array:
         """Length (nb,) by which the rotation of a body counts as a speed [m]: its radius of
         gyration, or the others' smallest.
         """
-        return read_only(
-            np.where(
-                self.gyration > 0.0,
-                self.gyration,
-                self.gyration[self.gyration > 0.0].min(initial=1.0),
-            )
-        )
+        k = self.gyration
+        smallest = k[k > 0.0].min(initial=1.0)
+        return read_only(np.where(k > 0.0, k, smallest))
 
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None
         where all are the same.
         """
-        rotation, offset = (
-            read_only([getattr(body, key) for body in self.bodies])
-            for key in ("rotation", "offset")
-        )
-        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
+        rotation = read_only([body.rotation for body in self.bodies])
+        offset = read_only([body.offset for body in self.bodies])
+        same = not offset.any() and (rotation == np.eye(3)).all()
+        return None if same else (rotation, offset)
 
     @cached_property
     def parents(self) -> tuple[int, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
+from shockpc.robot.elements import Joint
 from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot
 
@@ -45,17 +46,7 @@ def rounding_of(robot: Robot) -> Array:
     """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries
     it, by rounding.
     """
-    above: dict[str, tuple[str, Array]] = {}
-    if robot.source.kind != "pinocchio":
-        root = shared_xml(robot.source.xml, robot.source.path.name)
-        if robot.source.kind == "urdf":
-            above = {
-                _end(joint, "child"): (_end(joint, "parent"), _of_joint(joint))
-                for joint in root.findall("joint")
-            }
-        else:
-            units = [units for part in root.iter("compiler") if (units := part.get("angle"))]
-            above = dict(_bodies(root, "", units[-1:] != ["radian"]))
+    above = _carriers(robot)
     moving = {body.name for body in robot.bodies}
     total = np.zeros((len(robot.bodies), 2))
     for k, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
@@ -64,16 +55,34 @@ def rounding_of(robot: Robot) -> Array:
         while link in above and (link == body.name or link not in moving):
             link, size = above[link]
             total[k] += size
-        if body.name in above or robot.source.kind == "urdf":
-            continue
-        for part in joint.parts or (joint,):
-            near = [_apart(values) for values in (part.rotation, part.axis) if values is not None]
-            offset = np.abs(part.offset)
-            total[k] += (
-                sum(x for x in near if x < COARSE),
-                offset[offset < RESIDUE].max(initial=0.0),
-            )
+        if body.name not in above and robot.source.kind != "urdf":
+            for part in joint.parts or (joint,):
+                total[k] += _of_part(part)
     return total
+
+
+def _carriers(robot: Robot) -> dict[str, tuple[str, Array]]:
+    """What carries each link of a file, by name, and the rounding (2,) of its place there."""
+    if robot.source.kind == "pinocchio":
+        return {}
+    root = shared_xml(robot.source.xml, robot.source.path.name)
+    if robot.source.kind == "urdf":
+        return {
+            _end(joint, "child"): (_end(joint, "parent"), _of_joint(joint))
+            for joint in root.findall("joint")
+        }
+    units = [part.get("angle") for part in root.iter("compiler") if part.get("angle")]
+    return dict(_bodies(root, "", units[-1:] != ["radian"]))
+
+
+def _of_part(joint: Joint) -> Array:
+    """Rounding (2,) of a joint without a file, by its numbers."""
+    turned = 0.0
+    for values in (joint.rotation, joint.axis):
+        near = 0.0 if values is None else _apart(values)
+        turned += near if near < COARSE else 0.0
+    offset = np.abs(joint.offset)
+    return np.array([turned, offset[offset < RESIDUE].max(initial=0.0)])
 
 
 def _bodies(
@@ -85,30 +94,23 @@ def _bodies(
     for part in element:
         name = part.get("name", "") if part.tag == "body" else ""
         if name:
-            placed = [part, *(joint for joint in part if joint.tag == "joint")]
-            turned = sum(_of_placement(one, degrees) for one in placed)
-            length = max(
-                (_of_length(text) for one in placed for text in one.get("pos", "").split()),
-                default=0.0,
-            )
+            turned = length = 0.0
+            for placed in (part, *part.findall("joint")):
+                turned += _of_placement(placed, degrees)
+                for text in placed.get("pos", "").split():
+                    length = max(length, _of_length(text))
             yield name, (carrier, np.array([turned, length]))
         yield from _bodies(part, name or carrier, degrees)
 
 
 def _of_placement(element: Element, degrees: bool) -> float:
     """Rounding of the orientation of a body, or of the axis of a joint, of an MJCF [rad]."""
-    quat, euler, angled = (element.get(key, "").split() for key in ("quat", "euler", "axisangle"))
-    axes = element.get("xyaxes", "").split()
-    directions = (
-        element.get("axis", "").split(),
-        element.get("zaxis", "").split(),
-        angled[:3],
-        axes[:3],
-        axes[3:],
+    quat, euler, angled, axes, axis, zaxis = (
+        element.get(key, "").split()
+        for key in ("quat", "euler", "axisangle", "xyaxes", "axis", "zaxis")
     )
-    turned = sum(_of_angle(text, degrees) for text in (*euler, *angled[3:])) + sum(
-        _of_direction(part) for part in directions
-    )
+    turned = sum(_of_angle(text, degrees) for text in (*euler, *angled[3:]))
+    turned += sum(map(_of_direction, (axis, zaxis, angled[:3], axes[:3], axes[3:])))
     # The angle is twice that of which a quaternion has the cosine and the sine; nobody means its
     # third decimal.
     return turned + 2.0 * _of_direction(quat, HALF_COSINES, MEANT - 1)
@@ -116,7 +118,8 @@ def _of_placement(element: Element, degrees: bool) -> float:
 
 def _apart(values: Array, cosines: Array = COSINES) -> float:
     """Largest distance of cosines from those of multiples of 15 degrees."""
-    return float(np.abs(values[..., None] - cosines).min(axis=-1).max())
+    distances = np.abs(values[..., None] - cosines)
+    return float(distances.min(axis=-1).max())
 
 
 def _end(joint: Element, tag: str) -> str:
@@ -142,42 +145,42 @@ def _decimals(text: str) -> int:
 
 def _of_angle(text: str, degrees: bool = False) -> float:
     """Rounding of an angle [rad]."""
-    decimals, value = _decimals(text), math.radians(float(text)) if degrees else float(text)
-    # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only quarter
-    # turns count.
-    coarse = decimals == 1 and not degrees
-    step, unit = (
-        (math.pi / 2.0, 0.05)
-        if coarse
-        else (math.pi / 12.0, 10.0**-decimals * (math.radians(1.0) if degrees else 1.0))
-    )
+    decimals = _decimals(text)
+    value, unit, meant = float(text), 10.0**-decimals, MEANT
+    step = math.pi / 12.0
+    if degrees:
+        value, unit, meant = math.radians(value), unit * math.radians(1.0), MEANT - 2
+    elif decimals == 1:
+        # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only
+        # quarter turns count.
+        step, unit = math.pi / 2.0, 0.05
     near = abs(math.remainder(value, step))
     if decimals and near < max(unit, RESIDUE):
         return near
-    return unit / 2.0 if decimals >= (MEANT - 2 if degrees else MEANT) else 0.0
+    return unit / 2.0 if decimals >= meant else 0.0
 
 
 def _of_direction(texts: list[str], cosines: Array = COSINES, meant: int = MEANT) -> float:
     """Rounding of an axis [rad]."""
-    decimals, values = (
-        max(map(_decimals, texts), default=0),
-        np.array([float(text) for text in texts]),
-    )
+    decimals = max(map(_decimals, texts), default=0)
+    values = np.array([float(text) for text in texts])
     length = float(np.linalg.norm(values))
     if not decimals or not length:
         return 0.0
-    near, unit = _apart(values / length, cosines), 10.0**-decimals / length
+    near = _apart(values / length, cosines)
+    unit = 10.0**-decimals / length
     if decimals > 1 and near < max(unit, RESIDUE):
         return near
     # Of a unit vector with few decimals the length tells whether they are all of it: (0.6, 0.8, 0)
     # is, (0.433, 0.75, 0.5) is not.
-    rounded = decimals >= meant or (
-        decimals > 1 and LEAST_DIFFERENCE < abs(length - 1.0) < 2.0 * 10.0**-decimals
-    )
+    nearly_unit = LEAST_DIFFERENCE < abs(length - 1.0) < 2.0 * 10.0**-decimals
+    rounded = decimals >= meant or (decimals > 1 and nearly_unit)
     return unit / 2.0 if rounded else 0.0
 
 
 def _of_length(text: str) -> float:
     """Rounding of a length [m]."""
     decimals, value = _decimals(text), abs(float(text))
-    return value if value < RESIDUE else 0.5 * 10.0**-decimals if decimals >= MEANT else 0.0
+    if value < RESIDUE:
+        return value
+    return 0.5 * 10.0**-decimals if decimals >= MEANT else 0.0

@@ -17,6 +17,7 @@ import pinocchio as pin
 import yourdfpy
 
 from shockpc.core.spatial import Array
+from shockpc.robot.elements import Mimic
 from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import RobotError
@@ -117,6 +118,7 @@ def _names(robot: Robot, record: Any) -> Iterator[str]:
 
 
 def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
+    """Differences of the joints: their kinds, limits and followers."""
     rules = {mimic.joint: mimic for mimic in robot.mimics}
     for joint in robot.single_joints:
         other = joints.get(joint.name)
@@ -127,51 +129,72 @@ def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
         if _KINDS.get(other.type) != joint.kind and not base:
             yield f'joint "{joint.name}" is {joint.kind} here and {other.type} there'
         if joint.kind in ("revolute", "prismatic"):
-            read = other.limit.lower, other.limit.upper
-            limits = (
-                joint.limits
-                if read == (None, None)
-                else tuple(0.0 if limit is None else limit for limit in read)
-            )
+            limits = _limits(other, joint.limits)
             if limits != joint.limits:
                 yield f'joint "{joint.name}" has limits {joint.limits} here and {limits} there'
-        rule, mimic = rules.get(joint.name), other.mimic
-        if mimic is not None and (mimic.joint == joint.name or mimic.joint not in joints):
-            mimic = None  # of which the reader of the file warns
-        leaders = (
-            {}
-            if mimic is None or joints[mimic.joint].type == "fixed"
-            else {mimic.joint: mimic.multiplier}
-        )
-        if (rule is None) != (mimic is None) or (
-            rule and (rule.leaders, rule.offset) != (leaders, mimic.offset)
-        ):
-            yield f'joint "{joint.name}" mimics another joint in another way, or one of the readers has no mimic'
+        if not _same_rule(rules.get(joint.name), joint.name, other.mimic, joints):
+            yield (
+                f'joint "{joint.name}" mimics another joint in another way, or one of the readers '
+                f"has no mimic"
+            )
+
+
+def _limits(joint: Any, unwritten: tuple[float, float]) -> tuple[float, float]:
+    """The limits of a joint as yourdfpy has them; a single one that is not written is zero.
+
+    Args:
+        joint: of yourdfpy.
+        unwritten: the limits where none is written.
+    """
+    lower, upper = joint.limit.lower, joint.limit.upper
+    if lower is None and upper is None:
+        return unwritten
+    return lower or 0.0, upper or 0.0
+
+
+def _same_rule(rule: Mimic | None, joint: str, mimic: Any, joints: Mapping[str, Any]) -> bool:
+    """Whether a joint follows others by the same rule in both readers.
+
+    Args:
+        rule: of our reader.
+        joint: name of the joint.
+        mimic: of yourdfpy.
+        joints: of yourdfpy, by name.
+    """
+    if mimic is not None and (mimic.joint == joint or mimic.joint not in joints):
+        mimic = None  # of which the reader of the file warns
+    if rule is None or mimic is None:
+        return rule is None and mimic is None
+    leaders = {mimic.joint: mimic.multiplier}
+    if joints[mimic.joint].type == "fixed":
+        leaders = {}
+    return (rule.leaders, rule.offset) == (leaders, mimic.offset)
 
 
 def _inertias(robot: Robot, record: Any) -> Iterator[str]:
-    frames = {
-        frame.name: frame.inertia
-        for frame in robot.model.frames
-        if frame.type == pin.FrameType.BODY
-    }
+    """Differences of the masses, centres of mass and inertias of links."""
+    ours = {}
+    for frame in robot.model.frames:
+        if frame.type == pin.FrameType.BODY:
+            ours[frame.name] = frame.inertia
     for link in record.links:
-        rigid, other = frames.get(link.name), link.inertial
-        if rigid is None:
+        own = ours.get(link.name)
+        if own is None:
             continue
-        place = np.eye(4) if other is None or other.origin is None else other.origin
-        tensor = (
-            np.zeros((3, 3)) if other is None else place[:3, :3] @ other.inertia @ place[:3, :3].T
-        )
-        mass = 0.0 if other is None else other.mass
-        for what, ours, theirs in (
-            ("mass", rigid.mass, mass),
-            ("centre of mass", rigid.lever, place[:3, 3]),
-            ("inertia", rigid.inertia, tensor),
+        mass, place, tensor = 0.0, np.eye(4), np.zeros((3, 3))
+        if link.inertial is not None:
+            mass = link.inertial.mass
+            if link.inertial.origin is not None:
+                place = link.inertial.origin
+            R = place[:3, :3]
+            tensor = R @ link.inertial.inertia @ R.T
+        for what, here, there in (
+            ("mass", own.mass, mass),
+            ("centre of mass", own.lever, place[:3, 3]),
+            ("inertia", own.inertia, tensor),
         ):
-            if not np.allclose(
-                ours, theirs, rtol=0.0, atol=TOLERANCE * max(1.0, np.abs(theirs).max())
-            ):
+            tolerance = TOLERANCE * max(1.0, np.abs(there).max())
+            if not np.allclose(here, there, rtol=0.0, atol=tolerance):
                 yield f'link "{link.name}" has another {what} there'
 
 
@@ -181,43 +204,56 @@ def _placement_errors(
     """Difference of the placement of every link at one random configuration, relative to distances
     above 1 m.
     """
-    values = {
-        joint.name: float(generator.uniform(-2.0, 2.0))
-        for joint in robot.single_joints
-        if joint.axis is not None
-    }
+    values = {}
+    for joint in robot.single_joints:
+        if joint.axis is not None:
+            values[joint.name] = float(generator.uniform(-2.0, 2.0))
     for mimic in robot.mimics:
-        values[mimic.joint] = sum(
-            (by * values[name] for name, by in mimic.leaders.items()), mimic.offset
-        )
+        led = [by * values[name] for name, by in mimic.leaders.items()]
+        values[mimic.joint] = sum(led, mimic.offset)
     q = np.array(robot.start)
     for joint in robot.single_joints:
         if joint.axis is not None:
             joint.set(values[joint.name], q)
     joints = robot.joint_placements(q)
-    placed: dict[str, Array] = {}
-    waiting = [
-        link.name
-        for link in record.links
-        if link.name not in {joint.child for joint in record.joints}
-    ]
-    root = robot.model.frames[robot.model.getFrameId(waiting[0], pin.FrameType.BODY)]
-    placed[waiting[0]] = np.array(joints[root.parentJoint] * root.placement)
+
+    # The second reader's root link stands where it is here.
+    children = {joint.child for joint in record.joints}
+    (root,) = [link.name for link in record.links if link.name not in children]
+    for name, there in _placed(record, root, _placement(robot, joints, root), values).items():
+        here = _placement(robot, joints, name)
+        yield name, float(np.abs(here - there).max() / max(1.0, np.abs(there).max()))
+
+
+def _placement(robot: Robot, joints: list[pin.SE3], link: str) -> Array:
+    """The placement (4, 4) of a link in the world."""
+    frame = robot.model.frames[robot.model.getFrameId(link, pin.FrameType.BODY)]
+    return np.array(joints[frame.parentJoint] * frame.placement)
+
+
+def _placed(record: Any, root: str, place: Array, values: Mapping[str, float]) -> dict[str, Array]:
+    """The placement (4, 4) of every link by the joints of the second reader.
+
+    Args:
+        record: of yourdfpy.
+        root: link that no joint carries.
+        place: (4, 4) of it.
+        values: of the joints [rad, m].
+    """
     below: dict[str, list[Any]] = {}
     for joint in record.joints:
         below.setdefault(joint.parent, []).append(joint)
+    placed = {root: place}
+    waiting = [root]
     while waiting:
-        for joint in below.get(link := waiting.pop(), ()):
+        link = waiting.pop()
+        for joint in below.get(link, ()):
             motion = np.eye(4)
             if joint.type in ("revolute", "continuous"):
                 motion = yourdfpy.urdf.tra.rotation_matrix(values[joint.name], joint.axis)
             elif joint.type == "prismatic":
                 motion[:3, 3] = values[joint.name] * joint.axis / np.linalg.norm(joint.axis)
-            placed[joint.child] = (
-                placed[link] @ (np.eye(4) if joint.origin is None else joint.origin) @ motion
-            )
+            origin = np.eye(4) if joint.origin is None else joint.origin
+            placed[joint.child] = placed[link] @ origin @ motion
             waiting.append(joint.child)
-    for name, theirs in placed.items():
-        frame = robot.model.frames[robot.model.getFrameId(name, pin.FrameType.BODY)]
-        ours = np.array(joints[frame.parentJoint] * frame.placement)
-        yield name, float(np.abs(ours - theirs).max() / max(1.0, np.abs(theirs).max()))
+    return placed
