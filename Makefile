@@ -16,7 +16,7 @@ define install
 	fi
 endef
 
-.PHONY: demo paper gallery test check bench validate slow soak intervals fuzz install clean
+.PHONY: demo paper gallery test check docs bench validate slow soak intervals fuzz install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -58,11 +58,16 @@ test: .venv/.dev
 	@"$(BIN)/python" -m pytest -n auto --dist worksteal --durations 10
 
 check: .venv/.dev
-	@"$(BIN)/ruff" format --check shockpc tests
-	@"$(BIN)/ruff" check shockpc tests
+	@"$(BIN)/ruff" format --check shockpc tests .github/docs
+	@"$(BIN)/ruff" check shockpc tests .github/docs
 	@"$(BIN)/mypy"
 	@"$(BIN)/lint-imports"
 	@"$(BIN)/python" tests/row_path.py
+
+# The site of the documentation, in out/docs: guide, notebooks, reference, quantities and figures. A warning is an error.
+docs: .venv/.docs
+	@"$(BIN)/python" .github/docs/pages.py out/docs
+	@echo "The site: out/docs/index.html"
 
 # Error against run time, with a report in out/bench.
 bench: .venv/.dev
@@ -116,6 +121,10 @@ install: .venv/.run
 .venv/.dev: pyproject.toml
 	$(call install,.[dev])
 	@touch "$@" .venv/.run
+
+.venv/.docs: pyproject.toml
+	$(call install,.[dev,docs])
+	@touch "$@" .venv/.dev .venv/.run
 
 clean:
 	@rm -rf .venv out build dist

@@ -661,6 +661,9 @@ def test_help(capfd, monkeypatch):
     out = good(capfd, "--help")
     assert good(capfd) == out == good(capfd, "-h")
     assert good(capfd, "--version") == f"shockpc {shockpc.__version__}\n"
+    cited = good(capfd, "--cite")
+    assert re.findall(r"^@\w+\{(\w+),$", cited, re.MULTILINE) == ["driessen2021shock", "shockpc"]
+    assert f"version = {{{shockpc.__version__}}}" in cited
     commands = dict(
         re.findall(r"^  (\w+) +(\S.*\.)$", out.partition("\nBegin:\n")[2], re.MULTILINE)
     )

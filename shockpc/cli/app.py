@@ -19,6 +19,7 @@ from shockpc.cli.declared import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
 STUDIES = Path(__file__).resolve().parent.parent / "studies"
+GUIDE = Path(__file__).resolve().parent.parent / "guide"
 
 COMMANDS = {
     **{
@@ -195,10 +196,28 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _show_citation(wanted: bool) -> None:
+    """Print the entries of the guide's page for BibTeX."""
+    if wanted:
+        page = (GUIDE / "citation.md").read_text(encoding="utf-8")
+        _, entries, _ = re.split(r"```(?:bibtex\n)?", page)
+        sys.stdout.write(entries)
+        raise typer.Exit
+
+
 def _before_the_command(
     version: Annotated[
         bool,
         typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True),
+    ] = False,
+    cite: Annotated[
+        bool,
+        typer.Option(
+            "--cite",
+            help="Print BibTeX entries of the method and of shockpc.",
+            callback=_show_citation,
+            is_eager=True,
+        ),
     ] = False,
 ) -> None:
     """Options that stand before the command."""
