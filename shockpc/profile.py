@@ -18,19 +18,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shockpc.core.impulse import Solution
-from shockpc.core.spatial import Array, body_jumps, freeze, in_body_axes
+from shockpc.core.spatial import Array, freeze, in_body_axes
 from shockpc.core.threads import one_thread
-from shockpc.impact.solve import solve_exactly, solve_in_doubles
+from shockpc.impact.companions import Companions
+from shockpc.impact.landed import proven, solved
 from shockpc.impact.stops import refuse_missed, with_stops
 from shockpc.judgement.health import health_of, warnings_of
 from shockpc.judgement.unknowns import unknowns_of
-from shockpc.landing.constraints import Equation
-from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.method.dynamics import dynamics
+from shockpc.method.equation import Equation
 from shockpc.quantities.shock_profile import Judge, ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
@@ -103,12 +104,12 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
             with trace.stage("end stops that act"):
                 landing = with_stops(landing)
         with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
-            equation, solution, jumps = impact_jumps(landing, landing.state)
+            jumps = solved(landing).jumps
         with trace.stage("proof: the same in ball arithmetic"):
-            proof = solve_exactly(landing, equation, solution)
+            proof = proven(landing)
     double_jumps = in_body_axes(jumps, landing.state.rotation)[0]
     freeze(double_jumps)
-    profile = ShockProfile(landing, double_jumps, proof, trace, JUDGE)
+    profile = ShockProfile(landing, double_jumps, proof, Companions(landing, proof), trace, JUDGE)
     if landing.scene.v_in == "com" and not profile.v_in > 0.0:
         raise SceneError(
             "the robot's centre of mass is at rest before the impact, so it cannot normalise "
@@ -174,7 +175,7 @@ def shock_maps(
     with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model)
-            equation, solution, maps = impact_jumps(landing, state, with_strike=False)
+            equation, solution, maps = solved(landing, state, with_strike=False)
             condition, prove = needs_proof(landing, equation, solution)
             found = maps, state.rotation, state.position, solution.rank, condition, prove, state.J
             if not k:
@@ -221,28 +222,3 @@ def needs_proof(
         True
     )
     return condition, prove
-
-
-def impact_jumps(
-    landing: Landing, state: Dynamics, with_strike: bool = True, bodies: Sequence[int] | None = None
-) -> tuple[Equation, Solution, Array]:
-    """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies
-    in world axes.
-
-    Args:
-        landing: the landing.
-        state: the robot in these postures, with the armature of its joints.
-        with_strike: whether the scene's strike is computed besides those of 1 m/s along world x, y
-            and z (k = 4 or 3).
-        bodies: indices of those whose jumps are wanted, in that order; all by default.
-    """
-    equation, robot = landing.equation(state, with_strike), landing.robot
-    solution = solve_in_doubles(landing, equation)  # Eq. 4
-    delta_qd = equation.full(solution.delta_qd)  # Eq. 7
-    columns = [joint.v for joint in robot.joints]
-    # Eqs. 8 and 9
-    return (
-        equation,
-        solution,
-        body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies),
-    )

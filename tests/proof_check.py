@@ -110,7 +110,7 @@ def assert_maps_are_those_of_the_proof(profile):
     """The largest error of both ways to solve with H: as a matrix, and along the tree, as for many
     postures of large robots.
     """
-    with mock.patch("shockpc.landing.dynamics.WHOLE_ARRAYS", 0):
+    with mock.patch("shockpc.method.dynamics.WHOLE_ARRAYS", 0):
         along_the_tree = shock_maps(profile.landing, profile.q[None])
     return max(
         error_of_maps(profile, found)

@@ -35,16 +35,17 @@ from shockpc import (
 )
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
-from shockpc.impact.exact.balls import BallImpact, to_double
-from shockpc.impact.exact.proof import Proof
+from shockpc.impact.exact_impact import BallImpact
+from shockpc.impact.landed import LandingProof
 from shockpc.judgement.accuracy import data_sensitivity, double_error, hardly_sensitive, sensitive
 from shockpc.landing.contact import contact_block
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model, without_springs
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
 from shockpc.landing.posture import configuration
 from shockpc.landing.scene_file import plane_of
+from shockpc.method.approach import Motion
+from shockpc.method.dynamics import dynamics
+from shockpc.method.exact.balls import to_double
 from shockpc.robot.feet_and_sensors import each_foot
 
 ROUNDING = 2.3e-16
@@ -68,7 +69,7 @@ def test_warnings_take_one_impact_in_balls(monkeypatch):
             made.append(arguments)
             super().__init__(*arguments)
 
-    monkeypatch.setattr("shockpc.impact.exact.proof.BallImpact", Counted)
+    monkeypatch.setattr("shockpc.method.exact.proof.BallImpact", Counted)
     profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"), known_robot("anymal_b"))
     assert not sensitive(profile)
     assert len(made) == 1
@@ -184,7 +185,7 @@ def test_the_impact_of_500_links_is_proven():
         state=None,
     )
     vars(landing)["blocks"] = (block,)
-    proof = Proof(landing, RowChoice.every(3))
+    proof = LandingProof(landing, RowChoice.every(3))
     rotation = proof.read(lambda impact: impact.state.rotation[0].astype(float))
     omega, v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
     centres = (rotation @ (v + np.cross(omega, robot.coms))[..., None])[..., 0]
@@ -270,7 +271,7 @@ def test_a_foot_that_receives_no_impulse_needs_no_hold():
 def test_inertia_along_the_tree_keeps_its_armature():
     """It was a view of the cached model, which the next call changes."""
     robot = known_robot("anymal_b")
-    with mock.patch("shockpc.landing.dynamics.WHOLE_ARRAYS", 0):
+    with mock.patch("shockpc.method.dynamics.WHOLE_ARRAYS", 0):
         joints = joint_model(robot, Joints(armature={"*": 0.1}))
         geared = dynamics(robot, robot.start[None], joints).inertia
         dynamics(robot, robot.start[None])

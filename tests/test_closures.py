@@ -26,9 +26,9 @@ from shockpc import (
 )
 from shockpc.evaluation.varied import varied_landings
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
-from shockpc.landing.constraints import row_jacobian
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.scene_file import robot_of
+from shockpc.method.constraints import row_jacobian
+from shockpc.method.dynamics import dynamics
 from shockpc.paper.panel_landings import land, scene
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.report import _options

@@ -15,7 +15,7 @@ from robot_texts import LIMIT, body, joint, link, mjcf, urdf
 from trees import robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, resolve, shock_profile
-from shockpc.profile import impact_jumps
+from shockpc.impact.landed import solved
 
 V = np.array([0.3, 0.1, -1.0])
 POINT = (0.05, 0.02, -0.1)
@@ -78,7 +78,7 @@ def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism
         landing = resolve(
             Scene(robot="tree.urdf", base="fixed", contact=(contact,), posture=file.posture), robot
         )
-        equation, impact, _ = impact_jumps(landing, landing.state)
+        equation, impact, _ = solved(landing, landing.state)
         assert impact.rank[0] <= 2
         assert 1 not in impact.choices[0].rows
         assert np.abs(equation.J_c[0, 1]).max() < 1e-14

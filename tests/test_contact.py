@@ -23,12 +23,12 @@ from shockpc import (
     shock_profile,
     sweep,
 )
-from shockpc.landing.constraints import block_point, row_jacobian
 from shockpc.landing.contact import contact_block, locate_lowest_point
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
+from shockpc.method.constraints import block_point, row_jacobian
+from shockpc.method.dynamics import dynamics
 
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = st.tuples(*[st.floats(-180.0, 180.0)] * 3)

@@ -10,8 +10,9 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, SceneError, StudyError, resolve, shock_maps
 from shockpc.impact.derivatives import derivatives
-from shockpc.landing.dynamics import dynamics
-from shockpc.profile import impact_jumps, profile_of
+from shockpc.impact.landed import solved
+from shockpc.method.dynamics import dynamics
+from shockpc.profile import profile_of
 
 STRIKE = (0.3, 0.1, -1.0)
 
@@ -58,7 +59,7 @@ def beside(landing, Q, k, steps):
     unit = np.eye(robot.model.nv)[k]
     moved = np.array([pin.integrate(robot.model, q, h * unit) for h in steps for q in Q])
     state = dynamics(robot, moved, landing.joint_model)
-    equation, solution, maps = impact_jumps(landing, state, with_strike=False)
+    equation, solution, maps = solved(landing, state, with_strike=False)
     values = maps, equation.full(solution.delta_qd), solution.impulse
     return [value.reshape(len(steps), len(Q), *value.shape[1:]) for value in values]
 
@@ -75,7 +76,7 @@ def test_derivatives_are_those_of_central_differences(name):
     Q = np.array(
         [pin.integrate(robot.model, landing.q, 0.05 * rng.standard_normal(nv)) for _ in range(2)]
     )
-    equation, solution, _ = impact_jumps(
+    equation, solution, _ = solved(
         landing, dynamics(robot, Q, landing.joint_model), with_strike=False
     )
     found = derivatives(landing, equation, solution)
@@ -163,7 +164,7 @@ def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
     landing = resolve(
         Scene(robot=robot.label, base="free", contact=(Contact(frame=robot.links[-1]),)), robot
     )
-    equation, solution, _ = impact_jumps(landing, dynamics(robot, q[None]), with_strike=False)
+    equation, solution, _ = solved(landing, dynamics(robot, q[None]), with_strike=False)
     found = derivatives(landing, equation, solution)
     data, models, datas, settings = pinocchio_contact(model, robot.links[-1])
     for s in range(3):

@@ -23,8 +23,8 @@ from shockpc import (
     Strike,
     shock_profile,
 )
-from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_schema
+from shockpc.method.dynamics import PINOCCHIO
 from shockpc.quantities.selection import QUANTITIES
 from shockpc.show.document import headed
 from shockpc.studies.analyze.landing_document import content

@@ -11,10 +11,10 @@ from trees import robot_from
 
 from shockpc import Contact, Posture, RobotError, Scene, shock_profile
 from shockpc.landing.closure import closure_block, closure_gap
-from shockpc.landing.constraints import row_jacobian
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
-from shockpc.landing.selection_matrix import free_columns
+from shockpc.method.constraints import row_jacobian
+from shockpc.method.dynamics import dynamics
+from shockpc.method.selection_matrix import free_columns
 from shockpc.robot.elements import Mimic
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY

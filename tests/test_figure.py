@@ -29,7 +29,7 @@ from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
 from shockpc.paper.report import paper_picture
 from shockpc.paper.study import FIGURES, paper_figures
-from shockpc.robot.meshes import Mesh
+from shockpc.robot.mesh import Mesh
 from shockpc.robot.shapes import Shape
 from shockpc.show.figure.labels import LETTERS, PALE, SMALL
 from shockpc.show.figure.layout import Page

@@ -21,13 +21,13 @@ from shockpc.core.segments import (
     flex_from,
 )
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene
 from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY, Strike
+from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.paper.beyond_leg import leg_scene
 from shockpc.paper.frame_leg import urdf as tubes_urdf
 from shockpc.profile import shock_profile

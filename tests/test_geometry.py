@@ -17,7 +17,8 @@ from shockpc import Scene, load_robot, shock_profile
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.elements import Body
 from shockpc.robot.geometry import body_outline, outline
-from shockpc.robot.meshes import outer_vertices, read_mesh
+from shockpc.robot.mesh import outer_vertices
+from shockpc.robot.meshes import read_mesh
 from shockpc.robot.shapes import inertia_box
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))

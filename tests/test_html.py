@@ -23,8 +23,8 @@ from commands import STICK_WITH_IMU, good, run
 
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
-from shockpc.impact.solve import CONTRADICTION
-from shockpc.robot.meshes import Mesh
+from shockpc.impact.landed import CONTRADICTION
+from shockpc.robot.mesh import Mesh
 from shockpc.robot.shapes import Shape
 from shockpc.show.folder import report_files
 from shockpc.show.html.surfaces import surfaces

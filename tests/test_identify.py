@@ -27,9 +27,9 @@ from shockpc import (
 from shockpc.core.coulomb import solve_each, solve_friction
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.variation import variation
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
+from shockpc.method.dynamics import dynamics
 from shockpc.recordings.landings import RecordedLandings
 from shockpc.recordings.prediction import (
     Predictor,

@@ -13,8 +13,8 @@ from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, RobotError, Rotor, Scene, SceneError, Strike, shock_profile
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model
+from shockpc.method.dynamics import dynamics
 from shockpc.show.header import header_lines
 
 FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))

@@ -30,7 +30,7 @@ from shockpc import (
 )
 from shockpc.core.memo import memoized
 from shockpc.impact import friction, stiffness
-from shockpc.landing.dynamics import dynamics
+from shockpc.method.dynamics import dynamics
 from shockpc.robot.geometry import body_outline
 from shockpc.studies.analyze.report import document, landing_report
 

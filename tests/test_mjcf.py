@@ -26,8 +26,8 @@ from shockpc import (
 )
 from shockpc.core.spatial import in_body_axes
 from shockpc.impact.impact import DoubleImpact
+from shockpc.impact.landed import solved
 from shockpc.landing.scene_file import robot_of
-from shockpc.profile import impact_jumps
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import select
 from shockpc.robot.mjcf_compiled import compiled
@@ -395,7 +395,7 @@ def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(
     # The base stands unturned at the origin, where the velocities of both libraries mean the same.
     carried = M @ profile.delta_qd - J.T @ contact.impulse - theirs.dof_armature * profile.delta_qd
     names = list(values)
-    equation, solution, jumps = impact_jumps(profile.landing, profile.landing.state, True)
+    equation, solution, jumps = solved(profile.landing, profile.landing.state, True)
     double = DoubleImpact(
         profile.landing, equation, solution, in_body_axes(jumps, profile.landing.state.rotation)
     )

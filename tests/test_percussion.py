@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from shockpc.core.percussion import off_plane_share, percussion, shock_at, translation
+from shockpc.core.percussion import off_plane_share, shock_at, translation
 from shockpc.core.spatial import plane_from, velocity_at
-from shockpc.impact.exact.balls import BALLS
+from shockpc.method.exact.balls import BALLS
+from shockpc.quantities.of_bodies import percussion
 
 pytestmark = pytest.mark.smoke
 

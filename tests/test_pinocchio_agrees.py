@@ -11,8 +11,8 @@ from hypothesis import given
 from trees import MJCF_KINDS, known_robot
 
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
-from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.landing.joint_model import without_springs
+from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
 
 FEET = {
     "a1": ("FL_foot", "RR_foot"),
@@ -63,8 +63,8 @@ def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(
         )
         expected = dynamics(robot, Q, joints)
         with monkeypatch.context() as patch:
-            patch.setattr("shockpc.landing.dynamics.LARGEST_DATA", robot.model.nv - 1)
-            patch.delattr("shockpc.landing.dynamics._workspace")
+            patch.setattr("shockpc.method.dynamics.LARGEST_DATA", robot.model.nv - 1)
+            patch.delattr("shockpc.method.dynamics._workspace")
             found = dynamics(robot, Q, joints)
         for part in ("H", "J", "rotation", "position"):
             np.testing.assert_allclose(

@@ -32,9 +32,9 @@ from shockpc import (
 )
 from shockpc.evaluation.budgets import Budget, Budgets, Case, DesignVariation
 from shockpc.evaluation.cost import ShockCost
-from shockpc.landing.constraints import block_point
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import resolve
+from shockpc.method.constraints import block_point
+from shockpc.method.dynamics import dynamics
 from shockpc.quantities.heights import levels
 from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.robot import geometry

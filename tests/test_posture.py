@@ -26,9 +26,9 @@ from shockpc import (
     shock_profile,
 )
 from shockpc.evaluation.variation import variation
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.landing.scene_file import scene_text
+from shockpc.method.dynamics import dynamics
 from shockpc.robot.feet_and_sensors import BENT, STANDING
 from shockpc.show.header import posture_text
 from shockpc.studies.analyze.report import document

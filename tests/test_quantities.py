@@ -26,7 +26,7 @@ from shockpc import (
 from shockpc.core.spatial import in_body_axes
 from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
-from shockpc.profile import impact_jumps
+from shockpc.impact.landed import solved
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
@@ -37,7 +37,7 @@ COMMON = [entry for entry in QUANTITIES if not entry.needs_posture]
 def in_doubles(landing, strikes=None):
     """The landing's impact in double precision, in its posture."""
     with_strike = strikes is None or landing.before.omega.any() or landing.before.joint_rates.any()
-    equation, solution, jumps = impact_jumps(landing, landing.state, bool(with_strike))
+    equation, solution, jumps = solved(landing, landing.state, bool(with_strike))
     return DoubleImpact(
         landing, equation, solution, in_body_axes(jumps, landing.state.rotation), strikes=strikes
     )

@@ -28,9 +28,9 @@ from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, res
 from shockpc.bench.measured import IGNORED, LAWS, measured_landings, measured_steps, measured_tosses
 from shockpc.evaluation.columns import Column, selected
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of, scene_text
+from shockpc.method.approach import Motion
 from shockpc.quantities.selection import quantity
 from shockpc.recordings import table_files as files
 from shockpc.recordings.landings import CLOSED_BY, recorded_landings

@@ -8,7 +8,7 @@ from commands import ROBOTS, STICK, good, says
 from robot_texts import body, mjcf
 
 import shockpc.robot.catalogue
-from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.method.dynamics import PINOCCHIO
 from shockpc.robot.catalogue import catalogue
 
 DOG = (ROBOTS / "dog" / "dog.urdf.xacro", "--package", f"dog_description={ROBOTS / 'dog'}")

@@ -30,10 +30,11 @@ from shockpc.cli.parse import rotor
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.drive_response import drive_response, with_inertias
-from shockpc.landing.dynamics import Inertias, dynamics
+from shockpc.impact.landed import solved
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
-from shockpc.profile import impact_jumps, profile_of
+from shockpc.method.dynamics import Inertias, dynamics
+from shockpc.profile import profile_of
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import quantity
 from shockpc.robot.changes import changed, read_changes
@@ -185,11 +186,11 @@ def test_doubles_are_in_the_balls(limit, monkeypatch):
     """
     _, rotors = both(**SCENES["two feet, one slides"])
     if limit:
-        monkeypatch.setattr(f"shockpc.landing.dynamics.{limit}", 0)
+        monkeypatch.setattr(f"shockpc.method.dynamics.{limit}", 0)
     landing = rotors.landing
     for inertias in (None, Inertias.of(landing.robot, landing.joint_model)):
         state = dynamics(landing.robot, landing.q[None], landing.joint_model, inertias)
-        equation, solution, _ = impact_jumps(landing, state)
+        equation, solution, _ = solved(landing, state)
         found = equation.full(solution.delta_qd)[0]
         np.testing.assert_allclose(found, rotors.proof.delta_qd, rtol=0, atol=1e-12)
 

@@ -27,8 +27,8 @@ from shockpc import (
 )
 from shockpc.core.program import OPERATIONS, Program
 from shockpc.evaluation.symbolic import SymbolicLanding
-from shockpc.impact.exact.arithmetic import NoValueError
-from shockpc.impact.exact.symbols import SymbolImpact, compiled
+from shockpc.impact.symbols import SymbolImpact, compiled
+from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.quantities.selection import QUANTITIES
 from shockpc.text.cache import cache_folder
@@ -322,7 +322,7 @@ def test_programs_are_kept_and_made_again_where_a_file_is_wrong(tmp_path, monkey
     first = SymbolicLanding(landing, ["v_in", "shock_com@trunk"])
     (file,) = cache_folder().iterdir()
     monkeypatch.setattr(
-        "shockpc.impact.exact.symbols.traced", lambda *_: pytest.fail("a graph is made again")
+        "shockpc.impact.symbols.traced", lambda *_: pytest.fail("a graph is made again")
     )
     again = SymbolicLanding(landing, ["v_in", "shock_com@trunk"])
     np.testing.assert_array_equal(again.program.operands, first.program.operands)

@@ -11,7 +11,7 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import robot_from
 
 from shockpc import Contact, Joints, Part, Posture, Scene, Strike, shock_profile
-from shockpc.landing.constraints import NO_AXES, row_jacobian
+from shockpc.method.constraints import NO_AXES, row_jacobian
 from shockpc.show.tables import Sheet, as_text, rounded
 from shockpc.studies.analyze.report import landing_report
 from shockpc.text.diagnostic import ShockWarning

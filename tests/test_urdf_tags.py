@@ -10,10 +10,10 @@ from trees import robot_from
 
 from shockpc import Contact, Joints, Posture, RobotError, Rotor, Scene, shock_profile
 from shockpc.landing.closure import closure_block, closure_gap
-from shockpc.landing.constraints import row_jacobian
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene import Closure, LoopEnd
+from shockpc.method.constraints import row_jacobian
+from shockpc.method.dynamics import dynamics
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.feet_and_sensors import sensors
 from shockpc.robot.geometry import outline

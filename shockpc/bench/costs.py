@@ -25,15 +25,16 @@ from shockpc.bench.measured import measured_landings, measured_steps, measured_t
 from shockpc.bench.methods import all_quantities, double_jumps, system_of
 from shockpc.bench.soft_and_stiff import stiff_contacts
 from shockpc.core.impulse import solve_impact
-from shockpc.core.percussion import percussion, translation
+from shockpc.core.percussion import translation
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import processes
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
+from shockpc.method.dynamics import dynamics
+from shockpc.quantities.of_bodies import percussion
 from shockpc.robot.robot import Robot
 from shockpc.show.row_files import RowFiles
 from shockpc.show.tables import Cell, Sheet

@@ -10,7 +10,7 @@ import numpy as np
 from shockpc import ShockError, ShockProfile, shock_profile
 from shockpc.bench.cases import Trial
 from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
-from shockpc.impact.exact.proof import Proof
+from shockpc.impact.landed import LandingProof
 from shockpc.judgement.accuracy import double_error
 
 ACCURATE = 1e-9
@@ -105,7 +105,9 @@ def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[R
     ]
 
 
-def _solved(system: System, proof: Proof | None, method: Method, budget: float) -> tuple[Any, ...]:
+def _solved(
+    system: System, proof: LandingProof | None, method: Method, budget: float
+) -> tuple[Any, ...]:
     """Outcome, error, run times and message of one method on one system; the proof is None where
     there is no answer.
     """

@@ -9,10 +9,10 @@ import pinocchio as pin
 
 from shockpc import Robot, Scene, SceneError, ShockProfile, resolve, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.landing.constraints import block_axes, block_point
+from shockpc.impact.landed import solved
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import approach_speeds
-from shockpc.profile import impact_jumps
+from shockpc.method.approach import approach_speeds
+from shockpc.method.constraints import block_axes, block_point
 from shockpc.quantities.selection import QUANTITIES
 
 PROVEN = "shockpc, proven"
@@ -171,7 +171,7 @@ def double_jumps(landing: PosedLanding) -> Array:
     """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates
     at the body frames' origins.
     """
-    _, _, jumps = impact_jumps(landing, landing.state)
+    _, _, jumps = solved(landing, landing.state)
     return np.asarray(
         (jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6)
     )

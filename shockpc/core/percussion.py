@@ -1,5 +1,4 @@
-"""Step 3: reduce a body's jump in velocity to its centre and radius of percussion (shock paper,
-Eqs. 2, 11 and 12).
+"""Step 3: the shock at a point (shock paper, Eq. 2), and how far the jump of a body is planar.
 
 Works in any axes, as long as velocities, points and the plane's normal are written in the same
 ones. Arrays may carry leading axes, and may hold doubles or balls (`exact`): the formulas are the
@@ -7,28 +6,11 @@ same.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from shockpc.core.spatial import Array, cross, velocity_at
-
-
-class Percussion(NamedTuple):
-    """Where the shock of a body is zero, and how fast it grows from there.
-
-    Attributes:
-        copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that
-            origin [m]; meaningless if the body only translates.
-        ropc: (...) radius of percussion, the distance from the centre at which shock equals the
-            strike [m]; likewise.
-        pitch: (...) pitch of the spatial screw, ω·v / |ω|² [m/rad]; meaningless if the body does
-            not rotate.
-    """
-
-    copc: Any
-    ropc: Any
-    pitch: Any
+from shockpc.core.spatial import Array, velocity_at
 
 
 def dot(a: Any, b: Any) -> Any:
@@ -78,28 +60,6 @@ def translation(
     """
     floor = tolerance * np.maximum(v_in, np.linalg.norm(delta_v, axis=-1)) / length
     return np.abs(dot(delta_omega, normal)) <= floor, np.linalg.norm(delta_omega, axis=-1) <= floor
-
-
-def percussion(
-    delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translates: Any, still: Any
-) -> Percussion:
-    """The planar centre p = n × Δv / (n·Δω) (Eq. 11) and radius r_p = |v_in| / |n·Δω| (Eq. 12).
-
-    Args:
-        delta_omega: (..., 3) jump of angular velocity [rad/s].
-        delta_v: (..., 3) jump of velocity of the body frame's origin [m/s].
-        normal: (..., 3) unit normal of the plane.
-        v_in: speed of the strike [m/s], above zero.
-        translates: (...) which bodies have no centre and no radius, as `translation` finds.
-        still: (...) which do not rotate.
-    """
-    turn = np.where(translates, 1, dot(delta_omega, normal))
-    spin = np.where(still, 1, dot(delta_omega, delta_omega))
-    return Percussion(
-        cross(normal, delta_v) / turn[..., None],
-        v_in / np.abs(turn),
-        dot(delta_omega, delta_v) / spin,
-    )
 
 
 def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:

@@ -10,15 +10,16 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, in_body_axes
 from shockpc.impact.impact import DoubleImpact
-from shockpc.landing.constraints import Equation
-from shockpc.landing.dynamics import Inertias, dynamics
+from shockpc.impact.landed import solved
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import separating
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import points_at
-from shockpc.profile import impact_jumps, needs_proof
+from shockpc.method.dynamics import Inertias, dynamics
+from shockpc.method.equation import Equation
+from shockpc.profile import needs_proof
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, select, selections
 from shockpc.quantities.shock_profile import ShockProfile
@@ -287,7 +288,7 @@ def postures(
         if everywhere
         else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     )
-    equation, solution, jumps = impact_jumps(landing, state, with_strike, carriers)
+    equation, solution, jumps = solved(landing, state, with_strike, carriers)
     condition, prove = needs_proof(landing, equation, solution, trusted)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
     return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, inertias)

@@ -11,9 +11,10 @@ from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column
 from shockpc.impact.derivatives import derivatives
 from shockpc.impact.impact import ColumnImpact, DoubleImpact
-from shockpc.landing.dynamics import dynamics
+from shockpc.impact.landed import solved
 from shockpc.landing.landing import PosedLanding
-from shockpc.profile import impact_jumps, needs_proof
+from shockpc.method.dynamics import dynamics
+from shockpc.profile import needs_proof
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, height_rates, reach_rates
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.support import OVERHANG, overhang_rates
@@ -71,7 +72,7 @@ def slopes(
         reaches = [column for column in wanted if column.selection.quantity is REACH]
         heights = [column for column in wanted if column not in (*others, *overhangs, *reaches)]
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in others)) or [0]
-        equation, solution, jumps = impact_jumps(landing, state, with_strike=False, bodies=bodies)
+        equation, solution, jumps = solved(landing, state, with_strike=False, bodies=bodies)
         _, unclear = needs_proof(landing, equation, solution, trusted)
         if heights:
             values, risen = height_rates(

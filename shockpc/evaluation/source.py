@@ -10,11 +10,11 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_name
-from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.method.dynamics import Inertias
 from shockpc.quantities.selection import Selection
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot

@@ -12,7 +12,6 @@ import numpy as np
 from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected
-from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.graph import Before, Graph, inputs_of, refuse, symbols_module
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
@@ -20,6 +19,7 @@ from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.quantities.maps import doubles
 from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot

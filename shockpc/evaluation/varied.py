@@ -39,12 +39,12 @@ from shockpc.evaluation.varied_scene import (
     robot_changes,
     with_offsets,
 )
-from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
 from shockpc.landing.strike import Strike
+from shockpc.method.dynamics import Inertias
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import Change, changed

@@ -11,10 +11,10 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variation import ATTITUDE, COMPONENT, OF_A_LINK, Variation, several_joints
 from shockpc.evaluation.varied_scene import armature_set
-from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.strike import GRAVITY
+from shockpc.method.dynamics import Inertias
 from shockpc.robot.changes import Property, varied_bodies
 
 DEG = math.pi / 180.0

@@ -7,10 +7,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.solve import independent_rows_of, rows_as_meant
-from shockpc.landing.constraints import NO_AXES, ConstraintBlock, Equation, slices_of
+from shockpc.impact.landed import independent_rows_of, rows_as_meant
 from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
+from shockpc.method.constraints import NO_AXES, ConstraintBlock, slices_of
+from shockpc.method.equation import Equation
 
 
 @dataclass(frozen=True)

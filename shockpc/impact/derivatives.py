@@ -23,9 +23,11 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross, cross_matrix, motion_cross
-from shockpc.landing.constraints import (
+from shockpc.landing.contact import lowest_point_turned
+from shockpc.landing.joint_model import JointModel
+from shockpc.landing.landing import Landing
+from shockpc.method.constraints import (
     ConstraintBlock,
-    Equation,
     block_axes,
     block_point,
     block_wrenches,
@@ -34,10 +36,8 @@ from shockpc.landing.constraints import (
     slices_of,
     wrenches,
 )
-from shockpc.landing.contact import lowest_point_turned
-from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
-from shockpc.landing.joint_model import JointModel
-from shockpc.landing.landing import Landing
+from shockpc.method.dynamics import Dynamics, Inertias, spatial_inertias
+from shockpc.method.equation import Equation
 from shockpc.robot.robot import Robot
 
 BLOCK = 16

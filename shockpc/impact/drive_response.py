@@ -12,12 +12,13 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.impact.impact import ColumnImpact, jumps_of
-from shockpc.impact.solve import solve_in_doubles
+from shockpc.impact.impact import ColumnImpact, jumps_in_body_axes
+from shockpc.impact.landed import solution_in_doubles
 from shockpc.impact.stops import with_stops
 from shockpc.landing.auto_contact import with_own_faces
-from shockpc.landing.dynamics import dynamics, geared_bodies
 from shockpc.landing.landing import PosedLanding
+from shockpc.method.dynamics import dynamics, geared_bodies
+from shockpc.method.shock import solution_of
 from shockpc.text.errors import SceneError, SolveError
 
 MOST_LANDINGS = 8
@@ -71,14 +72,15 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     """The response of a landing to those of its drives that are not known exactly."""
     equation, model = landing.equation(landing.state), landing.joint_model
     columns = np.flatnonzero(model.low < model.high)
-    modelled = solve_in_doubles(landing, equation)
+    modelled = solution_in_doubles(landing)
     # Of a unit impulse on a joint, H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0: first without contacts,
     # Δẏ = H⁻¹ Gᵀ e_i, then as an impact that undoes its speeds along the rows.
     turns, moments = _turns(landing)
     on_joints = turns[:, columns]
     reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
     unheld = solve_inertia(equation.inertia, reduced[None])
-    held = solve_in_doubles(landing, equation._replace(b=equation.J_c @ unheld))
+    most = landing.most_independent(landing.state, equation.blocks)
+    held = solution_of(equation._replace(b=equation.J_c @ unheld), most)
     independent = {
         k: np.column_stack([part[:, 3:], held.independent[k]])
         for k, part in modelled.independent.items()
@@ -93,7 +95,7 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     less, more = (end[columns] - model.armature[columns] for end in (model.low, model.high))
     mobility = np.sum(on_joints * equation.full(unheld)[0], axis=0)
     box = DriveBox(rates[:, 1:], rates[:, 0], less, more, mobility)
-    jumps = jumps_of(landing, delta_qd, equation.state)
+    jumps = jumps_in_body_axes(landing, delta_qd, equation.state)
     none = np.zeros((1, *moments.shape[:2], 1))
     return DriveResponse(
         box, columns, solution, jumps, np.append(none, moments[None, ..., columns], axis=3)

@@ -20,12 +20,13 @@ from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.contact_rows import ContactRows, contact_rows, row_layout
-from shockpc.impact.impact import DoubleImpact, jumps_of
-from shockpc.impact.solve import solve_in_doubles
+from shockpc.impact.impact import DoubleImpact, jumps_in_body_axes
+from shockpc.impact.landed import solution_in_doubles
 from shockpc.impact.stops import stop_rows
-from shockpc.landing.constraints import NO_AXES, ConstraintBlock, Equation, block_wrenches
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
-from shockpc.landing.motion import approach_speeds
+from shockpc.method.approach import approach_speeds
+from shockpc.method.constraints import NO_AXES, ConstraintBlock, block_wrenches
+from shockpc.method.equation import Equation
 from shockpc.text.errors import SolveError
 
 
@@ -285,7 +286,7 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
         return None
     problem, to_contacts = problems
     (n, bodies), size = (len(problem.A), impact.bodies), len(to_contacts.T)
-    jumps = jumps_of(landing, equation.full(problem.by_impulse), equation.state, bodies)
+    jumps = jumps_in_body_axes(landing, equation.full(problem.by_impulse), equation.state, bodies)
     # Of the solution of Eq. 4 only these are read.
     impulse = np.broadcast_to(to_contacts.T, (n, *to_contacts.T.shape))
     solution = Solution(
@@ -337,8 +338,8 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     impact = None
     if set(best.state[:m]) != {"sticks"} or np.any(tangential & bounces):
         jumps, plain = (
-            jumps_of(landing, equation.full(delta), equation.state),
-            solve_in_doubles(unstopped, rows.equation),
+            jumps_in_body_axes(landing, equation.full(delta), equation.state),
+            solution_in_doubles(unstopped),
         )
         freeze(impulse, delta, jumps)
         impact = DoubleImpact(

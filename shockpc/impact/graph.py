@@ -14,13 +14,13 @@ import numpy as np
 from shockpc.core.frozen import frozen
 from shockpc.core.program import Program
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.arithmetic import SingularError
-from shockpc.impact.exact.kinematics import data_of
 from shockpc.impact.impact import Impact
-from shockpc.impact.solve import solve_in_doubles, without_inertia
-from shockpc.landing.dynamics import dynamics
+from shockpc.impact.landed import solved, without_inertia
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced
+from shockpc.method.dynamics import dynamics
+from shockpc.method.exact.arithmetic import SingularError
+from shockpc.method.exact.kinematics import data_of
 from shockpc.text.cache import cached, version_of_code
 from shockpc.text.errors import SceneError, StudyError
 
@@ -37,7 +37,7 @@ FEW = 128
 all rows.
 """
 
-ROOMS = ("core", "landing", "impact", "quantities")
+ROOMS = ("core", "method", "landing", "impact", "quantities")
 """Folders whose code decides what a program computes."""
 
 
@@ -155,7 +155,7 @@ def symbols_module() -> Any:
     """
     if not has_symbols():
         raise StudyError('symbols need the package "casadi"; install it with: pip install casadi')
-    from shockpc.impact.exact import symbols
+    from shockpc.impact import symbols
 
     return symbols
 
@@ -222,8 +222,7 @@ def refuse(landing: PosedLanding) -> None:
     Q = displaced(landing.robot, np.tile(landing.q, (3, 1)), steps)
     for q in Q:
         landing.robot.set_followers(q)
-    equation = landing.equation(dynamics(landing.robot, Q, landing.joint_model))
-    solution = solve_in_doubles(landing, equation)
+    solution = solved(landing, dynamics(landing.robot, Q, landing.joint_model)).solution
     if not np.isfinite(solution.condition).any():
         raise without_inertia(landing, landing.equation(landing.state))
     if solution.rank.max() < sum(block.size for block in landing.blocks):

@@ -16,19 +16,19 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, body_jumps, cross, in_body_axes, velocity_at
-from shockpc.landing.constraints import (
+from shockpc.landing.end_stops import velocity_at_stop
+from shockpc.landing.landing import Landing, PosedLanding
+from shockpc.method.approach import twist_before
+from shockpc.method.constraints import (
     ConstraintBlock,
-    Equation,
     block_axes,
     block_point,
     block_wrenches,
     row_jacobian,
     slices_of,
 )
-from shockpc.landing.dynamics import Dynamics, Inertias, geared_bodies, spatial_inertias
-from shockpc.landing.end_stops import velocity_at_stop
-from shockpc.landing.landing import Landing, PosedLanding
-from shockpc.landing.motion import twist_before
+from shockpc.method.dynamics import Dynamics, Inertias, geared_bodies, spatial_inertias
+from shockpc.method.equation import Equation
 
 
 class Impact:
@@ -254,7 +254,7 @@ class Impact:
     @property
     def spatial_inertias(self) -> Any:
         """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes, as
-        `landing.dynamics.spatial_inertias`.
+        `method.dynamics.spatial_inertias`.
         """
         return spatial_inertias(self.landing.robot, self.state, self.inertias)
 
@@ -429,7 +429,7 @@ class ColumnImpact(DoubleImpact):
         return np.moveaxis(columns, -1, 1)
 
 
-def jumps_of(
+def jumps_in_body_axes(
     landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None
 ) -> Array:
     """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the

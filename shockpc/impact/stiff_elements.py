@@ -15,10 +15,10 @@ from shockpc.core.stiff_motion import Elements
 from shockpc.impact.contact_rows import ContactRows, contact_rows
 from shockpc.impact.loads import constant_forces
 from shockpc.impact.stops import stop_rows
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.text.errors import SolveError
 
 LEAST_HELD = 1e-6

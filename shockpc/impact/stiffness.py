@@ -24,16 +24,16 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.stiff_contacts import damper_restitution, simulate_landing
 from shockpc.core.stiff_motion import History, StiffMotion
 from shockpc.core.threads import one_thread
-from shockpc.impact.exact.proof import motion as size_of
-from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact, jumps_of
+from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact, jumps_in_body_axes
 from shockpc.impact.stiff_elements import element_system
 from shockpc.impact.stops import with_stops
-from shockpc.landing.constraints import block_point
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
+from shockpc.method.constraints import block_point
+from shockpc.method.exact.proof import motion as size_of
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
@@ -146,7 +146,7 @@ class CompliantLanding:
         solution = Solution(
             delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {}
         )
-        jumps = jumps_of(self.moving, equation.full(delta), self.moving.state)
+        jumps = jumps_in_body_axes(self.moving, equation.full(delta), self.moving.state)
         return ColumnImpact(replace(self.moving, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property

@@ -15,11 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.solve import solve_in_doubles
+from shockpc.impact.landed import solved
 from shockpc.landing.auto_contact import with_own_faces
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
 from shockpc.landing.landing import PosedLanding
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
 
@@ -92,8 +92,7 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     blocks, rows, before = stop_rows(bare)
     if not blocks:
         return bare
-    equation = bare.equation(bare.state)
-    solution = solve_in_doubles(bare, equation)
+    equation, solution, _ = solved(bare)
     after = bare.before.joint_rates + equation.full(solution.delta_qd)[0, :, 3]
     if (
         not np.isfinite(after).all()

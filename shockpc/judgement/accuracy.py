@@ -11,13 +11,14 @@ import numpy as np
 from shockpc.core.impulse import DATA_TOLERANCE
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.arithmetic import SingularError
-from shockpc.impact.exact.balls import BallImpact, PrecisionError
-from shockpc.impact.exact.proof import Proof, motion
-from shockpc.impact.solve import UNPHYSICAL, body_speeds, greatest_motion
-from shockpc.landing.constraints import slices_of
+from shockpc.impact.exact_impact import BallImpact
+from shockpc.impact.landed import UNPHYSICAL, LandingProof, body_speeds, greatest_motion
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
+from shockpc.method.constraints import slices_of
+from shockpc.method.exact.arithmetic import SingularError
+from shockpc.method.exact.balls import PrecisionError
+from shockpc.method.exact.proof import motion
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import quantity
@@ -63,7 +64,7 @@ FASTEST_PLAUSIBLE = 100.0
 """
 
 
-def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
+def double_error(landing: PosedLanding, proof: LandingProof, jumps: Array) -> float:
     """True error of jumps (nb, 6) in double precision, relative to each body's motion, the largest
     over the bodies that move.
     """

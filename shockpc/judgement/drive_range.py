@@ -15,14 +15,14 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array, in_body_axes, read_only
 from shockpc.impact.drive_response import drive_response, extreme_changes, with_inertias
-from shockpc.impact.exact.arithmetic import SingularError
-from shockpc.impact.impact import DoubleImpact, jumps_of
-from shockpc.impact.solve import solve_exactly, solve_in_doubles
+from shockpc.impact.impact import DoubleImpact
+from shockpc.impact.landed import proven, solution_in_doubles, solved
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.scene import Contact
+from shockpc.method.exact.arithmetic import SingularError
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, quantity, select
 from shockpc.quantities.shock_profile import ShockProfile, mass_of_contacts
@@ -163,7 +163,7 @@ def effective_mass_range(profile: ShockProfile) -> Range | None:
     masses, changes = [value], extreme_changes(landing)
     for end in (with_inertias(landing, change) for change in changes):
         if end is not None:
-            impulse = solve_in_doubles(end, end.equation(end.state)).impulse[0]
+            impulse = solution_in_doubles(end).impulse[0]
             masses.append(mass_of_contacts(end, impulse))
     known = [mass for mass in masses if np.isfinite(mass)]
     anew = landing.scene.stops or _other_faces(landing, changes)
@@ -426,13 +426,12 @@ def _values_of(
     if not there:
         return values
     try:
-        equation = landing.equation(landing.state)
-        solution = solve_in_doubles(landing, equation)
-        jumps = jumps_of(landing, equation.full(solution.delta_qd), equation.state)
-        impact = DoubleImpact(landing, equation, solution, jumps)
+        equation, solution, jumps = solved(landing)
+        in_body = in_body_axes(jumps, equation.state.rotation)
+        impact = DoubleImpact(landing, equation, solution, in_body)
         found = selection.scalar(evaluate(wanted, impact, there))[0, 0]
         if np.isnan(found).any() and wanted.needs_posture:
-            proof = solve_exactly(landing, equation, solution)
+            proof = proven(landing)
             found = selection.scalar(proof.read(wanted.compute, there, size=wanted.size))[0, 0]
         values[known] = found
     except (SceneError, SolveError, SingularError):

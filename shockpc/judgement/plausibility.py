@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.landing.constraints import block_point
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
+from shockpc.method.constraints import block_point
 from shockpc.quantities.heights import levels, on_ground
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline, inflated_inertias, size_text

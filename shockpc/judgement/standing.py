@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from shockpc.landing.constraints import NO_AXES, row_jacobian
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import reference_name, set_joints
 from shockpc.landing.scene import Scene
+from shockpc.method.constraints import NO_AXES, row_jacobian
+from shockpc.method.dynamics import dynamics
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.support import most_beside, standing_feet, stands, support
 from shockpc.robot.feet_and_sensors import BENT

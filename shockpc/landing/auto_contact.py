@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.directions import across
 from shockpc.landing.faces import carrying_faces, entering_speeds
@@ -32,6 +31,7 @@ from shockpc.landing.soles import (
     most_inside,
     sole_corners,
 )
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.robot.geometry import robot_size
 from shockpc.robot.robot import Robot
 from shockpc.robot.striking import Striking, own_shapes, striking

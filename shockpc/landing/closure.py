@@ -13,11 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.landing.constraints import ConstraintBlock, row_jacobian, world_point
 from shockpc.landing.directions import unit_directions
-from shockpc.landing.dynamics import Dynamics, dynamics
+from shockpc.landing.movable import free_columns
 from shockpc.landing.scene import Closure
-from shockpc.landing.selection_matrix import free_columns
+from shockpc.method.constraints import ConstraintBlock, row_jacobian, world_point
+from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic

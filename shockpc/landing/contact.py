@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import Array, cross, cross_matrix
-from shockpc.landing.constraints import NO_AXES, ConstraintBlock
 from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.scene import ORIGIN, Contact, Scene
+from shockpc.method.constraints import NO_AXES, ConstraintBlock
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import STOP, Robot

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_point
-from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.motion import Motion, twist_before
 from shockpc.landing.scene import Contact
+from shockpc.method.approach import Motion, twist_before
+from shockpc.method.constraints import NO_AXES, ConstraintBlock, block_point
+from shockpc.method.dynamics import Dynamics
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.tolerances import LIMIT_SLACK

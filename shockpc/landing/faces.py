@@ -16,9 +16,9 @@ import numpy as np
 
 from shockpc.core.corners import corner_impulse
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.constraints import ConstraintBlock, block_point, slices_of, world_point
-from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import PosedLanding
+from shockpc.method.constraints import ConstraintBlock, block_point, slices_of, world_point
+from shockpc.method.dynamics import Dynamics
 from shockpc.text.errors import SolveError
 
 STILL = 1e-9

@@ -15,10 +15,10 @@ from shockpc.core.frozen import frozen
 from shockpc.core.segments import Flex, elastic_frequencies, flex_from
 from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import with_faces_of
-from shockpc.landing.constraints import ConstraintBlock, slices_of
-from shockpc.landing.dynamics import dynamics, geared_bodies
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
+from shockpc.method.constraints import ConstraintBlock, slices_of
+from shockpc.method.dynamics import dynamics, geared_bodies
 from shockpc.robot.elements import Loop
 from shockpc.robot.flexible import LEAVE_OUT, FlexibleRobot, flexible_robot
 from shockpc.text.errors import SceneError

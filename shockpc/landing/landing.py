@@ -8,16 +8,13 @@ from typing import Self
 import numpy as np
 
 from shockpc.core.frozen import frozen
-from shockpc.core.inertia import definite
 from shockpc.core.pulse import Pulse
 from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.landing.closure import Assembly, closure_block
-from shockpc.landing.constraints import ConstraintBlock, Equation, block_point, row_jacobian
 from shockpc.landing.contact import locate_lowest_point
-from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.motion import Motion, approach_speeds, twist_before
+from shockpc.landing.movable import free_columns, refuse_immovable
 from shockpc.landing.places import (
     Place,
     PlaceKind,
@@ -27,8 +24,12 @@ from shockpc.landing.places import (
     point_places,
 )
 from shockpc.landing.rank import Mechanism
-from shockpc.landing.scene import Base, Contact, Scene
-from shockpc.landing.selection_matrix import free_columns
+from shockpc.landing.scene import Contact, Scene
+from shockpc.method.approach import Motion, twist_before
+from shockpc.method.base import Base
+from shockpc.method.constraints import ConstraintBlock, block_point
+from shockpc.method.dynamics import Dynamics, dynamics
+from shockpc.method.equation import Equation, Posed, System, equation_of
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -104,6 +105,20 @@ class Landing:
         return float(np.arctan2(velocity @ self.plane.forward, -velocity[2]))
 
     @property
+    def system(self) -> System:
+        """What Eq. 4 is made of, beside a posture and what is held."""
+        joints = self.joint_model
+        return System(
+            self.robot,
+            self.base,
+            self.plane,
+            joints.locked,
+            joints.armature,
+            joints.coupling,
+            self.before,
+        )
+
+    @property
     def mechanism(self) -> Mechanism:
         """The robot and what of it is free."""
         return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
@@ -133,16 +148,9 @@ class Landing:
             with_strike: whether b has a column for the scene's strike, besides those of the unit
                 strikes.
         """
-        blocks = self.rows(state)
-        G = self.free_columns(state)
-        J_c, b = (
-            row_jacobian(state, blocks),
-            approach_speeds(state, blocks, self.before if with_strike else None),
-        )
-        inertia = state.inertia if G is None else np.swapaxes(G, -1, -2) @ state.H @ G
-        if self.robot.negative_moments:
-            inertia = definite(inertia)  # NaN, which the proof refuses by name
-        return Equation(inertia, J_c if G is None else J_c @ G, b, G, state, blocks)
+        system = self.system if with_strike else self.system._replace(before=None)
+        refuse_immovable(self.robot, self.base, self.joint_model.locked)
+        return equation_of(system, state, self.rows(state))
 
     def free_columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
@@ -301,6 +309,11 @@ class PosedLanding(Landing):
         )
         freeze(blocks)
         return blocks
+
+    @property
+    def posed(self) -> Posed:
+        """What balls are evaluated from."""
+        return Posed(self.system, self.q, self.blocks)
 
     @functools.cached_property
     def points(self) -> tuple[Place, ...]:

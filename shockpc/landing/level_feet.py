@@ -15,12 +15,12 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.closure import all_loops, assemble
-from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
 from shockpc.landing.soles import LEVEL, height_of_lowest, most_inside, sole_corners
+from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape

@@ -3,121 +3,23 @@ joints.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane, velocity_at
 from shockpc.landing.closure import closure_block
-from shockpc.landing.constraints import (
-    NO_AXES,
-    ConstraintBlock,
-    block_axes,
-    block_wrenches,
-    row_jacobian,
-    slices_of,
-)
-from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.joint_model import JointModel
+from shockpc.landing.movable import free_columns
 from shockpc.landing.posture import settable_joints
 from shockpc.landing.scene import Scene
-from shockpc.landing.selection_matrix import free_columns
 from shockpc.landing.strike import GRAVITY
+from shockpc.method.approach import Motion
+from shockpc.method.constraints import ConstraintBlock, row_jacobian, slices_of
+from shockpc.method.dynamics import Dynamics
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
-
-
-class Motion(NamedTuple):
-    """A motion before an impact: one, or one for each of N postures, with a leading axis (N, …).
-
-    Attributes:
-        velocity: (3,) of the base frame's origin, world axes [m/s].
-        omega: (3,) angular velocity of the base, world axes [rad/s].
-        joint_rates: (nv,) rates of the joints [rad/s, m/s]; the base's entries are not used.
-    """
-
-    velocity: Array
-    omega: Array
-    joint_rates: Array
-
-
-def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
-    """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world
-    axes [rad/s, m/s].
-    """
-    whole = np.concatenate([before.omega, before.velocity], axis=-1)
-    if not before.joint_rates.any():
-        return np.broadcast_to(whole, (len(state.J), 6))
-    rates = np.where(state.ancestors[body], before.joint_rates, 0.0)
-    return np.asarray(whole + (state.J @ rates[..., None])[..., 0])
-
-
-def approach_speeds(
-    state: Dynamics, blocks: Sequence[ConstraintBlock], before: Motion | None
-) -> Array:
-    """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s,
-    rad/s].
-
-    The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a
-    motion, if one is given. Rows of standing feet and of loops have none. Restitution in the
-    direction n adds e (a·n) times the speed along n to that along a row's axis a; to the rate about
-    an axis, at each point of a flat contact, e times that across n. Of a stop it is the joint's
-    rate.
-    """
-    b = []
-    for block in blocks:
-        wrenches = block_wrenches(state, block)
-        speeds = np.zeros((*wrenches.shape[:2], 3 if before is None else 4), dtype=wrenches.dtype)
-        if block.kind == "contact":
-            rows, n = _undone(state, block, wrenches), len(block.forces)
-            if block.velocity is None:
-                speeds[..., :3] = rows[..., 3:]
-            if before is not None:
-                speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
-                if block.velocity is not None:
-                    speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
-        elif block.kind == "stop" and before is not None:
-            # The bodies on both sides turn alike, so only their joint's rate is included.
-            turning = before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
-            ends = [
-                twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0
-            ]
-            relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
-            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ relative[..., None])
-        b.append(speeds)
-    return np.concatenate(b, axis=1)
-
-
-def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array) -> Array:
-    """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities
-    (N, nv) before it.
-    """
-    b = []
-    for block in blocks:
-        wrenches = block_wrenches(state, block)
-        undone = _undone(state, block, wrenches) if block.kind == "contact" else 0.0 * wrenches
-        b.append(undone @ (state.J @ np.where(state.ancestors[block.body], qd, 0.0)[..., None]))
-    return np.concatenate(b, axis=1)
-
-
-def _undone(state: Dynamics, block: ConstraintBlock, wrenches: Array) -> Array:
-    """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a
-    contact.
-    """
-    e, n = block.restitution, block.rebound
-    if not e:
-        return wrenches
-    if n is None:
-        return np.asarray(wrenches + e * wrenches)
-    m, share = len(block.forces), (block_axes(state, block) @ n)[..., None]
-    normal = block_wrenches(state, block._replace(forces=n[None], moments=NO_AXES))
-    turning = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
-    rebound = np.concatenate(
-        [share[:, :m] * normal, wrenches[:, m:] - share[:, m:] * turning], axis=1
-    )
-    return np.asarray(wrenches + e * rebound)
 
 
 def motion_of(

@@ -12,10 +12,10 @@ from shockpc.core.impulse import column_sizes, in_terms
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
-from shockpc.landing.constraints import ConstraintBlock, row_jacobian, row_terms, row_tolerance
-from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.scene import Base
-from shockpc.landing.selection_matrix import free_columns
+from shockpc.landing.movable import free_columns
+from shockpc.method.base import Base
+from shockpc.method.constraints import ConstraintBlock, row_jacobian, row_terms, row_tolerance
+from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.rounding import rounding_of

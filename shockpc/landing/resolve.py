@@ -13,9 +13,7 @@ from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.end_stops import is_stop, striking_stop
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
@@ -23,7 +21,7 @@ from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
-from shockpc.landing.scene import Base, Contact, Posture, Scene
+from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import (
     check_scene,
     ground_normal,
@@ -34,6 +32,9 @@ from shockpc.landing.scene_file import (
     with_plane,
 )
 from shockpc.landing.strike import Strike
+from shockpc.method.base import Base
+from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.dynamics import dynamics
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base

@@ -16,6 +16,7 @@ from shockpc.core.frozen import frozen
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.record import CONTACT, POSTURE, RESULTS, Record, documented, option
 from shockpc.landing.strike import Strike
+from shockpc.method.base import Base
 from shockpc.text.errors import SceneError
 
 CONTACTS = (
@@ -23,10 +24,6 @@ CONTACTS = (
     "ground 1e6 N/m or more"
 )
 """What stiffness contacts have; the guide for designers gives all sources."""
-
-Base = Literal["free", "planar", "fixed"]
-"""How the base may move."""
-
 
 ORIGIN = (0.0, 0.0, 0.0)
 """Of an offset that is not given."""

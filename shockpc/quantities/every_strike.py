@@ -10,9 +10,8 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.solve import residual
+from shockpc.impact.landed import LandingProof, residual
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.strike import GRAVITY
@@ -48,7 +47,7 @@ class EveryStrike(NamedTuple):
     rounding: Array
 
 
-def every_strike(proof: Proof) -> EveryStrike:
+def every_strike(proof: LandingProof) -> EveryStrike:
     """The matrices of a solution, from its jumps and impulses for unit strikes and for that of the
     scene.
     """
@@ -64,7 +63,7 @@ def every_strike(proof: Proof) -> EveryStrike:
     )
 
 
-def _affine(proof: Proof, values: Array) -> Array:
+def _affine(proof: LandingProof, values: Array) -> Array:
     """Matrices (..., 4) of values (..., 4) for strikes of 1 m/s along x, y and z without other
     motion, then for the scene's.
     """
@@ -72,7 +71,7 @@ def _affine(proof: Proof, values: Array) -> Array:
     return np.concatenate([values[..., :3], constant[..., None]], axis=-1)
 
 
-def _impulses(proof: Proof) -> tuple[Array, Array]:
+def _impulses(proof: LandingProof) -> tuple[Array, Array]:
     """The matrices of the impulses of contacts and standing feet (nc, 3, 4), and through the joints
     (nj, 7, 4).
     """

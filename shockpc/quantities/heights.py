@@ -9,11 +9,11 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.landing.constraints import ConstraintBlock, block_point, wrenches
-from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
 from shockpc.landing.soles import LEVEL, most_inside
+from shockpc.method.constraints import ConstraintBlock, block_point, wrenches
+from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.geometry import body_outline, shapes_at
 from shockpc.robot.robot import Robot

@@ -9,12 +9,12 @@ import numpy as np
 from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.core.statements import JAVASCRIPT, pieces
-from shockpc.impact.exact.arithmetic import Numbers, SingularError
-from shockpc.impact.exact.kinematics import data_of
 from shockpc.impact.graph import kept, refuse, singular_landing, symbols_module
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
+from shockpc.method.approach import Motion
+from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.exact.arithmetic import Numbers, SingularError
+from shockpc.method.exact.kinematics import data_of
 from shockpc.quantities.selection import quantity
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
@@ -142,7 +142,9 @@ def live_landing(
             stance=tuple(_tilted(block, T) for block in stance),
         )
         rows = symbols.RowChoice.every(sum(block.size for block in here.blocks))
-        impact = symbols.SymbolImpact(here, rows, data._replace(mass=mass, inertia=inertia))
+        changed = data._replace(mass=mass, inertia=inertia)
+        solution = symbols.SymbolSolution(here.posed, rows, changed)
+        impact = symbols.SymbolImpact(solution, here)
         yield impact.state.rotation
         yield impact.state.position
         yield impact.strike_jumps

@@ -11,13 +11,14 @@ from shockpc.core.impulse import Solution
 from shockpc.core.number import numbers_from
 from shockpc.core.spatial import Array, cross, jump_at
 from shockpc.core.threads import one_thread
-from shockpc.impact.solve import solve_in_doubles
-from shockpc.landing.constraints import Equation, block_axes, slices_of
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing
-from shockpc.landing.motion import speeds_undone
 from shockpc.landing.places import point_place
 from shockpc.landing.scene_file import point_at
+from shockpc.method.approach import speeds_undone
+from shockpc.method.constraints import block_axes, slices_of
+from shockpc.method.dynamics import dynamics
+from shockpc.method.equation import Equation
+from shockpc.method.shock import solution_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, StudyError
 
@@ -259,7 +260,8 @@ class ShockMaps(NamedTuple):
                 state = dynamics(self.robot, self.Q[block], landing.joint_model)
                 equation = landing.equation(state, with_strike=False)
                 equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[block]))
-                solution = solve_in_doubles(landing, equation)
+                most = landing.most_independent(state, equation.blocks)
+                solution = solution_of(equation, most)
                 jumps[block] = equation.full(solution.delta_qd)[..., 0]
                 impulses.append(_impulses(landing, equation, solution))
         return jumps, np.concatenate(impulses)

@@ -2,17 +2,19 @@
 over their geometry.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.extremes import Pieces, maximum_shock, shock_extremes
 from shockpc.core.memo import memoized
-from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
+from shockpc.core.percussion import dot, off_plane_share, translation
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
+from shockpc.method.exact.arithmetic import NoValueError
+from shockpc.method.shock import centre_of_percussion, radius_of_percussion
+from shockpc.method.shock import centre_of_percussion, radius_of_percussion
 from shockpc.quantities.of_points import (
     AT_CENTRE,
     DELTA_V,
@@ -35,6 +37,45 @@ with ten digits or so, and their rounding rotates bodies by as much."""
 
 STILL = "the body does not rotate in the plane"
 NO_GEOMETRY = "the body has no geometry to take the shock over; take its shock at a point instead"
+
+
+class Percussion(NamedTuple):
+    """Where the shock of a body is zero, and how fast it grows from there.
+
+    Attributes:
+        copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that
+            origin [m]; meaningless if the body only translates.
+        ropc: (...) radius of percussion, the distance from the centre at which shock equals the
+            strike [m]; likewise.
+        pitch: (...) pitch of the spatial screw, ω·v / |ω|² [m/rad]; meaningless if the body does
+            not rotate.
+    """
+
+    copc: Any
+    ropc: Any
+    pitch: Any
+
+
+def percussion(
+    delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translates: Any, still: Any
+) -> Percussion:
+    """The planar centre and radius of percussion of bodies (Eqs. 11 and 12), and their pitch.
+
+    Args:
+        delta_omega: (..., 3) jump of angular velocity [rad/s].
+        delta_v: (..., 3) jump of velocity of the body frame's origin [m/s].
+        normal: (..., 3) unit normal of the plane.
+        v_in: speed of the strike [m/s], above zero.
+        translates: (...) which bodies have no centre and no radius, as `translation` finds.
+        still: (...) which do not rotate.
+    """
+    turn = np.where(translates, 1, dot(delta_omega, normal))
+    spin = np.where(still, 1, dot(delta_omega, delta_omega))
+    return Percussion(
+        centre_of_percussion(delta_v, normal, turn),
+        radius_of_percussion(v_in, turn),
+        dot(delta_omega, delta_v) / spin,
+    )
 
 
 def _split(impact: Impact, places: Places) -> tuple[Any, Any]:

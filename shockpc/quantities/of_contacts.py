@@ -8,12 +8,11 @@ import numpy as np
 
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array, cross
-from shockpc.impact.exact.arithmetic import entries
-from shockpc.impact.exact.balls import BALLS, BallImpact, BallMatrix, Balls, PrecisionError
+from shockpc.impact.exact_impact import BallImpact
 from shockpc.impact.impact import DoubleImpact, Impact
-from shockpc.impact.solve import independent_rows_of
+from shockpc.impact.landed import independent_rows_of
 from shockpc.landing.closure import closure_block
-from shockpc.landing.constraints import (
+from shockpc.method.constraints import (
     NO_AXES,
     ConstraintBlock,
     block_axes,
@@ -21,6 +20,8 @@ from shockpc.landing.constraints import (
     slices_of,
     world_point,
 )
+from shockpc.method.exact.arithmetic import entries
+from shockpc.method.exact.balls import BALLS, BallMatrix, Balls, PrecisionError
 from shockpc.quantities.quantity import Places, Quantity, cached, reach
 
 STRUCTURAL = 1e-26

@@ -9,9 +9,9 @@ import numpy as np
 from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array, cross
 from shockpc.impact.impact import Impact
-from shockpc.landing.constraints import slices_of
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.places import joint_places
+from shockpc.method.constraints import slices_of
 from shockpc.quantities.quantity import Places, Quantity
 from shockpc.robot.robot import STOP
 

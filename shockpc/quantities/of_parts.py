@@ -11,9 +11,9 @@ import numpy as np
 
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import Pulse, peak_acceleration
-from shockpc.core.spatial import Array
-from shockpc.impact.impact import DoubleImpact, Impact, jumps_of
-from shockpc.impact.solve import solve_in_doubles
+from shockpc.core.spatial import Array, in_body_axes
+from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.impact.landed import solved
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.ratings import (
@@ -313,9 +313,8 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
     try:
         bare = replace(scene, contact_stiffness=k, pulse=None, range_g=None, friction=None)
         stiff = landing if bare == scene else landing_of(bare, robot)
-        equation = stiff.equation(stiff.state)
-        solution = solve_in_doubles(stiff, equation)
-        jumps = jumps_of(stiff, equation.full(solution.delta_qd), equation.state)
+        equation, solution, jumps = solved(stiff)
+        jumps = in_body_axes(jumps, equation.state.rotation)
         limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
         judged = ~np.isnan(limits) & ~stiff.joint_model.rotor_unknown
         joints = [p for p in stiff.places("joint") if p.number not in rated and judged[p.number]]

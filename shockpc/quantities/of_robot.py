@@ -7,9 +7,9 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
-from shockpc.landing.constraints import block_point
 from shockpc.landing.level_feet import feet_beside
-from shockpc.landing.motion import approach_speeds
+from shockpc.method.approach import approach_speeds
+from shockpc.method.constraints import block_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.of_contacts import pull
 from shockpc.quantities.quantity import Places, Quantity

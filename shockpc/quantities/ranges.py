@@ -13,8 +13,8 @@ import numpy as np
 from shockpc.core.low_pass import peak_of
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import Impact
+from shockpc.impact.landed import LandingProof
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
@@ -104,7 +104,9 @@ def _shares(impact: Impact, places: Places) -> Array:
     return np.asarray(largest[None] / impact.landing.scene.range_g)
 
 
-def sensor_peaks(landing: PosedLanding, proof: Proof, places: Sequence[Place]) -> list[SensorPeak]:
+def sensor_peaks(
+    landing: PosedLanding, proof: LandingProof, places: Sequence[Place]
+) -> list[SensorPeak]:
     """The largest peak at each point, of all that `_peaks` gives; none without a pulse, a stiffness
     and a bandwidth.
     """

@@ -3,7 +3,7 @@ when it is read.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -16,19 +16,15 @@ from shockpc.core.most_severe import ExtremeDirections
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.core.threads import one_thread
-from shockpc.impact.exact.proof import Proof
-from shockpc.impact.solve import solve_exactly, solve_in_doubles
-from shockpc.impact.stops import with_stops
-from shockpc.landing.auto_contact import with_own_faces
+from shockpc.impact.companions import Companions, Other
+from shockpc.impact.landed import LandingProof, solution_in_doubles
 from shockpc.landing.closure import Assembly
-from shockpc.landing.constraints import ConstraintBlock, slices_of
-from shockpc.landing.dynamics import dynamics
-from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.ratings import strength, torque_strength
 from shockpc.landing.scene import Scene
+from shockpc.method.constraints import ConstraintBlock, slices_of
 from shockpc.quantities.bending import Bending, bending
 from shockpc.quantities.of_parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
@@ -45,7 +41,7 @@ from shockpc.quantities.records import (
 )
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.errors import RobotError, SceneError, SolveError
+from shockpc.text.errors import RobotError
 from shockpc.text.shown import show_page, shown_by
 from shockpc.text.trace import Trace
 
@@ -114,15 +110,17 @@ class ShockProfile(OfLanding):
     Attributes:
         landing: the scene resolved on the robot.
         double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates,
-            as in `Proof`.
+            as in `LandingProof`.
         proof: enclosures of the exact solution.
+        companions: the same landing with other joints.
         trace: collects what each part cost.
         judge: says how far to trust the numbers.
     """
 
     landing: PosedLanding
     double_jumps: Array
-    proof: Proof
+    proof: LandingProof
+    companions: Companions
     trace: Trace
     judge: Judge
 
@@ -161,13 +159,10 @@ class ShockProfile(OfLanding):
         A point that is fixed to the world does not move.
         """
         where = self.places(wanted.of) if places is None else places
-        key = (
-            wanted.of,
-            wanted.key,
-            None
-            if places is None
-            else tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places),
-        )
+        chosen = None
+        if places is not None:
+            chosen = tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places)
+        key = wanted.of, wanted.key, chosen
         if key not in self._cache:
             values = np.full((len(where), 3) if wanted.vector else len(where), np.nan)
             fixed = [k for k, place in enumerate(where) if wanted.of == "point" and place.body < 0]
@@ -175,20 +170,19 @@ class ShockProfile(OfLanding):
             with self.trace.stage(wanted.title):
                 if fixed and not wanted.lacks(self.landing):
                     values[fixed] = [wanted.fixed(where[k]) for k in fixed]
-                if moving and wanted.on == "health":
-                    values[moving] = wanted.compute(self.health, [where[k] for k in moving])
-                elif (
-                    moving
-                    and (
-                        proof := self.proof if wanted.on == "scene" else self.proof_with(wanted.on)
-                    )
-                    is not None
-                ):
-                    values[moving] = proof.read(
-                        wanted.compute, [where[k] for k in moving], size=wanted.size
-                    )[0, 0]
+                if moving:
+                    values[moving] = self._computed(wanted, [where[k] for k in moving])
             self._cache[key] = read_only(values)
         return self._cache[key]
+
+    def _computed(self, wanted: Quantity, places: list[Place]) -> Any:
+        """The values of a quantity at places that move; NaN where a companion has no verdict."""
+        if wanted.on == "health":
+            return wanted.compute(self.health, places)
+        proof = self.proof if wanted.on == "scene" else self.proof_with(wanted.on)
+        if proof is None:
+            return np.nan
+        return proof.read(wanted.compute, places, size=wanted.size)[0, 0]
 
     def value(self, key: str, kind: PlaceKind) -> Array:
         """The values of a quantity at all places of its kind, as `values`."""
@@ -216,46 +210,20 @@ class ShockProfile(OfLanding):
     def _cache(self) -> dict[Any, Array]:
         return {}
 
-    def proof_with(self, name: str) -> Proof | None:
+    def proof_with(self, name: Other) -> LandingProof | None:
         """The proof of the same landing with "free" or "locked" joints, or with "springs_free" and
         all other joints locked.
 
         Returns: None where that has no verdict, or the landing no springs.
         """
-        proof = self._other_joints[name]
-        return None if isinstance(proof, str) else proof
+        return self.companions.proof(name)
 
     @property
-    def unsolved_joints(self) -> dict[str, str]:
+    def unsolved_joints(self) -> Mapping[str, str]:
         """Why there is no solution with "free" joints, "locked" ones or "springs_free", as in
         `proof_with`, by these names.
         """
-        return {name: proof for name, proof in self._other_joints.items() if isinstance(proof, str)}
-
-    @cached_property
-    def _other_joints(self) -> dict[str, Proof | str | None]:
-        joints, model = self.robot.actuated_dofs, self.landing.joint_model
-        proofs: dict[str, Proof | str | None] = {"springs_free": None}
-        models = {"free": np.zeros_like(joints), "locked": joints}
-        for name, locked in (
-            models | ({"springs_free": joints & ~model.springs} if model.springs.any() else {})
-        ).items():
-            if model.name == name or not (locked.any() or name == "free"):
-                proofs[name] = self.proof if model.name == name else proofs["free"]
-                continue
-            state = dynamics(self.robot, self.landing.q[None])
-            bare = self.landing.without_stops
-            changed = replace(
-                bare, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state
-            )
-            try:
-                changed = with_own_faces(changed)
-                changed = with_stops(changed) if self.scene.stops else changed
-                equation = changed.equation(state)
-                proofs[name] = solve_exactly(changed, equation, solve_in_doubles(changed, equation))
-            except (SceneError, SolveError) as refusal:
-                proofs[name] = str(refusal)
-        return proofs
+        return self.companions.refused
 
     @property
     def plane(self) -> Plane:
@@ -455,8 +423,7 @@ class ShockProfile(OfLanding):
             tilts = block.moments[np.abs(block.moments @ n) < 0.5]
             upright.append(block._replace(forces=n[None], moments=tilts, rebound=n))
         sliding = replace(landing, contacts=tuple(upright))
-        equation = sliding.equation(sliding.state)
-        return mass_of_contacts(sliding, solve_in_doubles(sliding, equation).impulse[0])
+        return mass_of_contacts(sliding, solution_in_doubles(sliding).impulse[0])
 
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
+from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.heights import lowest_points
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.bent_legs import ends_leg

@@ -17,15 +17,16 @@ from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.source import ROWS, Chunk, Group, Refusal
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.contact import landing_frames
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion, with_loops
+from shockpc.landing.motion import with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
+from shockpc.method.approach import Motion
+from shockpc.method.dynamics import dynamics
 from shockpc.profile import profile_of
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile

@@ -10,13 +10,13 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.constraints import block_point
 from shockpc.landing.contact import locate_lowest_point
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import GRAVITY
+from shockpc.method.constraints import block_point
+from shockpc.method.dynamics import dynamics
 from shockpc.recordings.bags import QUATERNION
 from shockpc.recordings.column_names import column_name
 from shockpc.recordings.detection import FEWEST, noise, slope_noise

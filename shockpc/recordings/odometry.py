@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from shockpc.landing.constraints import block_wrenches
 from shockpc.landing.contact import locate_lowest_point
-from shockpc.landing.dynamics import dynamics
-from shockpc.landing.motion import Motion, twist_before
+from shockpc.method.approach import Motion, twist_before
+from shockpc.method.constraints import block_wrenches
+from shockpc.method.dynamics import dynamics
 from shockpc.recordings.logged_motion import TWIST, LoggedMotion
 
 DETERMINED = 0.02

@@ -18,12 +18,12 @@ from shockpc.evaluation.source import Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
-from shockpc.landing.constraints import Equation
-from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.motion import Motion
+from shockpc.landing.movable import free_columns
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.scene import Scene
-from shockpc.landing.selection_matrix import free_columns
+from shockpc.method.approach import Motion
+from shockpc.method.dynamics import Dynamics, dynamics
+from shockpc.method.equation import Equation
 from shockpc.quantities.selection import select, selections
 from shockpc.recordings.landings import RecordedLandings
 from shockpc.recordings.rows import Measured, RecordedRows

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
+from shockpc.method.approach import Motion
 from shockpc.recordings.cells import RowMessages
 from shockpc.recordings.column_names import FRICTION, LABELS, named_columns
 from shockpc.recordings.contact_columns import row_friction, row_scenes

@@ -9,8 +9,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_name
-from shockpc.landing.motion import Motion
 from shockpc.landing.scene import Scene
+from shockpc.method.approach import Motion
 
 
 class Measured(NamedTuple):

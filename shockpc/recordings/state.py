@@ -9,8 +9,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
 from shockpc.landing.posture import set_many, settable_joints
+from shockpc.method.approach import Motion
 from shockpc.recordings.cells import RowMessages, empty_cells, numbers, unit_quaternions
 from shockpc.recordings.column_names import (
     CONTACT_VELOCITY,

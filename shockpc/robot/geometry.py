@@ -18,7 +18,8 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.robot.meshes import Mesh, outer_vertices, read_mesh
+from shockpc.robot.mesh import Mesh, outer_vertices
+from shockpc.robot.meshes import read_mesh
 from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.shapes import Shape, checked, primitive

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 import shockpc
-from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_table
+from shockpc.method.dynamics import PINOCCHIO
 
 
 def headed(name: str, content: dict[str, Any], version: int = 1) -> dict[str, Any]:

@@ -10,10 +10,10 @@ import numpy as np
 from shockpc.core.interval import Interval, interval_text
 from shockpc.judgement.accuracy import SHARE
 from shockpc.judgement.unknowns import merged
-from shockpc.landing.constraints import slices_of
 from shockpc.landing.end_stops import side_of
-from shockpc.landing.scene import Base
 from shockpc.landing.scene_file import sideways
+from shockpc.method.base import Base
+from shockpc.method.constraints import slices_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import WORLD
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised

@@ -19,8 +19,8 @@ import numpy as np
 import shockpc
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
-from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_table
+from shockpc.method.dynamics import PINOCCHIO
 from shockpc.show.files import destination, new_file, write_file
 from shockpc.show.tables import csv_text, exact
 from shockpc.text.errors import OutputError

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.solve import CONTRADICTION
-from shockpc.landing.constraints import block_point
+from shockpc.impact.landed import CONTRADICTION
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene_file import scene_text
+from shockpc.method.constraints import block_point
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.every_strike import (
     EveryStrike,

@@ -14,8 +14,8 @@ from shockpc.judgement.first_number import (
     shock_of,
     worst_place,
 )
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.places import Place
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.selection import select
 from shockpc.quantities.shock_profile import ShockProfile

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.ratings import Strength
 from shockpc.landing.scene import CONTACTS
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.quantities.of_parts import SOFTEST, STIFFEST
 from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import shockpc
-from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_table, with_paths
+from shockpc.method.dynamics import PINOCCHIO
 from shockpc.quantities.selection import select
 from shockpc.studies.check.design_record import design_record, read_design, six_digits
 from shockpc.text.errors import StudyError

@@ -16,12 +16,12 @@ from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.symbolic import ACCURACY, SymbolicLanding, identifiers
 from shockpc.impact.graph import Before
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
 from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.method.approach import Motion
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.export.code import MOST_ERROR, Samples, code_files

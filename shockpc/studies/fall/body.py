@@ -11,12 +11,12 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from shockpc.core.spatial import Array, quaternion_of
-from shockpc.impact.solve import without_kinetic_energy
+from shockpc.impact.landed import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.geometry import Outline, drawn_outline, outline
-from shockpc.robot.meshes import hull_corners
+from shockpc.robot.mesh import hull_corners
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.usual_base import usual_base

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from shockpc.core.interval import interval_text
-from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
+from shockpc.method.dynamics import PINOCCHIO
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import PUBLIC, catalogue_drives
 from shockpc.robot.elements import Drive

@@ -7,7 +7,7 @@ whose buffers do not outlive the next call, and everything after this is array w
 """
 
 import threading
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -15,7 +15,6 @@ import pinocchio as pin
 from shockpc.core.inertia import CompositeInertia, Inertia, matrix_of
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross_matrix
-from shockpc.landing.joint_model import JointModel, without_springs
 from shockpc.robot.robot import Robot
 
 PINOCCHIO: str = pin.__version__
@@ -35,6 +34,30 @@ their cube, 4 GB for 500.
 """
 
 
+class Rotors(Protocol):
+    """What the rotors of the drives add to the inertia of a robot.
+
+    Attributes:
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        coupling: (nv,) of the joints to the links that carry their rotors [kg m²].
+    """
+
+    @property
+    def armature(self) -> Array:
+        """Reflected inertia (nv,) of the joints [kg m², kg]."""
+
+    @property
+    def coupling(self) -> Array:
+        """Coupling (nv,) to the links that carry the rotors [kg m²]."""
+
+
+class NoRotors(NamedTuple):
+    """Joints without reflected inertia; attributes as of `Rotors`."""
+
+    armature: Array
+    coupling: Array
+
+
 class Inertias(NamedTuple):
     """The inertias of N robots that are otherwise one, each in another posture; or, with N = 1,
     those of one robot in all.
@@ -44,8 +67,7 @@ class Inertias(NamedTuple):
         com: (N, nb, 3) their centres of mass, in their frames [m].
         inertia: (N, nb, 3, 3) about the centres of mass, axes of the frames [kg m²].
         armature: (N, nv) reflected inertia of the joints [kg m², kg].
-        coupling: (N, nv) of the joints to the links that carry their rotors [kg m²], as of
-            `JointModel`.
+        coupling: (N, nv) of the joints to the links that carry their rotors [kg m²].
     """
 
     mass: Array
@@ -55,7 +77,7 @@ class Inertias(NamedTuple):
     coupling: Array
 
     @classmethod
-    def of(cls, robot: Robot, joints: JointModel) -> "Inertias":
+    def of(cls, robot: Robot, joints: Rotors) -> "Inertias":
         """The robot as it is (N = 1), with what its joints do."""
         return cls(
             robot.masses[None],
@@ -111,7 +133,7 @@ class Dynamics(NamedTuple):
 
 
 def dynamics(
-    robot: Robot, Q: Array, joints: JointModel | None = None, inertias: Inertias | None = None
+    robot: Robot, Q: Array, joints: Rotors | None = None, inertias: Inertias | None = None
 ) -> Dynamics:
     """Evaluate a robot in N postures.
 
@@ -125,7 +147,7 @@ def dynamics(
     """
     n, nv = len(Q), robot.model.nv
     J, placed = np.empty((n, nv, 6)), np.empty((n, robot.model.njoints, 12))
-    joints = joints or without_springs(np.zeros(nv), np.zeros(nv, dtype=bool), "free")
+    joints = joints or NoRotors(np.zeros(nv), np.zeros(nv))
     Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
     if robot.free_base:
         origin = Q[:, :3].copy()

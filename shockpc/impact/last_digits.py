@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.kinematics import Data, data_of
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
+from shockpc.method.approach import Motion
+from shockpc.method.exact.kinematics import Data, data_of
 
 STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 """Changes of a datum in units in the last place; a decimal file's last digit is as large as a few

@@ -18,12 +18,13 @@ from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import norm
 from shockpc.core.program import OPERATIONS, Program
 from shockpc.core.spatial import Array, cross
-from shockpc.impact.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
-from shockpc.impact.exact.solution import ExactImpact
+from shockpc.impact.exact_impact import ExactImpact
 from shockpc.impact.impact import Impact
-from shockpc.landing.constraints import row_terms
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
+from shockpc.method.approach import Motion
+from shockpc.method.constraints import row_terms
+from shockpc.method.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
+from shockpc.method.exact.solution import ExactSolution
 from shockpc.robot.robot import Robot
 
 
@@ -208,52 +209,29 @@ SYMBOLS = Arithmetic(
 """The arithmetic of symbols."""
 
 
-class SymbolImpact(ExactImpact):
-    """An impact in symbols; arguments as of `ExactImpact`, the landing's posture and motion in
-    symbols too.
-
-    Raises:
-        SingularError: no inertia resists a motion, or the rows depend on one another, in any
-            posture.
+class SymbolSolution(ExactSolution):
+    """Eq. 4 and the jumps in symbols; arguments as of `ExactSolution`, the configuration in symbols
+    too.
     """
 
-    arithmetic, has_values = SYMBOLS, False
+    arithmetic = SYMBOLS
 
-    @classmethod
-    def of(cls, landing: PosedLanding, q: casadi.SX, before: casadi.SX) -> Self:
-        """The impact of a landing in whatever posture and motion.
+    def set_motion(self, motion: Numbers) -> None:
+        """Set the motion before the impact.
 
-        Args:
-            landing: the landing; its posture is not used, and its motion not where the symbols say
-                it.
-            q: (nq,) symbols of the configuration.
-            before: those of what is before the impact: the strike (3,), or all joint velocities
-                (nv,).
-
-        Raises:
-            SingularError: as for the class.
+        Args: motion, symbols: the velocity of the base (3,), world axes, the rest as it is; or all
+            joint velocities (nv,).
         """
-        rows = RowChoice.every(sum(block.size for block in landing.blocks))
-        impact, motion = cls(replace(landing, q=_symbols(q)), rows), _symbols(before)
+        robot = self.posed.system.robot
         if len(motion) == 3:
-            moving = landing.before._replace(velocity=motion)
-        elif landing.robot.free_base:
-            turn = entries(impact._places[0][0])
-            moving = Motion(
-                turn @ motion[:3], turn @ motion[3:6], np.concatenate([np.zeros(6), motion[6:]])
-            )
+            assert self.before is not None
+            self.before = self.before._replace(velocity=motion)
+        elif robot.free_base:
+            turn = entries(self._places[0][0])
+            rates = np.concatenate([np.zeros(6), motion[6:]])
+            self.before = Motion(turn @ motion[:3], turn @ motion[3:6], rates)
         else:
-            moving = Motion(np.zeros(3), np.zeros(3), motion)
-        impact.landing = replace(impact.landing, before=moving)
-        return impact
-
-    def rounded(self, values: Numbers, size: Callable[[Array], Any]) -> Array:
-        """Symbols have no values to be rounded.
-
-        Raises:
-            NoValueError: always.
-        """
-        raise NoValueError
+            self.before = Motion(np.zeros(3), np.zeros(3), motion)
 
     @cached_property
     def pivot(self) -> Symbol:
@@ -280,7 +258,7 @@ class SymbolImpact(ExactImpact):
         size, jump = self._sizes, entries(self._solution[0])[:, 3]
         light = _length(jump * size) / (_greatest(map(abs, jump)) * _least(size))
         found: Symbol = _length(self._stiff * size) / self.pivot * light.max(1.0)
-        return found if self.landing.base == "free" else found * self._cancellation
+        return found if self.posed.system.base == "free" else found * self._cancellation
 
     @cached_property
     def _responses(self) -> tuple[SymbolMatrix, Numbers]:
@@ -297,7 +275,7 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def _by_rows(self) -> tuple[SymbolMatrix, SymbolMatrix]:
-        """As of `ExactImpact`."""
+        """As of `ExactSolution`."""
         X = self._responses[0]
         return X, self.arithmetic.symmetric(
             self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X
@@ -313,7 +291,7 @@ class SymbolImpact(ExactImpact):
         if self._mimics:
             return _roots(np.diagonal(entries(self._free_inertia)))
         # Of all that a joint carries the mass, the first moment and the inertia about the base.
-        robot, eye = self.landing.robot, self.exact(np.eye(3))
+        robot, eye = self.posed.system.robot, self.exact(np.eye(3))
         composite, found = [], self._armature.copy()
         for mass, (_, p), moments in zip(
             self._data.mass.tolist(), self._places, self._moments, strict=True
@@ -344,11 +322,57 @@ class SymbolImpact(ExactImpact):
     @cached_property
     def _cancellation(self) -> Symbol:
         """By how much terms cancel in the entries of the rows, as `Equation.cancellation` [1]."""
-        terms = row_terms(self.state, self.blocks)[0]
+        terms = row_terms(self.state, self.posed.blocks)[0]
         for follower, leaders in reversed(self._mimics):
             for leader, by in leaders:
                 terms[:, leader] = terms[:, leader] + terms[:, follower] * abs(by)
         return _greatest(norm(terms[:, self._free] / self._sizes) / norm(self._rows / self._sizes))
+
+
+class SymbolImpact(ExactImpact):
+    """An impact in symbols: posture and motion of its landing are symbols too."""
+
+    solution: SymbolSolution
+    has_values = False
+
+    @classmethod
+    def of(cls, landing: PosedLanding, q: casadi.SX, before: casadi.SX) -> Self:
+        """The impact of a landing in whatever posture and motion.
+
+        Args:
+            landing: the landing; its posture is not used, and its motion not where the symbols say
+                it.
+            q: (nq,) symbols of the configuration.
+            before: those of what is before the impact: the strike (3,), or all joint velocities
+                (nv,).
+
+        Raises:
+            SingularError: no inertia resists a motion, or the rows depend on one another, in any
+                posture.
+        """
+        rows = RowChoice.every(sum(block.size for block in landing.blocks))
+        solution = SymbolSolution(landing.posed._replace(q=_symbols(q)), rows)
+        solution.set_motion(_symbols(before))
+        moving = replace(landing, q=solution.posed.q, before=solution.before or landing.before)
+        return cls(solution, moving)
+
+    @property
+    def pivot(self) -> Symbol:
+        """As of `SymbolSolution`."""
+        return self.solution.pivot
+
+    @property
+    def condition(self) -> Symbol:
+        """As of `SymbolSolution`."""
+        return self.solution.condition
+
+    def rounded(self, values: Numbers, size: Callable[[Array], Any]) -> Array:
+        """Symbols have no values to be rounded.
+
+        Raises:
+            NoValueError: always.
+        """
+        raise NoValueError
 
 
 def _roots(values: Numbers) -> Numbers:

@@ -1,20 +1,14 @@
-"""Balls (midpoint and radius, python-flint's `arb`): an impact in them, and the doubles nearest to
-them.
-"""
+"""Balls (midpoint and radius, python-flint's `arb`): Eq. 4 in them, and the doubles nearest to them."""
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
 
-from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.arithmetic import Arithmetic
-from shockpc.impact.exact.kinematics import Data
-from shockpc.impact.exact.solution import ExactImpact
-from shockpc.landing.landing import PosedLanding
+from shockpc.method.exact.arithmetic import Arithmetic
+from shockpc.method.exact.solution import ExactSolution
 
 BALLS = Arithmetic(arb, arb_mat)
 """Ball arithmetic, at the precision of the present context."""
@@ -61,32 +55,19 @@ def to_double(values: Balls | arb, size: Array | float) -> Array:
         PrecisionError: a ball is too wide.
     """
     rounded, radius = np.asarray(values, dtype=object).astype(float), radii(values)
-    if not np.all(
-        (radius == 0.0)
-        | (
-            radius
-            <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE)
-        )
-    ):
+    reference = np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE)
+    narrow = (radius == 0.0) | (radius <= ENOUGH * reference)
+    if not np.all(narrow):
         raise PrecisionError
     return np.asarray(np.where(np.abs(rounded) <= radius, 0.0, rounded))
 
 
-class BallImpact(ExactImpact):
-    """An impact in balls, at the precision of the present context; arguments as of `ExactImpact`."""
+class BallSolution(ExactSolution):
+    """Eq. 4 and the jumps in balls, at the precision of the present context; arguments as of
+    `ExactSolution`.
+    """
 
     arithmetic = BALLS
-
-    def __init__(self, landing: PosedLanding, choice: RowChoice, data: Data | None = None) -> None:
-        super().__init__(landing, choice, data)
-        self.resistances: dict[int, Any] = {}
-
-    def rounded(self, values: Balls, size: Callable[[Array], Any]) -> Array:
-        """The doubles nearest to balls; doubles as they are."""
-        values = np.asarray(values)
-        return (
-            values + 0.0 if values.dtype == float else to_double(values, size(values.astype(float)))
-        )
 
     @cached_property
     def _unit(self) -> Array:

@@ -1,9 +1,11 @@
-"""Step 1: in doubles for N postures; for one, choose the independent rows, enclose the impact, and
-refuse what no impact can do.
+"""A landing solved in doubles in N postures, and proven in its own; what no impact can do is refused
+by name.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,27 +17,34 @@ from shockpc.core.impulse import (
     column_sizes,
     in_terms,
     independent_rows,
-    solve_impact,
     weakest_columns,
 )
 from shockpc.core.inertia import definite
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.impact.exact.arithmetic import SingularError
-from shockpc.impact.exact.proof import Proof
-from shockpc.landing.constraints import (
+from shockpc.impact.exact_impact import BallImpact
+from shockpc.impact.last_digits import last_digits_changed
+from shockpc.landing.landing import Landing, PosedLanding
+from shockpc.method.constraints import (
     ConstraintBlock,
-    Equation,
     block_axes,
     row_jacobian,
     row_terms,
     row_tolerance,
     slices_of,
 )
-from shockpc.landing.landing import Landing, PosedLanding
+from shockpc.method.dynamics import Dynamics
+from shockpc.method.equation import Equation, Posed
+from shockpc.method.exact.arithmetic import SingularError
+from shockpc.method.exact.balls import BallSolution
+from shockpc.method.exact.enclosed import enclosed
+from shockpc.method.exact.proof import Proof
+from shockpc.method.shock import Solved, jumps_of, solution_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few, listed
+
+T = TypeVar("T")
 
 UNPHYSICAL = 1e6
 """Motion relative to the strike beyond which it is that of a singular posture, and not physically
@@ -56,74 +65,112 @@ CONTRADICTION = 1e-9
 """Share of the strike with which a dependent row may be left; more is a contradiction."""
 
 
-def solve_in_doubles(landing: Landing, equation: Equation) -> Solution:
-    """Solve Eq. 4 in N postures, in double precision; that of a landing in its posture once."""
+class LandingProof(Proof):
+    """The proof of a landing; what it reads are functions of the impact in balls.
+
+    Args:
+        landing: the landing.
+        posed: its system in its posture, and what is held.
+        choice: which of its rows are independent.
+
+    Attributes:
+        landing: the landing.
+    """
+
+    def __init__(self, landing: PosedLanding, posed: Posed, choice: RowChoice) -> None:
+        self.landing = landing
+        super().__init__(posed, choice)
+
+    def numbers_of(self, solution: BallSolution) -> BallImpact:
+        """The impact of the landing."""
+        return BallImpact(solution, self.landing)
+
+    def with_last_digits_changed(self, compute: Callable[[BallImpact], T], pattern: int) -> T:
+        """The value of a function of the impact when every datum is changed in its last digit, in a
+        pattern of that number.
+
+        Raises:
+            PrecisionError: a ball is too wide.
+            SingularError: that impact has no solution.
+        """
+        landing, data = last_digits_changed(self.landing, pattern)
+        return self.with_other_data(
+            lambda solution: compute(BallImpact(solution, landing)), landing.posed, data
+        )
+
+
+def solved(
+    landing: Landing,
+    state: Dynamics | None = None,
+    with_strike: bool = True,
+    bodies: Sequence[int] | None = None,
+) -> Solved:
+    """Steps 1 and 2 of a landing in N postures, in doubles.
+
+    Args:
+        landing: the landing.
+        state: the robot in the postures, with the armature of its joints; by default in the posture
+            of the landing, whose solution is computed once.
+        with_strike: whether the scene's strike is computed besides those of 1 m/s along world x, y
+            and z (k = 4 or 3).
+        bodies: indices of those whose jumps are wanted, in that order; all by default.
+    """
     if (
         isinstance(landing, PosedLanding)
-        and equation.state is landing.state
-        and equation is landing.equation(landing.state)
+        and with_strike
+        and (state is None or state is landing.state)
     ):
-        return _solution(landing)
-    return _solved(landing, equation)
+        equation, solution = landing.equation(landing.state), solution_in_doubles(landing)
+    else:
+        assert state is not None
+        equation = landing.equation(state, with_strike)
+        solution = solution_of(equation, landing.most_independent(state, equation.blocks))
+    return Solved(equation, solution, jumps_of(equation, solution.delta_qd, bodies))
 
 
 @memoized()
-def _solution(landing: PosedLanding) -> Solution:
-    return _solved(landing, landing.equation(landing.state))
+def solution_in_doubles(landing: PosedLanding) -> Solution:
+    """Step 1 of a landing in its posture; computed once."""
+    equation = landing.equation(landing.state)
+    return solution_of(equation, landing.most_independent(landing.state, equation.blocks))
 
 
-def _solved(landing: Landing, equation: Equation) -> Solution:
-    most = landing.most_independent(equation.state, equation.blocks)
-    return solve_impact(
-        equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most
-    )
-
-
-def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution) -> Proof:
-    """Choose the independent rows, and enclose the impact.
+def proven(landing: PosedLanding) -> LandingProof:
+    """The proof of a landing: which rows are independent, and the impact in balls.
 
     Raises:
         SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding
             can change which rows are independent, or the posture is so nearly singular that the
             result is not physically plausible.
     """
+    equation = landing.equation(landing.state)
     H, size = equation.H[0], np.abs(np.diagonal(equation.H[0]))
     if not np.isfinite(H).all():
         raise without_kinetic_energy(landing, equation.state.H)
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise without_inertia(landing, equation)
-    # Rows that look independent are taken as such, and looked at more closely if the proof finds
-    # that they are not.
-    for given in (
-        [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None)
-    ):
-        choice = given or independent_rows(
-            equation.J_c[0],
-            terms := equation.terms()[0],
-            column_sizes(terms),
-            solution.scale[0],
-            equation.tolerance,
-            *landing.most_independent(landing.state, landing.blocks)(0),
+    most = landing.most_independent(landing.state, landing.blocks)
+    try:
+        proof = enclosed(
+            equation,
+            landing.posed,
+            solution_in_doubles(landing),
+            most,
+            partial(LandingProof, landing),
         )
-        try:
-            proof = Proof(landing, choice)
-        except SingularError as singular:
-            if singular.of_inertia:
-                raise without_inertia(landing, equation) from None
-            continue
+    except SingularError:
+        raise without_inertia(landing, equation) from None
+    if proof is not None:
         _refuse_contradiction(landing, equation, proof)
-        _refuse_singular(landing, equation, proof, len(choice.rows))
-        if not choice.uncertain:
-            proof.condition = float(solution.condition[0])
+        _refuse_singular(landing, equation, proof, len(proof.choice.rows))
+        if not proof.choice.uncertain:
             return proof
+    rows = ", ".join(block.name for block in landing.blocks)
     raise SolveError(
-        f"no verdict: in {_posture(landing)} the rows of "
-        f"{', '.join(block.name for block in landing.blocks)} depend on one another "
-        "so nearly that rounding can change how many of them are independent. Leave one out (a "
-        "contact, a direction, the rotation "
-        "of a flat one), put points that nearly meet exactly together or a billionth of the robot "
-        "apart, or set another posture "
-        "with --set",
+        f"no verdict: in {_posture(landing)} the rows of {rows} depend on one another so nearly "
+        "that rounding can change how many of them are independent. Leave one out (a contact, a "
+        "direction, the rotation of a flat one), put points that nearly meet exactly together or a "
+        "billionth of the robot apart, or set another posture with --set",
         blocks=[block.frame for block in landing.blocks],
     )
 
@@ -264,7 +311,7 @@ class Residual(NamedTuple):
         return np.asarray(np.abs(self.left[:, 3]) - allowed)
 
 
-def residual(proof: Proof) -> Residual:
+def residual(proof: LandingProof) -> Residual:
     """What a solution leaves along the dependent rows."""
     landing, state, blocks = proof.landing, proof.landing.state, proof.landing.blocks
     equation = landing.equation(state)
@@ -284,7 +331,7 @@ def residual(proof: Proof) -> Residual:
     return Residual(rows, left[rows], b, rounding[rows], size[:, None] * proof.delta_qd)
 
 
-def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
+def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: LandingProof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that
     the mechanism does not have.
     """
@@ -344,7 +391,9 @@ def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
     return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
 
 
-def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof, rank: int) -> None:
+def _refuse_singular(
+    landing: PosedLanding, equation: Equation, proof: LandingProof, rank: int
+) -> None:
     """Refuse a posture so nearly singular that the impact is not physically plausible, or is what
     rounding of the file leaves.
 

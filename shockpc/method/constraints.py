@@ -1,5 +1,4 @@
-"""What is held during an impact, described once: contacts, standing feet and loops as rows; and Eq.
-4 with them.
+"""What is held during an impact, described once: contacts, standing feet and loops as rows.
 
 A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a
 body, along an axis fixed in the world or in a body. The description does not know the posture. It
@@ -13,10 +12,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.impulse import DATA_TOLERANCE, TOLERANCE
-from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.dynamics import Dynamics
+from shockpc.method.dynamics import Dynamics
 from shockpc.robot.shapes import Shape
 
 NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
@@ -173,58 +171,3 @@ def row_signs(state: Dynamics, block: ConstraintBlock) -> Array:
 def moved_by(state: Dynamics, body: int) -> Array:
     """Which joint velocities (nv,) move a body, 1, and which do not, 0; none moves the world, −1."""
     return np.asarray(np.where(body < 0, 0.0, state.ancestors[body].astype(float)))
-
-
-class Equation(NamedTuple):
-    """The impulsive equation of motion in N postures, in the free velocities ẏ.
-
-    Attributes:
-        inertia: GᵀHG, armature included.
-        J_c: (N, nc, ny) J_c G, closure rows included.
-        b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
-        G: (N, nv, ny), or None where all velocities are free.
-        state: the robot.
-        blocks: the rows.
-    """
-
-    inertia: Inertia
-    J_c: Array
-    b: Array
-    G: Array | None
-    state: Dynamics
-    blocks: tuple[ConstraintBlock, ...]
-
-    @property
-    def H(self) -> Array:
-        """(N, ny, ny) GᵀHG [kg, kg m, kg m²]."""
-        return matrix_of(self.inertia)
-
-    @property
-    def tolerance(self) -> float:
-        """Relative error of the terms of the rows, as in `independent_rows`."""
-        return row_tolerance(self.blocks)
-
-    def terms(self) -> Array:
-        """Sizes (N, nc, ny) of the terms that the entries of J_c are sums of."""
-        terms = row_terms(self.state, self.blocks)
-        return terms if self.G is None else np.asarray(terms @ np.abs(self.G))
-
-    def cancellation(self) -> Array:
-        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most
-        [1].
-
-        Rows along which nothing can move do not count. On a free base the rows of contacts hold its
-        velocity: little cancels.
-        """
-        weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
-        length, whole = (
-            np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms())
-        )
-        moves = length > TOLERANCE * whole
-        return np.asarray(
-            np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0)
-        )
-
-    def full(self, delta: Array) -> Array:
-        """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""
-        return delta if self.G is None else np.asarray(self.G @ delta)

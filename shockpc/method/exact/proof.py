@@ -1,4 +1,4 @@
-"""The proof of a landing: enclosures of its results, and how far double precision was off.
+"""The proof of Eq. 4 in one posture: enclosures of its results.
 
 The precision is raised until every enclosure is narrow enough to be rounded to the nearest double.
 Proven means: for the robot as loaded, the posture, and the rows that were found independent.
@@ -15,10 +15,10 @@ from flint import ctx
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, freeze, read_only
-from shockpc.impact.exact.arithmetic import SingularError
-from shockpc.impact.exact.balls import BallImpact, Balls, PrecisionError, radii, to_double
-from shockpc.impact.exact.sensitivity import last_digits_changed
-from shockpc.landing.landing import PosedLanding
+from shockpc.method.equation import Posed
+from shockpc.method.exact.arithmetic import SingularError
+from shockpc.method.exact.balls import Balls, BallSolution, PrecisionError, radii, to_double
+from shockpc.method.exact.kinematics import Data
 from shockpc.text.errors import SolveError
 
 T = TypeVar("T")
@@ -36,23 +36,23 @@ PRECISION = threading.RLock()
 
 
 class Proof:
-    """The impact of a landing in ball arithmetic, and what was proven of it.
+    """Eq. 4 and the jumps of one posture in ball arithmetic, and what was proven of them.
 
     Its arrays cannot be written to.
 
     Args:
-        landing: the landing.
-        choice: which of its rows are independent.
+        posed: the system in its posture, and what is held.
+        choice: which of the rows are independent.
 
     Attributes:
-        landing: the landing.
-        choice: which of its rows are independent.
+        posed: the system in its posture, and what is held.
+        choice: which of the rows are independent.
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for
-            strikes of 1 m/s along world x, y and z and for the scene's [rad/s, m/s]; the doubles
-            nearest to the exact ones.
+            strikes of 1 m/s along world x, y and z and for the motion before the impact [rad/s,
+            m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
-        bounds: (nb,) proven error of the scene's jumps relative to each body's motion,
+        bounds: (nb,) proven error of the last column of the jumps relative to each body's motion,
             `LEAST_MOTION` at least [1].
         bits: precision at which they were proven.
 
@@ -60,43 +60,47 @@ class Proof:
         SingularError: no inertia resists a motion, or the rows depend on one another.
     """
 
-    def __init__(self, landing: PosedLanding, choice: RowChoice) -> None:
-        self.landing, self.choice = landing, choice
+    def __init__(self, posed: Posed, choice: RowChoice) -> None:
+        self.posed, self.choice = posed, choice
         freeze(choice)
-        self._bits, self._impact = LEAST_BITS, None
-        length = landing.robot.rotation_lengths
+        self._bits, self._numbers = LEAST_BITS, None
+        length = posed.system.robot.rotation_lengths
         self.jumps, self.bounds = map(
-            read_only, self.read(lambda impact: _jumps(impact.jumps[0], length))
+            read_only, self.read(lambda numbers: _jumps(numbers.jumps[0], length))
         )
-        self.delta_qd = read_only(self.read(lambda impact: round_velocities(impact.delta_qd[0])))
+        self.delta_qd = read_only(self.read(lambda numbers: round_velocities(numbers.delta_qd[0])))
         self.impulse = read_only(
-            self.read(lambda impact: to_double(impact.impulse[0], _size(impact.impulse[0])))
+            self.read(lambda numbers: to_double(numbers.impulse[0], _size(numbers.impulse[0])))
         )
         self.bits = self._bits
 
+    def numbers_of(self, solution: BallSolution) -> Any:
+        """What `read` gives to its function: the solution, or what a subclass makes of it."""
+        return solution
+
     condition = math.inf
     """Estimated factor by which the inertia and the rows enlarge rounding, as in `Solution`;
-    `solve_exactly` gives it.
+    `enclosed` gives it.
     """
 
-    _impact: BallImpact | None
+    _numbers: Any
 
     def __getstate__(self) -> dict[str, object]:
-        return vars(self) | {"_impact": None}
+        return vars(self) | {"_numbers": None}
 
     def read(
         self,
         compute: Callable[..., T],
         *arguments: Any,
-        size: Callable[[BallImpact, Array], Any] | None = None,
+        size: Callable[[Any, Array], Any] | None = None,
     ) -> T:
-        """The value of a function of the impact, at the lowest precision at which it raises no
-        `PrecisionError` or `SingularError`.
+        """The value of a function of the solution in balls, at the lowest precision at which it
+        raises no `PrecisionError` or `SingularError`.
 
         Args:
-            compute: the function.
+            compute: the function, of what `numbers_of` makes of the solution.
             arguments: its further ones.
-            size: natural size of the values, of the impact and the values; they are rounded to
+            size: natural size of the values, of the numbers and the values; they are rounded to
                 doubles relative to it, if given.
 
         Raises:
@@ -108,39 +112,40 @@ class Proof:
             while True:
                 with ctx.workprec(self._bits):
                     try:
-                        if self._impact is None:
-                            self._impact = BallImpact(self.landing, self.choice)
-                        values: Any = compute(self._impact, *arguments)
-                        return cast(
-                            T,
-                            values
-                            if size is None
-                            else self._impact.rounded(values, partial(size, self._impact)),
-                        )
+                        if self._numbers is None:
+                            solution = BallSolution(self.posed, self.choice)
+                            self._numbers = self.numbers_of(solution)
+                        values: Any = compute(self._numbers, *arguments)
+                        if size is not None:
+                            values = self._numbers.rounded(values, partial(size, self._numbers))
+                        return cast(T, values)
                     except (PrecisionError, SingularError) as failure:
                         if self._bits >= MOST_BITS:
                             if isinstance(failure, SingularError):
                                 raise
                             raise SolveError(
                                 f"no verdict: {MOST_BITS} bits do not give a number of robot "
-                                f'"{self.landing.robot.name}", because '
-                                "terms cancel: masses and lengths lie too many orders of magnitude "
-                                "apart, or a chain is too long"
+                                f'"{self.posed.system.robot.name}", because terms cancel: masses '
+                                "and lengths lie too many orders of magnitude apart, or a chain is "
+                                "too long"
                             ) from None
                 self._bits *= 2
-                self._impact = None
+                self._numbers = None
 
-    def with_last_digits_changed(self, compute: Callable[[BallImpact], T], pattern: int) -> T:
-        """The value of a function of the impact when every datum is changed in its last digit, in a
-        pattern of that number.
+    def with_other_data(self, compute: Callable[[BallSolution], T], posed: Posed, data: Data) -> T:
+        """The value of a function of the solution with other numbers, at the precision of the proof.
+
+        Args:
+            compute: the function.
+            posed: another posture.
+            data: other numbers of the robot.
 
         Raises:
             PrecisionError: a ball is too wide.
-            SingularError: that impact has no solution.
+            SingularError: there is no solution.
         """
         with PRECISION, ctx.workprec(self.bits):
-            landing, data = last_digits_changed(self.landing, pattern)
-            return compute(BallImpact(landing, self.choice, data))
+            return compute(BallSolution(posed, self.choice, data))
 
 
 def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
@@ -150,9 +155,8 @@ def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
     values, radius = jumps.astype(float), radii(jumps)
     size, width = motion(values, length), motion(radius, length)
     reference = np.maximum(size[:, 3], LEAST_MOTION * size[:, 3].max())
-    if np.any(width[:, 3] > 2.0**-70 * reference) or np.any(
-        width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))
-    ):
+    largest = size.max(axis=1, keepdims=True)
+    if np.any(width[:, 3] > 2.0**-70 * reference) or np.any(width > 2.0**-70 * largest):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.
     values[np.abs(values) <= radius] = 0.0
@@ -164,12 +168,9 @@ def motion(jumps: Array, length: Array) -> Array:
     """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation
     times a length (nb,).
     """
+    speeds = np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1)
     # Unlike a sum of squares, hypot does not underflow.
-    return np.asarray(
-        np.hypot.reduce(
-            np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1), axis=1
-        )
-    )
+    return np.asarray(np.hypot.reduce(speeds, axis=1))
 
 
 def round_velocities(velocities: Balls) -> Array:
@@ -179,9 +180,8 @@ def round_velocities(velocities: Balls) -> Array:
         PrecisionError: a ball is too wide.
     """
     size = np.abs(velocities.astype(float))
-    return to_double(
-        velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0))
-    )
+    of_joint = size.max(axis=1, keepdims=True)
+    return to_double(velocities, np.maximum(of_joint, 1e-30 * size.max(initial=0.0)))
 
 
 def _size(values: Balls) -> float:

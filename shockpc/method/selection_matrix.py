@@ -7,9 +7,8 @@ another are columns of G: fewer unknowns, the same equation.
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.landing.scene import Base
+from shockpc.method.base import Base
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import SceneError
 
 
 def free_columns(
@@ -19,23 +18,15 @@ def free_columns(
 
     Args:
         robot: its mimic joints follow their leaders here.
-        base: free; planar (moves and turns in the plane only); fixed.
+        base: free; planar (moves and turns in the plane only); fixed. One that is not fixed needs
+            a robot with a free base.
         plane: of the study.
         base_rotation: (..., 3, 3) orientation of the base, base to world.
         locked: (nv,) joint velocities that are held at zero.
 
     Returns: (..., nv, ny).
-
-    Raises:
-        SceneError: a base that its file fixes is asked to move, or nothing is left that can move.
     """
     nv = robot.model.nv
-    if base != "fixed" and not robot.free_base:
-        raise SceneError(
-            f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" is not '
-            f"possible; "
-            'load it with free=True, give its root body a <freejoint/>, or use base = "fixed"'
-        )
     if not robot.mimics and not locked.any() and (base == "free" or not robot.free_base):
         return None
     G = np.broadcast_to(np.eye(nv), (*base_rotation.shape[:-2], nv, nv)).copy()
@@ -60,9 +51,4 @@ def free_columns(
             multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items()
         )
         free[index[mimic.joint]] = False
-    if not free.any():
-        raise SceneError(
-            f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; '
-            f"free one of them"
-        )
     return np.ascontiguousarray(G[..., free])

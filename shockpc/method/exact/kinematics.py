@@ -1,4 +1,4 @@
-"""A robot in one posture in an arithmetic: the same record that `landing.dynamics` computes in
+"""A robot in one posture in an arithmetic: the same record that `method.dynamics` computes in
 doubles with Pinocchio.
 
 Every joint is split into elementary ones (a composite joint has several, with massless bodies
@@ -14,8 +14,8 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, quaternion_of
-from shockpc.impact.exact.arithmetic import Arithmetic, Matrix, Numbers, entries
-from shockpc.landing.dynamics import Dynamics
+from shockpc.method.dynamics import Dynamics
+from shockpc.method.exact.arithmetic import Arithmetic, Matrix, Numbers, entries
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
 
@@ -237,7 +237,7 @@ def body_inertia(
 
 def rotor_inertia(arithmetic: Arithmetic, coupling: float, axis: Numbers) -> Any:
     """Moments (6, 6) of a coupling about its axis (3,) in the bodies beside it, as
-    `spatial_inertias` of `landing.dynamics`.
+    `spatial_inertias` of `method.dynamics`.
     """
     x, y, z = axis.tolist()
     row = [arithmetic.number(0)] * 3

@@ -1,0 +1,129 @@
+"""The impulsive equation of motion (shock paper, Eq. 4), in the velocities that are free (Eq. 7)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.impulse import TOLERANCE
+from shockpc.core.inertia import Inertia, definite, diagonal_of, matrix_of
+from shockpc.core.spatial import Array, Plane
+from shockpc.method.approach import Motion, approach_speeds
+from shockpc.method.base import Base
+from shockpc.method.constraints import ConstraintBlock, row_jacobian, row_terms, row_tolerance
+from shockpc.method.dynamics import Dynamics
+from shockpc.method.selection_matrix import free_columns
+from shockpc.robot.robot import Robot
+
+
+class System(NamedTuple):
+    """What Eq. 4 is made of, beside a posture and what is held.
+
+    Attributes:
+        robot: the robot.
+        base: how its base may move.
+        plane: of the study, in which a planar base moves.
+        locked: (nv,) joint velocities that are held at zero.
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        coupling: (nv,) of the joints to the links that carry their rotors [kg m²]; part of the
+            armature.
+        before: the motion before the impact; None where only unit strikes are asked for.
+    """
+
+    robot: Robot
+    base: Base
+    plane: Plane
+    locked: np.ndarray
+    armature: Array
+    coupling: Array
+    before: Motion | None = None
+
+
+class Posed(NamedTuple):
+    """A system in one posture, from which balls are evaluated.
+
+    Attributes:
+        system: the robot, and what of it is free.
+        q: (nq,) its configuration.
+        blocks: what is held, each with one point (3,).
+    """
+
+    system: System
+    q: Array
+    blocks: tuple[ConstraintBlock, ...]
+
+
+class Equation(NamedTuple):
+    """The impulsive equation of motion in N postures, in the free velocities ẏ.
+
+    Attributes:
+        inertia: GᵀHG, armature included.
+        J_c: (N, nc, ny) J_c G, closure rows included.
+        b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+        G: (N, nv, ny), or None where all velocities are free.
+        state: the robot.
+        blocks: the rows.
+        system: the robot, and what of it is free.
+    """
+
+    inertia: Inertia
+    J_c: Array
+    b: Array
+    G: Array | None
+    state: Dynamics
+    blocks: tuple[ConstraintBlock, ...]
+    system: System
+
+    @property
+    def H(self) -> Array:
+        """(N, ny, ny) GᵀHG [kg, kg m, kg m²]."""
+        return matrix_of(self.inertia)
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of the terms of the rows, as in `independent_rows`."""
+        return row_tolerance(self.blocks)
+
+    def terms(self) -> Array:
+        """Sizes (N, nc, ny) of the terms that the entries of J_c are sums of."""
+        terms = row_terms(self.state, self.blocks)
+        return terms if self.G is None else np.asarray(terms @ np.abs(self.G))
+
+    def cancellation(self) -> Array:
+        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most
+        [1].
+
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its
+        velocity: little cancels.
+        """
+        weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
+        length, whole = (
+            np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms())
+        )
+        moves = length > TOLERANCE * whole
+        return np.asarray(
+            np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0)
+        )
+
+    def full(self, delta: Array) -> Array:
+        """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""
+        return delta if self.G is None else np.asarray(self.G @ delta)
+
+
+def equation_of(system: System, state: Dynamics, blocks: tuple[ConstraintBlock, ...]) -> Equation:
+    """Eq. 4, left: H, J_c and b = (1 + e) J_c q̇⁻, reduced to the free velocities (Eq. 7).
+
+    Args:
+        system: the robot, and what of it is free.
+        state: it in N postures, with the armature of its joints.
+        blocks: what is held.
+    """
+    G = free_columns(system.robot, system.base, system.plane, state.rotation[:, 0], system.locked)
+    J_c = row_jacobian(state, blocks)
+    b = approach_speeds(state, blocks, system.before)
+    inertia = state.inertia
+    if G is not None:
+        inertia = np.swapaxes(G, -1, -2) @ state.H @ G
+        J_c = J_c @ G
+    if system.robot.negative_moments:
+        inertia = definite(inertia)  # NaN, which is refused by name where a landing is solved
+    return Equation(inertia, J_c, b, G, state, blocks, system)
