@@ -35,17 +35,16 @@ from shockpc import (
 )
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
-from shockpc.impact.exact_impact import BallImpact
-from shockpc.impact.landed import LandingProof
 from shockpc.judgement.accuracy import data_sensitivity, double_error, hardly_sensitive, sensitive
 from shockpc.landing.contact import contact_block
-from shockpc.landing.joint_model import joint_model, without_springs
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.joint_model import joint_model
 from shockpc.landing.posture import configuration
 from shockpc.landing.scene_file import plane_of
 from shockpc.method.approach import Motion
 from shockpc.method.dynamics import dynamics
-from shockpc.method.exact.balls import to_double
+from shockpc.method.equation import Posed, System
+from shockpc.method.exact.balls import BallSolution, to_double
+from shockpc.method.exact.proof import Proof
 from shockpc.robot.feet_and_sensors import each_foot
 
 ROUNDING = 2.3e-16
@@ -64,12 +63,12 @@ def test_warnings_take_one_impact_in_balls(monkeypatch):
     """
     made = []
 
-    class Counted(BallImpact):
+    class Counted(BallSolution):
         def __init__(self, *arguments):
             made.append(arguments)
             super().__init__(*arguments)
 
-    monkeypatch.setattr("shockpc.method.exact.proof.BallImpact", Counted)
+    monkeypatch.setattr("shockpc.method.exact.proof.BallSolution", Counted)
     profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"), known_robot("anymal_b"))
     assert not sensitive(profile)
     assert len(made) == 1
@@ -168,24 +167,8 @@ def test_the_impact_of_500_links_is_proven():
         Motion(velocity, np.zeros(3), rest),
     )
     plane = plane_of(Scene(robot="chain"))
-    joints = without_springs(rest, rest > 0.0, "free")
-    landing = PosedLanding(
-        Scene(robot="chain"),
-        robot,
-        plane,
-        Z,
-        (block,),
-        (),
-        (),
-        (),
-        joints,
-        before,
-        None,
-        q,
-        state=None,
-    )
-    vars(landing)["blocks"] = (block,)
-    proof = LandingProof(landing, RowChoice.every(3))
+    system = System(robot, "free", plane, rest > 0.0, rest, rest, before)
+    proof = Proof(Posed(system, q, (block,)), RowChoice.every(3))
     rotation = proof.read(lambda impact: impact.state.rotation[0].astype(float))
     omega, v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
     centres = (rotation @ (v + np.cross(omega, robot.coms))[..., None])[..., 0]

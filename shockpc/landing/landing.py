@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.core.frozen import frozen
 from shockpc.core.pulse import Pulse
-from shockpc.core.spatial import Array, Plane, freeze, velocity_at
+from shockpc.core.spatial import Array, Plane, freeze, read_only, velocity_at
 from shockpc.landing.closure import Assembly, closure_block
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.end_stops import velocity_at_stop
@@ -114,7 +114,7 @@ class Landing:
             self.plane,
             joints.locked,
             joints.armature,
-            joints.coupling,
+            read_only(joints.coupling),
             self.before,
         )
 

@@ -14,7 +14,6 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
 from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.method.shock import centre_of_percussion, radius_of_percussion
-from shockpc.method.shock import centre_of_percussion, radius_of_percussion
 from shockpc.quantities.of_points import (
     AT_CENTRE,
     DELTA_V,
