@@ -11,6 +11,7 @@ from commands import good
 
 from shockpc import Scene, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
+from shockpc.judgement.margins import lost_margin, rigid_links
 from shockpc.landing.bending import SPECIFIC_STIFFNESS, leg_modes
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.resolve import landing_of
@@ -82,7 +83,7 @@ def test_what_a_contact_asks_for_follows_from_its_duration(go2):
         np.testing.assert_allclose(_numbers(shock_profile(scene))[:2], [3e3, 7e3], rtol=1e-9)
     for scene in (replace(GO2, contact_stiffness=None), replace(GO2, flex={"FL_calf": "EI:674"})):
         profile = shock_profile(scene)
-        assert profile.bending is None
+        assert rigid_links(profile) is None
         assert np.isnan(_numbers(profile)).all()
 
 
@@ -134,7 +135,7 @@ def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_
 
     closing = landing_report(go2).closing
     (k,) = [k for k, line in enumerate(closing) if "of the finite-stiffness result" in line]
-    assert list(closing[k + 1 : k + 3]) == list(go2.bending.lines)
+    assert list(closing[k + 1 : k + 3]) == list(rigid_links(go2).lines)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +156,7 @@ def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_
 def test_forces_with_a_step_ring(given, steps):
     """The line of rigid links names the remedy, and so does a warning where links bend."""
     scene = replace(GO2, contact_stiffness=1e4, **given)
-    assert (RINGS in shock_profile(scene).bending.lines[0]) == steps
+    assert (RINGS in rigid_links(shock_profile(scene)).lines[0]) == steps
     if scene.pulse is None:
         warned = [
             str(one)
@@ -168,8 +169,8 @@ def test_dampers_in_series_raise_the_force_sooner(go2):
     """Of restitution 0, in the time 1/ω and not π/2ω, so that links have to be stiffer."""
     damped = shock_profile(replace(GO2, contact_law="damper"))
     np.testing.assert_allclose(_numbers(damped)[:2], math.pi / 2.0 * _numbers(go2)[:2], rtol=1e-9)
-    assert damped.bending.stiffest(3.0) == pytest.approx(
-        (2.0 / math.pi) ** 2 * go2.bending.stiffest(3.0)
+    assert rigid_links(damped).stiffest(3.0) == pytest.approx(
+        (2.0 / math.pi) ** 2 * rigid_links(go2).stiffest(3.0)
     )
 
 
@@ -201,8 +202,8 @@ def test_parts_are_judged_where_their_margin_is_lost():
         part=(Part(name="gear", joint="FL_calf_joint", momentary_torque=45.0),),
     )
     profile = shock_profile(scene)
-    lost = profile.margin_lost.contact_stiffness
-    assert profile.bending.contact_time == pytest.approx(
+    lost = lost_margin(profile).contact_stiffness
+    assert rigid_links(profile).contact_time == pytest.approx(
         math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost)
     )
 
@@ -220,7 +221,7 @@ def test_contacts_stop_the_mass_of_the_landing(contact, model):
     """
     profile = shock_profile(replace(GO2, contact=contact, joints=Joints(model=model)))
     mass = profile.robot.mass / 4.0 if model == "locked" else profile.contacts[0].mass_frictionless
-    assert profile.bending.mass == pytest.approx(mass, rel=1e-9)
+    assert rigid_links(profile).mass == pytest.approx(mass, rel=1e-9)
     assert mass < 0.9 * profile.value("mass_sticking", "contact").min()
 
 

@@ -32,6 +32,7 @@ from shockpc import (
 from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
 from shockpc.evaluation.designs import Design
+from shockpc.judgement.margins import lost_margin
 from shockpc.landing.ratings import strength
 from shockpc.landing.strike import GRAVITY
 from shockpc.text.errors import SceneError, StudyError, UnknownName
@@ -455,7 +456,7 @@ def test_a_joint_behind_a_spring_has_no_torque_of_zero(here, scene, rotor, missi
         not judged,
         "" if judged else missing,
     )
-    assert judged == (profile.margin_lost is not None and "contact_stiffness" in scene)
+    assert judged == (lost_margin(profile) is not None and "contact_stiffness" in scene)
     if judged:
         assert found.torque > 0.0
 
@@ -500,13 +501,13 @@ def test_contact_stiffness_from_which_a_margin_is_lost(here, spring):
     contact = Contact(frame="foot", directions=("z",))
     joints = Joints(**spring) if spring else Joints(model="locked")
     scene = Scene(robot="column.urdf", contact=contact, joints=joints, part=part, gravity=False)
-    lost = shock_profile(scene).margin_lost
+    lost = lost_margin(shock_profile(scene))
     assert (lost.place, lost.refused) == ("gear", "")
     if not spring:
         assert lost.contact_stiffness == pytest.approx(3.5 * (300.0 / 3.0) ** 2, rel=3e-3)
     there = shock_profile(replace(scene, contact_stiffness=lost.contact_stiffness))
     assert there.parts[0].part_margin == pytest.approx(1.0, abs=2e-3)
-    assert there.margin_lost.contact_stiffness == pytest.approx(lost.contact_stiffness, rel=5e-3)
+    assert lost_margin(there).contact_stiffness == pytest.approx(lost.contact_stiffness, rel=5e-3)
 
 
 def test_margins_that_are_not_lost_or_not_known(here):
@@ -515,10 +516,9 @@ def test_margins_that_are_not_lost_or_not_known(here):
     """
     part = (Part(name="p", at="box", critical_velocity_change=2.0),)
     scene = Scene(robot="box.urdf", contact="box", part=part)
-    assert shock_profile(scene).margin_lost[:2] == (math.inf, "")
-    lost = shock_profile(
-        replace(scene, part=(replace(part[0], critical_velocity_change=0.5),)), None
-    ).margin_lost
+    assert lost_margin(shock_profile(scene))[:2] == (math.inf, "")
+    fragile = (replace(part[0], critical_velocity_change=0.5),)
+    lost = lost_margin(shock_profile(replace(scene, part=fragile)))
     assert lost[:2] == (0.0, "p")
     contact, posture = Contact(frame="foot", directions=("z",)), Posture(joints_deg={"knee": 60.0})
     fixed = Scene(
@@ -528,12 +528,12 @@ def test_margins_that_are_not_lost_or_not_known(here):
         base="fixed",
         part=(replace(part[0], at="body"),),
     )
-    assert shock_profile(fixed).margin_lost[:2] == (math.inf, "")
+    assert lost_margin(shock_profile(fixed))[:2] == (math.inf, "")
     assert (
         "give the stops a stop_stiffness too"
-        in shock_profile(replace(fixed, stops=True)).margin_lost.refused
+        in lost_margin(shock_profile(replace(fixed, stops=True))).refused
     )
-    assert shock_profile(replace(scene, part=())).margin_lost is None
+    assert lost_margin(shock_profile(replace(scene, part=()))) is None
 
 
 def test_budgets_count_gears(capfd, here):
@@ -782,6 +782,6 @@ def test_a_margin_that_takes_too_many_events_is_not_sought(here, monkeypatch):
     scene = Scene(
         robot="column.urdf", contact=contact, joints=Joints(stiffness={"slide": 2e5}), part=part
     )
-    lost = shock_profile(scene).margin_lost
+    lost = lost_margin(shock_profile(scene))
     assert math.isnan(lost.contact_stiffness)
     assert "too often" in lost.refused

@@ -12,6 +12,7 @@ from trees import robot_from
 
 from shockpc import Contact, Joints, Part, Posture, Scene, Strike, shock_profile
 from shockpc.method.constraints import NO_AXES, row_jacobian
+from shockpc.quantities.contact_mass import normal_mass
 from shockpc.show.tables import Sheet, as_text, rounded
 from shockpc.studies.analyze.report import landing_report
 from shockpc.text.diagnostic import ShockWarning
@@ -216,7 +217,7 @@ def test_the_mass_of_a_contact_is_that_of_the_rows_that_act(capfd, directions, w
         directions != "z"
     )
     assert words in line
-    assert profile.normal_mass == pytest.approx(normal, rel=1e-12)
+    assert normal_mass(profile.landing) == pytest.approx(normal, rel=1e-12)
 
 
 def test_the_normal_mass_of_several_contacts_is_that_of_all_of_them_without_friction():
@@ -230,7 +231,7 @@ def test_the_normal_mass_of_several_contacts_is_that_of_all_of_them_without_fric
         [block._replace(forces=np.array([[0.0, 0.0, 1.0]]), moments=NO_AXES) for block in blocks],
     )[0]
     masses = np.linalg.inv(rows @ np.linalg.solve(state.inertia[0], rows.T))
-    assert profile.normal_mass == pytest.approx(masses.sum(), rel=1e-10)
+    assert normal_mass(profile.landing) == pytest.approx(masses.sum(), rel=1e-10)
 
 
 def test_the_smallest_margin_of_a_part_is_in_the_first_lines_of_several_landings(capfd):

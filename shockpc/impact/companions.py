@@ -1,4 +1,4 @@
-"""The same landing with other joints: all free, all locked, or only those with springs free."""
+"""The same landing with other joints (free, locked, locked but for springs) or without friction."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,6 +12,7 @@ from shockpc.impact.stops import with_stops
 from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.method.dynamics import dynamics
 from shockpc.text.errors import SceneError, SolveError
 
@@ -43,6 +44,19 @@ def _locked(landing: PosedLanding, name: Other) -> Array | None:
     if name == "springs_free":
         return driven & ~springs if springs.any() else None
     return driven if name == "locked" else np.zeros_like(driven)
+
+
+def frictionless(landing: PosedLanding) -> PosedLanding:
+    """The same landing whose contacts push along the ground's normal alone.
+
+    A flat contact keeps its moments about axes in the ground.
+    """
+    contacts = list[ConstraintBlock]()
+    for block in landing.contacts:
+        n = block.normal
+        tilts = block.moments[np.abs(block.moments @ n) < 0.5]
+        contacts.append(block._replace(forces=n[None], moments=tilts, rebound=n))
+    return replace(landing, contacts=tuple(contacts))
 
 
 class Companions:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.text.diagnostic import Diagnostic
@@ -64,6 +65,16 @@ def early_springs(
             + (remedy if duration is None else "see the jumps at the end of contact")
         )
         yield Diagnostic("contact", "springs", time, text)
+
+
+@memoized()
+def spring_time(landing: PosedLanding) -> float:
+    """The time after the impact from which on the first spring has an effect, as `spring_times`
+    [s]; infinite without springs.
+    """
+    if not landing.joint_model.springs.any():
+        return np.inf
+    return float(spring_times(landing).min())
 
 
 def spring_times(landing: PosedLanding) -> Array:

@@ -23,9 +23,10 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.scene import Contact
 from shockpc.method.exact.arithmetic import SingularError
+from shockpc.quantities.contact_mass import mass_of_contacts
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, quantity, select
-from shockpc.quantities.shock_profile import ShockProfile, mass_of_contacts
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import few, printable
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from shockpc.impact.springs import early_springs, spring_time
 from shockpc.judgement.accuracy import (
     data_sensitivity,
     double_error,
@@ -15,6 +16,7 @@ from shockpc.judgement.accuracy import (
     strained,
 )
 from shockpc.judgement.drive_range import deciding_joints, drives_advice, ranges_of
+from shockpc.judgement.margins import rigid_links
 from shockpc.judgement.plausibility import (
     angles,
     gained,
@@ -102,11 +104,17 @@ def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
                 yield Diagnostic("contact", name, float(differs[k]), text)
             texts.add(text)
         yield from profile.stiffness.warnings()
-    if math.isfinite(profile.spring_time):
-        from shockpc.impact.springs import early_springs
-
+    time = spring_time(profile.landing)
+    if math.isfinite(time):
         duration = None if profile.stiffness is None else profile.impact_length
-        yield from early_springs(profile.landing, profile.spring_time, duration)
+        yield from early_springs(profile.landing, time, duration)
+
+
+def _bending(profile: ShockProfile) -> Iterator[Diagnostic]:
+    """A warning where not even links of metal are stiff enough to be taken as rigid."""
+    if profile.lasts:
+        links = rigid_links(profile)
+        yield from bends(links if isinstance(links, Bending) else None)
 
 
 def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
@@ -247,9 +255,7 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     slipping,
     gained,
     _beyond_the_impulse,
-    lambda profile: bends(
-        links if profile.lasts and isinstance(links := profile.bending, Bending) else None
-    ),
+    _bending,
     lambda profile: rings(profile.landing),
     _saturated,
     _overloaded,

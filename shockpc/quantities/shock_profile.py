@@ -2,9 +2,7 @@
 when it is read.
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -17,16 +15,15 @@ from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.core.threads import one_thread
 from shockpc.impact.companions import Companions, Other
-from shockpc.impact.landed import LandingProof, solution_in_doubles
+from shockpc.impact.landed import LandingProof
 from shockpc.landing.closure import Assembly
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.ratings import strength, torque_strength
 from shockpc.landing.scene import Scene
-from shockpc.method.constraints import ConstraintBlock, slices_of
-from shockpc.quantities.bending import Bending, bending
-from shockpc.quantities.of_parts import MarginLost, margin_lost, not_judged
+from shockpc.quantities.contact_mass import mass_of_contacts
+from shockpc.quantities.of_parts import not_judged
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.records import (
     Bracket,
@@ -41,7 +38,6 @@ from shockpc.quantities.records import (
 )
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.errors import RobotError
 from shockpc.text.shown import show_page, shown_by
 from shockpc.text.trace import Trace
 
@@ -388,15 +384,6 @@ class ShockProfile(OfLanding):
         )
 
     @cached_property
-    def margin_lost(self) -> MarginLost | None:
-        """From which contact stiffness on a margin is lost; None without parts, or without limits
-        and a contact stiffness.
-        """
-        return (
-            margin_lost(self.landing) if self.landing.parts or self.stiffness is not None else None
-        )
-
-    @cached_property
     def contacts(self) -> tuple[ContactImpulse, ...]:
         """Impulses, friction and effective masses of the contacts."""
         return records(ContactImpulse, self, "contact", frame=self._feet)[
@@ -411,19 +398,6 @@ class ShockProfile(OfLanding):
         It is the impulse of the ground for an approach of 1 m/s along the normal, without rebound.
         """
         return mass_of_contacts(self.landing, self.proof.impulse)
-
-    @cached_property
-    def normal_mass(self) -> float:
-        """Effective mass of all contacts together along the normal if none has friction (Khatib)
-        [kg]; NaN as `effective_mass`.
-        """
-        landing, upright = self.landing, list[ConstraintBlock]()
-        for block in landing.contacts:
-            n = block.normal
-            tilts = block.moments[np.abs(block.moments @ n) < 0.5]
-            upright.append(block._replace(forces=n[None], moments=tilts, rebound=n))
-        sliding = replace(landing, contacts=tuple(upright))
-        return mass_of_contacts(sliding, solution_in_doubles(sliding).impulse[0])
 
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:
@@ -460,39 +434,6 @@ class ShockProfile(OfLanding):
             locked="shock_locked",
             springs_free="shock_springs_free",
         )
-
-    @cached_property
-    def spring_time(self) -> float:
-        """Time after the impact from which on the first spring has an effect, as `spring_times`
-        [s]; infinite without springs.
-        """
-        if not self.landing.joint_model.springs.any():
-            return math.inf
-        from shockpc.impact.springs import spring_times
-
-        return float(spring_times(self.landing).min())
-
-    @cached_property
-    def bending(self) -> Bending | str | None:
-        """When links can be taken as rigid, on the contact stiffness, for the pulse, or where a
-        margin of a part is lost.
-
-        Returns: why that is not known, as a text; None where it makes no difference.
-        """
-        k, lost = self.scene.contact_stiffness, None
-        if (
-            k is None
-            and self.landing.pulse is None
-            and self.landing.parts
-            and (lost := self.margin_lost) is not None
-        ):
-            k = lost.contact_stiffness if 0.0 < lost.contact_stiffness < math.inf else None
-        if k is None and self.landing.pulse is None:
-            return None
-        try:
-            return bending(self.landing, self.value("effective_mass", "contact"), k)
-        except RobotError as refusal:
-            return str(refusal)
 
     @property
     def lasts(self) -> bool:
@@ -589,23 +530,3 @@ class ShockProfile(OfLanding):
     def _directions(self, kind: PlaceKind) -> ExtremeDirections:
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
         return ExtremeDirections(*(self.value(key, kind) for key in keys))
-
-
-def mass_of_contacts(landing: PosedLanding, impulse: Array) -> float:
-    """The effective mass of all contacts of a landing, as `ShockProfile.effective_mass`.
-
-    Args:
-        landing: the landing.
-        impulse: (nc, 3 or 4) impulses along all rows, whose first columns are those for 1 m/s along
-            world x, y and z [N s].
-    """
-    blocks = landing.contacts
-    ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
-    if len(ends) > 1 or blocks[0].kind == "stop":
-        return math.nan
-    up, along = landing.up, impulse[:, :3] @ -landing.up
-    pushed = [
-        (block.forces @ up) @ along[rows][: len(block.forces)]
-        for block, rows in zip(blocks, slices_of(blocks), strict=True)
-    ]
-    return float(sum(pushed)) / (1.0 + blocks[0].restitution)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from shockpc.core.interval import Interval, interval_text
+from shockpc.impact.springs import spring_time
 from shockpc.judgement.accuracy import SHARE
 from shockpc.judgement.unknowns import merged
 from shockpc.landing.end_stops import side_of
@@ -261,8 +262,9 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]
     sprung = [joint.name for joint in single if model.springs[joint.v].any()]
-    if sprung and math.isfinite(profile.spring_time):
-        texts.append(f"springs have an effect after {1e3 * profile.spring_time:.2g} ms")
+    time = spring_time(profile.landing)
+    if sprung and math.isfinite(time):
+        texts.append(f"springs have an effect after {1e3 * time:.2g} ms")
     deflection = model.deflection(robot, profile.landing.q)
     load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
     if loaded := {

@@ -5,7 +5,9 @@ hold the quantities.
 import math
 from typing import TYPE_CHECKING, Any
 
+from shockpc.impact.springs import spring_time
 from shockpc.judgement.first_number import first_deciding, first_place, first_range, shock_of
+from shockpc.judgement.margins import lost_margin
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
@@ -61,10 +63,10 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         "stiffness": stiffness
         and {
             "contact_stiffness": profile.scene.contact_stiffness,
-            "springs_count": profile.spring_time if math.isfinite(profile.spring_time) else None,
+            "springs_count": _spring_time(profile),
             "spectra": _spectra(profile, stiffness) if spectrum else None,
         },
-        "margin_lost": profile.margin_lost,
+        "margin_lost": lost_margin(profile),
     }
 
 
@@ -84,14 +86,20 @@ def _drives(profile: ShockProfile) -> dict[str, Any]:
     """Where the drives are from, of which joints they are unknown, which have springs, and when
     these count [s].
     """
-    model, time = profile.landing.joint_model, profile.spring_time
+    model = profile.landing.joint_model
     joints = [joint for joint in profile.robot.single_joints if joint.kind != "free"]
     return {
         "source": model.drives or None,
         "unknown": [joint.name for joint in joints if model.unknown[joint.v].any()],
         "springs": [joint.name for joint in joints if model.springs[joint.v].any()],
-        "spring_time": time if math.isfinite(time) else None,
+        "spring_time": _spring_time(profile),
     }
+
+
+def _spring_time(profile: ShockProfile) -> float | None:
+    """When the first spring has an effect [s]; None without springs, or where none has any."""
+    time = spring_time(profile.landing)
+    return time if math.isfinite(time) else None
 
 
 def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:

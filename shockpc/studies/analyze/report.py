@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.judgement.margins import lost_margin, rigid_links
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.ratings import Strength
 from shockpc.landing.scene import CONTACTS
@@ -463,7 +464,7 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
 
 def _margin_lines(profile: ShockProfile) -> list[str]:
     """From which contact stiffness on a margin of a part or a joint is lost."""
-    if (lost := profile.margin_lost) is None:
+    if (lost := lost_margin(profile)) is None:
         return []
     if lost.refused:
         return [
@@ -492,7 +493,7 @@ def _bending_lines(profile: ShockProfile) -> list[str]:
     """When the links of the landing can be taken as rigid, where the scene says how long the
     contact lasts.
     """
-    if not profile.lasts or (found := profile.bending) is None:
+    if not profile.lasts or (found := rigid_links(profile)) is None:
         return []
     return (
         [f"rigid links: when they are right is not known, because {found}"]

@@ -7,6 +7,7 @@ import numpy as np
 
 from shockpc.judgement.first_number import first_place, first_range, shock_of, worst_place
 from shockpc.landing.places import Place
+from shockpc.quantities.contact_mass import normal_mass
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import landing_text
@@ -184,7 +185,9 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     columns[Column("effective_mass", "mass", "kg")] = [
         profile.effective_mass for profile in profiles
     ]
-    columns[Column("normal_mass", "normal", "kg")] = [profile.normal_mass for profile in profiles]
+    columns[Column("normal_mass", "normal", "kg")] = [
+        normal_mass(profile.landing) for profile in profiles
+    ]
     notes = list(mass_notes(profiles))
     notes += [] if mu is None else [f"shock and joint impulse with friction {mu:g}"]
     hidden = len(

@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
+from shockpc.judgement.margins import rigid_links
 from shockpc.judgement.unknowns import CARRIES
 from shockpc.landing.scene import ORIGIN
 from shockpc.profile import profile_of_scene
@@ -276,7 +277,7 @@ def _bending(summary: Summary[VariedLandings]) -> Iterator[str]:
     sweep, worst = summary.evaluation.landings, list[tuple[float, int, str]]()
     extents = [one for one in summary.extents if one.greatest_row >= 0]
     for row in sorted({_most_severe(one) for one in extents if _on_stiffness(one.column)}):
-        found = profile_of_scene(*sweep.case(row)).bending
+        found = rigid_links(profile_of_scene(*sweep.case(row)))
         worst += [
             (warning.size, -row, str(warning))
             for warning in bends(found if isinstance(found, Bending) else None)

@@ -1,0 +1,40 @@
+"""On which contacts a landing loses a margin, and on which its links can be taken as rigid."""
+
+import math
+
+from shockpc.core.memo import memoized
+from shockpc.quantities.bending import Bending, bending
+from shockpc.quantities.of_parts import MarginLost, margin_lost
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.text.errors import RobotError
+
+
+@memoized()
+def lost_margin(profile: ShockProfile) -> MarginLost | None:
+    """The contact stiffness from which on a margin is lost; None without parts, or without limits
+    and a contact stiffness.
+    """
+    if profile.landing.parts or profile.scene.contact_stiffness is not None:
+        return margin_lost(profile.landing)
+    return None
+
+
+@memoized()
+def rigid_links(profile: ShockProfile) -> Bending | str | None:
+    """When links can be taken as rigid, on the contact stiffness, for the pulse, or where a margin
+    of a part is lost.
+
+    Returns: why that is not known, as a text; None where it makes no difference.
+    """
+    landing, k = profile.landing, profile.scene.contact_stiffness
+    if k is None and landing.pulse is None:
+        if not landing.parts:
+            return None
+        lost = lost_margin(profile)
+        if lost is None or not 0.0 < lost.contact_stiffness < math.inf:
+            return None
+        k = lost.contact_stiffness
+    try:
+        return bending(landing, profile.value("effective_mass", "contact"), k)
+    except RobotError as refusal:
+        return str(refusal)

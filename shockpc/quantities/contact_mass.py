@@ -1,0 +1,42 @@
+"""The mass that all contacts of a landing stop together."""
+
+import math
+
+from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
+from shockpc.impact.companions import frictionless
+from shockpc.impact.landed import solution_in_doubles
+from shockpc.landing.landing import PosedLanding
+from shockpc.method.constraints import slices_of
+
+
+def mass_of_contacts(landing: PosedLanding, impulse: Array) -> float:
+    """The effective mass of all contacts together along the ground's normal [kg].
+
+    It is the impulse of the ground for an approach of 1 m/s along the normal, without rebound. NaN
+    if the contacts differ in normal or restitution.
+
+    Args:
+        landing: the landing.
+        impulse: (nc, 3 or 4) impulses along all rows, whose first columns are those for 1 m/s along
+            world x, y and z [N s].
+    """
+    blocks = landing.contacts
+    ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
+    if len(ends) > 1 or blocks[0].kind == "stop":
+        return math.nan
+    up, along = landing.up, impulse[:, :3] @ -landing.up
+    pushed = [
+        (block.forces @ up) @ along[rows][: len(block.forces)]
+        for block, rows in zip(blocks, slices_of(blocks), strict=True)
+    ]
+    return float(sum(pushed)) / (1.0 + blocks[0].restitution)
+
+
+@memoized()
+def normal_mass(landing: PosedLanding) -> float:
+    """The effective mass of all contacts together if none has friction (Khatib) [kg]; NaN as
+    `mass_of_contacts`.
+    """
+    companion = frictionless(landing)
+    return mass_of_contacts(companion, solution_in_doubles(companion).impulse[0])
