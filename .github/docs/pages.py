@@ -13,8 +13,6 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from sphinx.cmd.build import build_main
-
 import shockpc
 
 HERE = Path(__file__).resolve().parent
@@ -51,6 +49,8 @@ ROOMS = {
 
 def main(out: Path) -> int:
     """Build the site in a folder, and return the exit code of Sphinx."""
+    from sphinx.cmd.build import build_main
+
     source = out.parent / f"{out.name}-source"
     shutil.rmtree(source, ignore_errors=True)
     for name in COPIED:

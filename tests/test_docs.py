@@ -1,0 +1,47 @@
+"""The pages of the site that follow from the package. The site itself is built by `make docs`."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+import shockpc
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def pages():
+    """The module that writes the pages."""
+    spec = importlib.util.spec_from_file_location("pages", ROOT / ".github" / "docs" / "pages.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_public_name_is_in_the_reference(pages):
+    named = re.findall(r"^\.\. auto\w+:: shockpc\.(\w+)$", pages.api_page(), re.MULTILINE)
+    assert sorted(named) == sorted(shockpc.__all__)
+
+
+def test_every_quantity_is_in_its_table(pages):
+    """And each equation of the file belongs to one."""
+    keys = re.findall(r"^\| `(\w+)` \| .* \| .* \| .* \|$", pages.quantities_page(), re.MULTILINE)
+    assert sorted(keys) == sorted(quantity.key for quantity in shockpc.QUANTITIES)
+
+
+def test_every_figure_is_in_the_gallery_with_its_command(pages):
+    page = pages.gallery_page()
+    shown = re.findall(r"```\nshockpc .* --out out/\w+\n```\n\n!\[.*\]\((.*)\)", page)
+    drawn = [f"robots/gallery/{path.name}" for path in (ROOT / "robots" / "gallery").glob("*")]
+    assert sorted(shown) == sorted(drawn)
+
+
+def test_every_page_of_the_guide_is_in_the_contents(pages, tmp_path):
+    for name in pages.COPIED:
+        pages.copy(ROOT / name, tmp_path / name)
+    page = pages.index_page(tmp_path)
+    folder = ROOT / "shockpc" / "guide"
+    for path in (*folder.glob("*.md"), *folder.rglob("*.ipynb")):
+        assert f"\n{path.relative_to(ROOT).with_suffix('')}\n" in page
