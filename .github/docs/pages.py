@@ -134,6 +134,7 @@ def internals_page() -> str:
     """The functions that implement the equations, as the table of the guide names them."""
     method = (ROOT / "shockpc" / "guide" / "method.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ([\d, ]+) \| ([^|]*) \| ([^|]*) \| [^|]* \|$", method, re.MULTILINE)
+    formulas = tomllib.loads((HERE / "paper.toml").read_text(encoding="utf-8"))["paper"]
     parts = [
         "# The equations and the method",
         "The functions that implement the equations of the paper "
@@ -144,6 +145,7 @@ def internals_page() -> str:
         names = [name.replace(":", ".") for name in re.findall(r"`([\w.]+:\w+)`", places)]
         things = {f"shockpc.{name}": pkgutil.resolve_name(f"shockpc.{name}") for name in names}
         parts.append(f"## Eq. {numbers}: {says}")
+        parts.append(f"```{{math}}\n{formulas[numbers]}\n```")
         parts.append(
             restructured(
                 [documented(name, thing) + "\n   :no-index:" for name, thing in things.items()]
@@ -196,7 +198,8 @@ def cell(text: str) -> str:
 def formula(equations: dict[str, dict[str, list[str]]], kind: str, key: str) -> str:
     """The formula of a quantity and its source; empty if it has none."""
     latex, source = equations.get(kind, {}).get(key, ["", ""])
-    return f"{{math}}`{latex}` {source}".strip() if latex else ""
+    large = latex.replace(r"\frac", r"\dfrac")
+    return f"{{math}}`{large}` {source}".strip() if latex else ""
 
 
 def gallery_page() -> str:
