@@ -32,7 +32,7 @@ def test_every_quantity_is_in_its_table(pages):
 
 
 def test_every_figure_is_in_the_gallery_with_its_command(pages):
-    page = pages.gallery_page()
+    page = pages.gallery_page({})
     shown = re.findall(r"```\nshockpc .* --out out/\w+\n```\n\n!\[.*\]\((.*)\)", page)
     drawn = [f"robots/gallery/{path.name}" for path in (ROOT / "robots" / "gallery").glob("*")]
     assert sorted(shown) == sorted(drawn)

@@ -5,12 +5,14 @@ reference, quantities, gallery) beside them, and runs Sphinx, for which a warnin
 """
 
 import inspect
+import json
 import pkgutil
 import re
 import shutil
+import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import shockpc
@@ -32,6 +34,10 @@ GUIDE = (
     ("Reference", ("python", "reference", "citation")),
 )
 """Captions of the contents, and the pages of the guide under each; others follow after them."""
+
+PAPER = (1, 2, 3, 5)
+"""Figures of the paper that are drawn here."""
+DOI = "https://doi.org/10.3389/fmech.2020.601922"
 
 ROOMS = {
     "landing": "Scenes and landings",
@@ -60,7 +66,7 @@ def main(out: Path) -> int:
     (source / "api.md").write_text(api_page(), encoding="utf-8")
     (source / "internals.md").write_text(internals_page(), encoding="utf-8")
     (source / "quantities.md").write_text(quantities_page(), encoding="utf-8")
-    (source / "gallery.md").write_text(gallery_page(), encoding="utf-8")
+    (source / "gallery.md").write_text(gallery_page(beside_the_paper()), encoding="utf-8")
     words = ["-W", "--keep-going", "-q", "-b", "html", "-c", str(HERE), str(source), str(out)]
     return build_main(words)
 
@@ -138,7 +144,7 @@ def internals_page() -> str:
     parts = [
         "# The equations and the method",
         "The functions that implement the equations of the paper "
-        "([doi 10.3389/fmech.2020.601922](https://doi.org/10.3389/fmech.2020.601922)), and the "
+        f"([doi 10.3389/fmech.2020.601922]({DOI})), and the "
         "modules in which they stand. These names are no public interface.",
     ]
     for numbers, says, places in rows:
@@ -175,7 +181,7 @@ def quantities_page() -> str:
         "# Quantities of a landing",
         "`shockpc quantities` prints this table. Symbols are those of the "
         "[notation](shockpc/guide/notation.md), numbers of equations those of the paper "
-        "([doi 10.3389/fmech.2020.601922](https://doi.org/10.3389/fmech.2020.601922)). The same "
+        f"([doi 10.3389/fmech.2020.601922]({DOI})). The same "
         "equations hold for quantities whose key ends in `_friction`, `_compressed` or "
         "`_separated`, with the jumps of that impact.",
     ]
@@ -202,8 +208,41 @@ def formula(equations: dict[str, dict[str, list[str]]], kind: str, key: str) -> 
     return f"{{math}}`{large}` {source}".strip() if latex else ""
 
 
-def gallery_page() -> str:
-    """Every figure with the command that makes it, as the target `gallery` of the Makefile says."""
+def beside_the_paper() -> dict[str, str]:
+    """What the paper says of its figures beside what is computed here, by figure."""
+    texts = {}
+    for number in PAPER:
+        words = ["-m", "shockpc", "paper", str(number), "--format", "json"]
+        done = subprocess.run([sys.executable, *words], check=True, capture_output=True)
+        document = json.loads(done.stdout)
+        (figure,) = document["figures"]
+        panels = ["| panel | what it shows | scene |", "|---|---|---|"]
+        for panel in figure["panels"]:
+            scene = f"[`{panel['scene']}`](robots/scenes/{panel['scene']}.toml)"
+            panels.append(f"| {panel['label']} | {panel['words']} | {scene} |")
+        claims = [
+            "| what the paper says | where | interpretation | outcome | value, and bound |",
+            "|---|---|---|---|---|",
+        ]
+        for claim in document["tables"]["claims"]:
+            says, reading = cell(claim["claim"]), cell(claim["interpretation"])
+            value = f"{float(claim['value']):.4g}, {claim['holds_if']}"
+            claims.append(
+                f"| {says} | {claim['section']} | {reading} | {claim['outcome']} | {value} |"
+            )
+        link = f"[Figure {number} of the paper]({DOI})"
+        texts[f"figure{number}"] = "\n\n".join(
+            [f"{link}: {figure['title']}. {figure['note']}", "\n".join(panels), "\n".join(claims)]
+        )
+    return texts
+
+
+def gallery_page(beside: Mapping[str, str]) -> str:
+    """Every figure with the command that makes it, as the target `gallery` of the Makefile says.
+
+    Args:
+        beside: what follows a figure, by its name.
+    """
     rules = (ROOT / "Makefile").read_text(encoding="utf-8").replace("\\\n", "")
     rules = re.sub(r"[ \t]{2,}", " ", rules)
     headings = tomllib.loads((HERE / "gallery.toml").read_text(encoding="utf-8"))
@@ -221,6 +260,8 @@ def gallery_page() -> str:
         heading = headings[path.stem]
         figure = f"![{heading}](robots/gallery/{path.name})"
         parts.append(f"## {heading}\n\n```\n{command}\n```\n\n{figure}")
+        if path.stem in beside:
+            parts.append(beside[path.stem])
     return "\n\n".join(parts)
 
 
