@@ -16,7 +16,6 @@ from shockpc.core.impulse import (
     Solution,
     column_sizes,
     in_terms,
-    independent_rows,
     weakest_columns,
 )
 from shockpc.core.inertia import definite
@@ -30,11 +29,10 @@ from shockpc.method.constraints import (
     block_axes,
     row_jacobian,
     row_terms,
-    row_tolerance,
     slices_of,
 )
 from shockpc.method.dynamics import Dynamics
-from shockpc.method.equation import Equation, Posed
+from shockpc.method.equation import Equation, Posed, equation_of
 from shockpc.method.exact.arithmetic import SingularError
 from shockpc.method.exact.balls import BallSolution
 from shockpc.method.exact.enclosed import enclosed
@@ -200,20 +198,19 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the scene's strike, without what
     rounding of the file left.
     """
-    equation, (most, rounded) = (
-        landing.equation(landing.state),
-        landing.most_independent(landing.state, landing.blocks)(0),
-    )
-    J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms()[0]
-    if most == len(J):
+    equation = landing.equation(landing.state)
+    most = landing.most_independent(landing.state, landing.blocks)(0)
+    J, b = equation.J_c[0], equation.b[0, :, 3]
+    if most[0] == len(J):
         return J, b
+    # Combinations of rows, in units of their terms, of which only rounding of the file is left.
+    others = equation.row_choice(most).infeasible
+    terms = equation.terms()[0]
     size = column_sizes(terms)
-    others = independent_rows(
-        J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded
-    ).infeasible
     term_size, scaled = in_terms(J, terms, size)
-    left = (others.T @ (others @ part) for part in (scaled, b / term_size))
-    return J - next(left) * term_size[:, None] * size, b - next(left) * term_size
+    J_left = others.T @ (others @ scaled)
+    b_left = others.T @ (others @ (b / term_size))
+    return J - J_left * term_size[:, None] * size, b - b_left * term_size
 
 
 def independent_rows_of(landing: PosedLanding, blocks: tuple[ConstraintBlock, ...]) -> list[int]:
@@ -221,17 +218,8 @@ def independent_rows_of(landing: PosedLanding, blocks: tuple[ConstraintBlock, ..
     if not blocks:
         return []
     state = landing.state
-    J, terms, G = (
-        row_jacobian(state, blocks)[0],
-        row_terms(state, blocks)[0],
-        landing.free_columns(state),
-    )
-    if G is not None:
-        J, terms = J @ G[0], terms @ np.abs(G[0])
-    most = landing.most_independent(state, blocks)(0)
-    choice = independent_rows(
-        J, terms, column_sizes(terms), np.ones(len(J)), row_tolerance(blocks), *most
-    )
+    equation = equation_of(landing.system._replace(before=None), state, blocks)
+    choice = equation.row_choice(landing.most_independent(state, blocks)(0))
     return [int(row) for row in choice.rows]
 
 

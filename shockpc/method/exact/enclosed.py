@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-from shockpc.core.impulse import RowChoice, Solution, column_sizes, independent_rows
+from shockpc.core.impulse import RowChoice, Solution
 from shockpc.method.equation import Equation, Posed
 from shockpc.method.exact.arithmetic import SingularError
 from shockpc.method.exact.proof import Proof
@@ -53,12 +53,4 @@ def _choices(
         yield solution.choices[0]
         return
     yield RowChoice.every(len(equation.b[0]))
-    terms = equation.terms()[0]
-    yield independent_rows(
-        equation.J_c[0],
-        terms,
-        column_sizes(terms),
-        solution.scale[0],
-        equation.tolerance,
-        *most(0),
-    )
+    yield equation.row_choice(most(0), solution.scale[0])
