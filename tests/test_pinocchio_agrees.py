@@ -12,7 +12,12 @@ from trees import MJCF_KINDS, known_robot
 
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.landing.joint_model import without_springs
+from shockpc.landing.scene_file import plane_of
+from shockpc.method.approach import Motion
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
+from shockpc.method.equation import System
+from shockpc.method.shock import shock
 
 FEET = {
     "a1": ("FL_foot", "RR_foot"),
@@ -43,6 +48,34 @@ def rigid_contacts(model, data, q, before, frames, restitution):
     datas = [contact.createData() for contact in contacts]
     pin.initConstraintDynamics(model, data, contacts, datas)
     return pin.impulseDynamics(model, data, q, before, contacts, datas, restitution)
+
+
+def test_the_method_needs_no_landing():
+    """Steps 1 and 2 of a robot, a posture and a held point, with restitution, are Pinocchio's."""
+    robot = known_robot("go2")
+    model, none = robot.model.copy(), np.zeros(robot.model.nv)
+    model.armature = none
+    q = pin.integrate(model, robot.start, np.full(model.nv, 0.2))
+    velocity = np.array([0.4, 0.1, -1.0])
+    foot = robot.frame("FL_foot")
+    held = ConstraintBlock("contact", "FL_foot", foot.body, foot.offset, np.eye(3), restitution=0.3)
+    before = Motion(velocity, np.zeros(3), none)
+    plane = plane_of(Scene(robot="go2"))
+    system = System(robot, "free", plane, none > 0.0, none, none, before)
+    found = shock(system, dynamics(robot, q[None]), (held,))
+    # A floating base has its velocity in its own axes there.
+    qd = none.copy()
+    qd[:3] = pin.Quaternion(q[3:7]).toRotationMatrix().T @ velocity
+    data = model.createData()
+    delta = rigid_contacts(model, data, q, qd, [model.getFrameId("FL_foot")], 0.3) - qd
+    pin.forwardKinematics(model, data, q, delta)
+    expected = []
+    for body in robot.bodies:
+        R, twist = data.oMi[body.joint].rotation, data.v[body.joint]
+        at_origin = twist.linear + np.cross(twist.angular, body.offset)
+        expected.append(np.concatenate([R @ twist.angular, R @ at_origin]))
+    np.testing.assert_allclose(found.solution.delta_qd[0, :, 3], delta, atol=1e-9)
+    np.testing.assert_allclose(found.jumps[0, :, :, 3], expected, atol=1e-9)
 
 
 def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(
