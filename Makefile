@@ -123,8 +123,8 @@ install: .venv/.run
 	@touch "$@" .venv/.run
 
 .venv/.docs: pyproject.toml
-	$(call install,.[dev,docs])
-	@touch "$@" .venv/.dev .venv/.run
+	$(call install,.[docs])
+	@touch "$@" .venv/.run
 
 clean:
 	@rm -rf .venv out build dist

@@ -46,11 +46,13 @@ ROOMS = {
     "quantities": "Results of a landing",
     "studies": "Studies",
     "evaluation": "Many landings",
+    "fall": "Falls",
     "recordings": "Recorded landings",
+    "symbols": "Landings as expressions",
     "testing": "Tests",
     "text": "Errors and warnings",
 }
-"""Headings of the API reference, by the room in which a name is defined."""
+"""Headings of the API reference, by the room or the wing in which a name is defined."""
 
 
 def main(out: Path) -> int:
@@ -112,7 +114,7 @@ def api_page() -> str:
     rooms: dict[str, list[str]] = {}
     for module, name in re.findall(r"^from \.([\w.]+) import \w+ as (\w+)$", stub, re.MULTILINE):
         parts = module.split(".")
-        room = "studies" if parts[0] == "wings" else parts[0]
+        room = parts[1] if parts[0] == "wings" else parts[0]
         rooms.setdefault(room, []).append(name)
     parts = ["# Python: API reference", "Every name is an attribute of `shockpc`."]
     for room in sorted(rooms, key=lambda room: [*ROOMS, room].index(room)):
