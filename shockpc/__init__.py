@@ -8,25 +8,40 @@ One landing: `Scene`, `shock_profile`. Many: `sweep`, `recorded`, `batch`. Decis
 `fall`, `touchdowns`, `identify`. `shockpc guide` prints the guide.
 """
 
-import warnings
+import importlib
+import re
+from pathlib import Path
 from typing import Any
-
-import lazy_loader
 
 __version__ = "0.2.0"
 
-# The stub beside this file lists what the package offers; each module is imported when one of its
-# names is first used.
-_attribute, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+def _modules_of_names() -> dict[str, str]:
+    """The module of each public name, as the stub beside this file lists them.
+
+    Names of a subject that is not installed are left out.
+    """
+    here = Path(__file__)
+    text = here.with_suffix(".pyi").read_text(encoding="utf-8")
+    modules = {}
+    for module, name in re.findall(r"^from \.([\w.]+) import (\w+) as \2$", text, re.MULTILINE):
+        if here.parent.joinpath(*module.split(".")).with_suffix(".py").is_file():
+            modules[name] = f"{__name__}.{module}"
+    return modules
+
+
+_MODULES = _modules_of_names()
+__all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    """What the package offers by this name."""
-    if name == "landings":
-        warnings.warn(
-            "shockpc.landings is now shockpc.recorded; the old name will be removed",
-            DeprecationWarning,
-            stacklevel=2,
-        )
-        name = "recorded"
-    return _attribute(name)
+    """What the package offers by this name; its module is imported then."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_MODULES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -35,7 +35,6 @@ from .quantities.selection import QUANTITIES as QUANTITIES
 from .quantities.selection import Selection as Selection
 from .quantities.selection import select as select
 from .quantities.shock_profile import ShockProfile as ShockProfile
-from .recordings.landings import RecordedLandings as RecordedLandings
 from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
 from .studies.batch.study import Batch as Batch
@@ -46,22 +45,15 @@ from .studies.compare.study import Comparison as Comparison
 from .studies.compare.study import compare as compare
 from .studies.export.study import Export as Export
 from .studies.export.study import export as export
-from .studies.fall.study import Falls as Falls
-from .studies.fall.study import fall as fall
-from .studies.identify.study import Identification as Identification
-from .studies.identify.study import identify as identify
 from .studies.improve.study import Improvement as Improvement
 from .studies.improve.study import improve as improve
 from .studies.limits.study import JointLimits as JointLimits
 from .studies.limits.study import limits as limits
 from .studies.place.study import PlaceStudy as PlaceStudy
 from .studies.place.study import place as place
-from .studies.recorded.study import recorded as recorded
 from .studies.sensitivity.study import Sensitivity as Sensitivity
 from .studies.sensitivity.study import sensitivity as sensitivity
 from .studies.sweep.study import sweep as sweep
-from .studies.touchdowns.study import Touchdowns as Touchdowns
-from .studies.touchdowns.study import touchdowns as touchdowns
 from .testing import assert_shock as assert_shock
 from .text.diagnostic import Diagnostic as Diagnostic
 from .text.diagnostic import ShockWarning as ShockWarning
@@ -73,8 +65,13 @@ from .text.errors import ShockError as ShockError
 from .text.errors import SolveError as SolveError
 from .text.errors import StudyError as StudyError
 from .text.errors import UnknownName as UnknownName
-
-landings = recorded
-"""Deprecated; without a line of its own above, it is not listed by `__all__`."""
+from .wings.fall.study import Falls as Falls
+from .wings.fall.study import fall as fall
+from .wings.recordings.identify.study import Identification as Identification
+from .wings.recordings.identify.study import identify as identify
+from .wings.recordings.logs.landings import RecordedLandings as RecordedLandings
+from .wings.recordings.recorded.study import recorded as recorded
+from .wings.recordings.touchdowns.study import Touchdowns as Touchdowns
+from .wings.recordings.touchdowns.study import touchdowns as touchdowns
 
 __version__: str

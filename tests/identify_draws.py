@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 from robot_texts import joint, link, urdf
 
-from shockpc import Contact, Scene, identify
+import shockpc
+from shockpc import Contact, Scene
 from shockpc.evaluation.variation import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
-from shockpc.recordings.prediction import Predictor
-from shockpc.recordings.reader import rows_of
 
 BLOCKS = Path(__file__).parents[1] / "robots" / "measured" / "elbow" / "elbow.urdf"
 FREE = '<limit effort="1" velocity="1" lower="-3" upper="3"/>'
@@ -43,6 +42,9 @@ def simulated(scene, table, true, noise, rng):
     """A table of landings with the jumps for true values by subject, and normal noise on the
     velocities after (by column).
     """
+    from shockpc.wings.recordings.logs.prediction import Predictor
+    from shockpc.wings.recordings.logs.reader import rows_of
+
     robot = robot_of(scene)
     n = len(next(iter(table.values())))
     table = {**table, **{f"after_{name}": np.zeros(n) for name in noise}}
@@ -120,7 +122,7 @@ def coverage(make, scene, true, ranges, draws):
     held = {name: [] for name in true}
     found, widths = ({name: [] for name in true} for _ in range(2))
     for seed in range(draws):
-        for one in identify(make(np.random.default_rng(seed)), scene, ranges).unknowns:
+        for one in shockpc.identify(make(np.random.default_rng(seed)), scene, ranges).unknowns:
             name = one.variation.subject
             found[name].append(one.value)
             if one.state == "identified":

@@ -8,6 +8,7 @@ import dense
 import numpy as np
 import pinocchio as pin
 import pytest
+from panels import land, scene
 from robot_texts import LIMIT, joint, link, refused, urdf
 from trees import known_robot, robot_from
 
@@ -29,7 +30,6 @@ from shockpc.landing.closure import closure_block, closure_gap, loop_of
 from shockpc.landing.scene_file import robot_of
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
-from shockpc.paper.panel_landings import land, scene
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.report import _options
 from shockpc.studies.sweep.study import sweep

@@ -27,8 +27,6 @@ import shockpc.show.figure.view
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, sensitivity, shock_profile
 from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
-from shockpc.paper.report import paper_picture
-from shockpc.paper.study import FIGURES, paper_figures
 from shockpc.robot.mesh import Mesh
 from shockpc.robot.shapes import Shape
 from shockpc.show.figure.labels import LETTERS, PALE, SMALL
@@ -39,6 +37,8 @@ from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, DPI, EDGES, band, plain_numbers, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
 from shockpc.studies.sensitivity.figure import draw_tornado
+from shockpc.wings.paper.report import paper_picture
+from shockpc.wings.paper.study import FIGURES, paper_figures
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
 BOX = shapely.box(-1.0, -1.0, 1.0, 1.0)

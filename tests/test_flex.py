@@ -28,8 +28,6 @@ from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene
 from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY, Strike
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
-from shockpc.paper.beyond_leg import leg_scene
-from shockpc.paper.frame_leg import urdf as tubes_urdf
 from shockpc.profile import shock_profile
 from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
@@ -41,6 +39,8 @@ from shockpc.robot.load import load_robot
 from shockpc.studies.analyze.report import document
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
+from shockpc.wings.paper.beyond_leg import leg_scene
+from shockpc.wings.paper.frame_leg import urdf as tubes_urdf
 
 ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import good, run, says, vector
+from panels import scene as paper_scene
 from robot_texts import body, floating, joint, link, mjcf, urdf
 
 from shockpc import (
@@ -29,7 +30,6 @@ from shockpc import (
 )
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.strike import GRAVITY
-from shockpc.paper.panel_landings import scene as paper_scene
 from shockpc.quantities.selection import quantity
 from shockpc.studies.analyze.history import draw_time
 

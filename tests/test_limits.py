@@ -13,6 +13,7 @@ import numpy as np
 import pandas
 import pytest
 from commands import STICK, good, run, says
+from panels import scene
 from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
@@ -24,7 +25,6 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
-from shockpc.paper.panel_landings import scene
 from shockpc.profile import profile_of, shock_profile
 from shockpc.quantities.selection import select
 from shockpc.studies.limits.study import limits

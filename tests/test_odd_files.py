@@ -16,7 +16,7 @@ import pytest
 from commands import ROBOTS, Outcome, run
 from trees import known_robot
 
-from shockpc.recordings.column_names import named_columns
+from shockpc.wings.recordings.logs.column_names import named_columns
 
 LAND, LOWEST = ("--contact", "foot"), ("--contact-point", "lowest")
 URDF, XACRO, MJCF, SDF = (

@@ -43,10 +43,10 @@ from shockpc.robot.geometry import inflated_inertias
 from shockpc.studies.batch.study import batch
 from shockpc.studies.check.study import check_budgets
 from shockpc.studies.limits.study import limits
-from shockpc.studies.recorded.report import recorded_report
-from shockpc.studies.recorded.study import recorded
 from shockpc.studies.sweep.study import sweep
 from shockpc.studies.sweep.summary import summarise
+from shockpc.wings.recordings.recorded.report import recorded_report
+from shockpc.wings.recordings.recorded.study import recorded
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">

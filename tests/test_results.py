@@ -8,6 +8,7 @@ import math
 import dense
 import numpy as np
 import pytest
+from panels import land, scene
 from robot_texts import INERTIA, LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
@@ -16,7 +17,6 @@ from shockpc.core.most_severe import most_severe_direction
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import GRAVITY
-from shockpc.paper.panel_landings import land, scene
 
 FEET = {
     "anymal_b": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),

@@ -13,25 +13,25 @@ from trees import known_robot
 
 from shockpc import Scene, shock_profile
 from shockpc.bench.report import bench_report
-from shockpc.paper.report import paper_report
-from shockpc.paper.study import FIGURES
 from shockpc.show.tables import SHOWN, Sheet, as_csv, as_markdown, as_records, as_text, escaped
 from shockpc.studies.analyze.report import analyze_report
 from shockpc.studies.batch.report import batch_report
 from shockpc.studies.check.report import check_report
 from shockpc.studies.compare.report import compare_report
-from shockpc.studies.fall.report import fall_report
-from shockpc.studies.identify.report import identify_report
 from shockpc.studies.improve.report import improve_report
 from shockpc.studies.limits.report import limits_report
 from shockpc.studies.place.report import place_report
 from shockpc.studies.quantities.report import quantities_report
-from shockpc.studies.recorded.report import recorded_report
 from shockpc.studies.robots.report import robot_report, robots_report
 from shockpc.studies.sensitivity.report import sensitivity_report
 from shockpc.studies.sweep.report import sweep_report
 from shockpc.studies.sweep.summary import summarise
-from shockpc.studies.touchdowns.report import touchdowns_report
+from shockpc.wings.fall.report import fall_report
+from shockpc.wings.paper.report import paper_report
+from shockpc.wings.paper.study import FIGURES
+from shockpc.wings.recordings.identify.report import identify_report
+from shockpc.wings.recordings.recorded.report import recorded_report
+from shockpc.wings.recordings.touchdowns.report import touchdowns_report
 
 WORDS = ("-", "s", "m", "m/s", "rad/s", "kg", "N", "N s", "N m s", "N m", "J", "Hz", "g", "deg")
 REPORTS = {

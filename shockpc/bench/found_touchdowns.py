@@ -13,7 +13,7 @@ from shockpc import Contact, Scene, load_robot
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 from shockpc.show.tables import Cell, Sheet
-from shockpc.studies.touchdowns.study import touchdowns
+from shockpc.wings.recordings.touchdowns.study import touchdowns
 
 FEET = ("LF", "RF", "LH", "RH")
 

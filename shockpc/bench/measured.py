@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from shockpc import Contact, Joints, Scene, load_robot, read_scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.recordings.table_files import read_table
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.show.tables import Sheet
-from shockpc.studies.recorded.report import agreement_sheet
-from shockpc.studies.recorded.study import compare_measured
+from shockpc.wings.recordings.logs.table_files import read_table
+from shockpc.wings.recordings.recorded.report import agreement_sheet
+from shockpc.wings.recordings.recorded.study import compare_measured
 
 MOTORS = ("hip_*", "knee_left", "knee_right", "toe_*")
 

@@ -18,16 +18,24 @@ from shockpc.cli.completion import ASKED, completer
 from shockpc.cli.declared import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
-STUDIES = Path(__file__).resolve().parent.parent / "studies"
-GUIDE = Path(__file__).resolve().parent.parent / "guide"
+PACKAGE = Path(__file__).resolve().parent.parent
+GUIDE = PACKAGE / "guide"
+
+
+def _packages(pattern: str) -> dict[str, str]:
+    """Folders with a command or a study, by name, as packages."""
+    packages = {}
+    for folder in sorted(PACKAGE.glob(pattern)):
+        if (folder / "command.py").is_file() or (folder / "study.py").is_file():
+            packages[folder.name] = ".".join(("shockpc", *folder.relative_to(PACKAGE).parts))
+    return packages
+
 
 COMMANDS = {
-    **{
-        path.parent.name: f"shockpc.studies.{path.parent.name}"
-        for path in sorted(STUDIES.glob("*/__init__.py"))
-    },
-    "bench": "shockpc.bench",
-    "paper": "shockpc.paper",
+    **_packages("studies/*"),
+    **_packages("wings/*"),
+    **_packages("wings/*/*"),
+    **_packages("bench"),
 }
 """The package of each command, which says what it does (`SUMMARY`) and where it is listed
 (`HEADING`).
@@ -35,9 +43,6 @@ COMMANDS = {
 Its command is the function of its name in the module `command`, else that of a study as
 `study_command` makes it.
 """
-
-RENAMED = {"landings": "recorded"}
-"""New names of commands by their old ones, which still work."""
 
 HEADINGS = (
     "Begin",
@@ -61,14 +66,12 @@ class Commands(TyperGroup):
         """Write a section for each group."""
         packages = {name: importlib.import_module(package) for name, package in COMMANDS.items()}
         for heading in HEADINGS:
-            with formatter.section(heading):
-                formatter.write_dl(
-                    [
-                        (name, one.SUMMARY)
-                        for name, one in packages.items()
-                        if heading == one.HEADING
-                    ]
-                )
+            listed = [
+                (name, one.SUMMARY) for name, one in packages.items() if heading == one.HEADING
+            ]
+            if listed:
+                with formatter.section(heading):
+                    formatter.write_dl(listed)
 
 
 class GroupedCommand(TyperCommand):
@@ -168,7 +171,7 @@ def _command(name: str) -> Command:
     if importlib.util.find_spec(f"{COMMANDS[name]}.command") is None:
         from shockpc.cli.study_command import study_command  # which imports the studies
 
-        return study_command(name)
+        return study_command(name, COMMANDS[name])
     function: Command = getattr(importlib.import_module(f"{COMMANDS[name]}.command"), name)
     return function
 

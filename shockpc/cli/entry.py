@@ -73,15 +73,8 @@ def main(words: Sequence[str]) -> int:
     inputs.clear()
     command[:] = ["shockpc", *words]
     try:
-        from shockpc.cli.app import RENAMED, app_for
+        from shockpc.cli.app import app_for
 
-        if words and words[0] in RENAMED:
-            old, new = words[0], RENAMED[words[0]]
-            print_error(
-                f"warning: the command {old} is now {new}; the old name will be removed in the "
-                f"next release"
-            )
-            words = command[1:] = [new, *words[1:]]
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.landing.contact import contact_name, landing_frames, match_contacts
+from shockpc.landing.contact import contact_name, first_contact, landing_frames, match_contacts
 from shockpc.landing.joint_options import Joints, Rotor, with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
@@ -175,8 +175,6 @@ def with_contact(
     scene = scene_named(robot)
     if options.contact or scene.contact:
         return options, contacts
-    from shockpc.recordings.landings import first_contact
-
     loaded = _robot_of(_with_file(scene, options), filter(str.strip, contacts))
     chosen = first_contact(loaded, contacts)
     return options._replace(contact=(chosen,) if chosen else ()), [text or " " for text in contacts]

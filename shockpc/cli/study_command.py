@@ -2,19 +2,16 @@
 result is reported.
 """
 
-import dataclasses
 import inspect
 import pkgutil
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
-import shockpc
 from shockpc.cli.declared import Command, Declared, Parser, argument, command, group
 from shockpc.cli.options import (
     AT,
@@ -34,7 +31,6 @@ from shockpc.cli.parse import (
     box,
     numbers,
     pair_of,
-    path,
     renaming,
     robot_name,
     setting,
@@ -42,17 +38,17 @@ from shockpc.cli.parse import (
     variable,
 )
 from shockpc.cli.progress import progress, shown_trace
-from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
+from shockpc.cli.scenes import landings_from, one_scene, postures_from
 from shockpc.evaluation.declare import StudyParameter, declaration
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
 from shockpc.quantities.selection import select
-from shockpc.recordings.column_names import StateColumns
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, traces
 from shockpc.text.trace import Trace
+from shockpc.text.wings import doors
 
 REPEATED: dict[Any, Parser | None] = {
     Sequence[str]: None,
@@ -111,6 +107,8 @@ class Input(NamedTuple):
             first robot and arguments of the study.
         file: whether the first argument is the path of a file, which the report takes before the
             result.
+        check: refuses options that have no effect, by the options, the arguments of the study and
+            its result.
     """
 
     typed: dict[str, tuple[Any, Any]]
@@ -118,16 +116,17 @@ class Input(NamedTuple):
         [Sequence[Any], SceneOptions, Mapping[str, str], Trace], tuple[Robot, dict[str, Any]]
     ]
     file: bool = False
+    check: Callable[[SceneOptions, Mapping[str, Any], Any], None] | None = None
 
 
-def study_command(name: str) -> Command:
-    """The command of a study: `shockpc.NAME`, reported by `NAME_report` of
-    `shockpc.studies.NAME.report`.
+def study_command(name: str, package: str) -> Command:
+    """The command of a study: the function `NAME` of the module `study` of its package, reported by
+    `NAME_report` of the module `report`.
     """
-    study = getattr(shockpc, name)
+    study = pkgutil.resolve_name(f"{package}.study:{name}")
     declared = declaration(study)
     assert declared.reads is not None
-    source, passed = INPUTS[declared.reads], declared.passed
+    source, passed = inputs_of(declared.reads), declared.passed
 
     def run(**typed: Any) -> int:
         trace, options, values = shown_trace(), typed["options"], typed["typed"]
@@ -142,14 +141,10 @@ def study_command(name: str) -> Command:
         refuse_varied(options, robot, _varied(study, values, robot))
         refuse_unasked(study, options, values, filter(None, [typed.get("quantity")]))
         result = study(**arguments, **given(study, values, robot))
-        if declared.reads == "log":
-            from shockpc.cli.recorded_table import refuse_overridden
-
-            refuse_overridden(
-                options, arguments["scene"], robot, StateColumns(result.log.positions, {}, {})
-            )
+        if source.check is not None:
+            source.check(options, arguments, result)
         with trace.stage("output"):
-            report = pkgutil.resolve_name(f"shockpc.studies.{name}.report:{name}_report")
+            report = pkgutil.resolve_name(f"{package}.report:{name}_report")
             emit(report(*inputs[: source.file], result), typed["output"])
         if typed.get("explain"):
             sys.stderr.write(trace.text())
@@ -351,39 +346,11 @@ def _designs(
     }
 
 
-def _table(
-    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
-) -> tuple[Robot, dict[str, Any]]:
-    from shockpc.cli.recorded_table import table_and_scene
-
-    file, robot_or_scene = inputs
-    columns, robot, scene = table_and_scene(file, robot_or_scene, options, rename)
-    return robot, {"table": columns, "scene": scene, "robot": robot}
-
-
-def _log(
-    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
-) -> tuple[Robot, dict[str, Any]]:
-    log, robot_or_scene = inputs
-    robot, scenes = scenes_from(robot_or_scene, options)
-    # Single feet come last where all land together, and stand in the robot's order.
-    contacts = {
-        contact.frame: contact
-        for scene in sorted(scenes, key=lambda one: len(one.contact))
-        for contact in scene.contact
-    }
-    watched = {"contacts": tuple(contacts)} if options.contact else {}
-    scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
-    return robot, {"log": log, "scene": scene, "robot": robot, **watched}
-
-
 _SCENES = (
     "Scenes (TOML), or a robot: all level feet together, each edge of their support, and each foot."
 )
 _POSTURES = "A robot, or scenes (TOML) of one robot in several postures."
 _DESIGNS = "Robot files, robots by name or scenes (TOML)."
-_LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."
-_TABLE = "A table of landings: .csv, .parquet or .npz."
 
 INPUTS: dict[str, Input] = {
     "scene": Input({"scene": (str, ROBOT)}, _scene),
@@ -399,19 +366,18 @@ INPUTS: dict[str, Input] = {
         {"designs": (tuple[str, ...], argument(_DESIGNS, "DESIGN...", robot_name, default=...))},
         _designs,
     ),
-    "table": Input(
-        {"table": (Path, argument(_TABLE, "TABLE", path, default=...)), "scene": (str, ROBOT)},
-        _table,
-        file=True,
-    ),
-    "log": Input(
-        {"log": (Path, argument(_LOG, "LOG", path)), "scene": (str, ROBOT)}, _log, file=True
-    ),
 }
 """What a study reads, by the name of its parameter: one landing; landings by name, without contacts
 those of `default_landings`;
-postures of one robot by name; one landing of each design; the columns of a table and the landing
-that gives what these lack; the path of a log and one landing on all contacts."""
+postures of one robot by name; one landing of each design. Wings add what their studies read."""
+
+
+def inputs_of(reads: str) -> Input:
+    """What a study takes that reads this."""
+    known = dict(INPUTS)
+    for door in doors("inputs"):
+        known |= door.INPUTS
+    return known[reads]
 
 
 def _kind(parameter: StudyParameter) -> Any:

@@ -20,7 +20,7 @@ from shockpc.text.arguments import checked, is_numeric
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-Reads: TypeAlias = Literal["scene", "landings", "postures", "designs", "table", "log"]
+Reads: TypeAlias = str
 """What a command reads for the parameter of this name, as `shockpc.cli.study_command.INPUTS`
 describes.
 """
@@ -55,7 +55,7 @@ RenameOption: TypeAlias = Annotated[
         "map",
     ),
 ]
-"""Names of the columns of a table or a log, as `shockpc.recordings.reader.rows_of` takes them."""
+"""New names of the columns of a table or a log, by their old ones."""
 
 
 class StudyParameter(NamedTuple):

@@ -1,5 +1,6 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
+import contextlib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -16,7 +17,7 @@ from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.striking import own_shapes
-from shockpc.text.errors import SceneError
+from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import listed
 
 
@@ -277,3 +278,13 @@ def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
         elif shape.rounding.any():
             out[k] = np.nan
     return out
+
+
+def first_contact(robot: Robot, texts: Iterable[str]) -> str:
+    """The first text that means one landing of the robot; the first that is not empty if none does."""
+    given = list(dict.fromkeys(filter(str.strip, texts)))
+    for text in given:
+        with contextlib.suppress(ShockError):
+            if len(landing_frames(robot, text)) == 1:
+                return text
+    return next(iter(given), "")

@@ -32,7 +32,6 @@ _NO_ARMATURE = {
         "none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of a "
         "<transmission>, no rotor_params"
     ),
-    "sdf": "none is read from the file",
     "mjcf": "no joint and no actuator on a joint has one",
     "pinocchio": "the model has none, and no rotorInertia with a rotorGearRatio",
 }
@@ -183,7 +182,7 @@ def _drives(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
         yield "note", "", "every joint", f"{text}; --drives none leaves them out"
     elif not armature.any():
         text = (
-            f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the "
+            f"zero armature ({_NO_ARMATURE.get(robot.source.kind, 'none is read from the file')}): joints are computed without the "
             f"inertia of their motors; with geared or locked joints the shock is different"
         )
         yield "note", "", "every joint", text

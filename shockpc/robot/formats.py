@@ -29,7 +29,8 @@ _NOT_ROBOTS = {
 
 def format_of(source: RobotSource) -> Any:
     """The module of `FORMATS` that knows the format of a source."""
-    return importlib.import_module(f"shockpc.robot.{source.kind}")
+    (module,) = [module for kind, _, module in FORMATS.values() if kind == source.kind]
+    return importlib.import_module(module)
 
 
 def read_source(

@@ -23,6 +23,7 @@ from xml.parsers import expat
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import inputs, read_file
 from shockpc.text.printed import listed
+from shockpc.text.wings import doors
 
 # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _DEEPEST = 490
@@ -33,19 +34,21 @@ MESHES = "*"
 """The package that stands for every other one: its files are found by their names only."""
 
 FORMATS = {
-    "robot": ("urdf", "URDF, xacro"),
-    "mujoco": ("mjcf", "MJCF"),
-    "sdf": ("sdf", "SDFormat"),
+    "robot": ("urdf", "URDF, xacro", "shockpc.robot.urdf"),
+    "mujoco": ("mjcf", "MJCF", "shockpc.robot.mjcf"),
 }
-"""The formats of robot files by their root element: the module of this package that knows it, and
-its name.
+"""The formats of robot files by their root element: the kind of a source, the name of the format,
+and the module that knows it.
 
 A module has read(source, xacro), from a source with the bare text of the file to one with what is
 read along with it; choose(source, frames), which of several robots in it is meant; and
 build(source, chosen), that robot.
 """
 
-ROOTS = " or ".join(f"<{tag}> ({name})" for tag, (_, name) in FORMATS.items())
+for door in doors("formats"):
+    FORMATS |= door.FORMATS
+
+ROOTS = " or ".join(f"<{tag}> ({name})" for tag, (_, name, _) in FORMATS.items())
 """With what robot files begin, for messages."""
 
 _MARKS = {

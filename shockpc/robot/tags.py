@@ -24,9 +24,8 @@ from shockpc.text.printed import few, listed, printable
 
 Treatment: TypeAlias = Literal["read", "no effect", "note", "warn", "refuse"]
 
-_FOLDER = Path(__file__).parent
-URDF, SDF, SDF_UNTIL_1_6 = "urdf_tags.csv", "sdf_tags.csv", "sdf_tags_until_1_6.csv"
-"""The tables: of a <robot>, of a <model>, and of what only its versions until 1.6 have besides."""
+URDF = Path(__file__).with_name("urdf_tags.csv")
+"""The table of a <robot>."""
 
 _CLOSE = 0.7
 """Similarity from which an unknown name is taken for a misspelt one where unknown names are
@@ -102,7 +101,7 @@ _TEXT = _Rule(
 )
 
 
-def unread(root: Element, *tables: str) -> tuple[Unread, ...]:
+def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
     """What a file holds that is not read although it may change a shock; one record for each kind.
 
     Args:
@@ -374,11 +373,11 @@ Args: the value of an attribute, its element, and its key.
 
 
 @functools.cache
-def _table(*tables: str) -> _Node:
+def _table(*tables: Path) -> _Node:
     """Tables as one tree of tags, from the root."""
     top = _Node("")
     for table in tables:
-        for row in csv.DictReader((_FOLDER / table).read_text(encoding="utf-8").splitlines()):
+        for row in csv.DictReader(table.read_text(encoding="utf-8").splitlines()):
             rule = _Rule(cast(Treatment, row["treatment"]), row["when"], row["consequence"])
             parts = re.split(r"[{}]", row["path"])  # what is in braces comes at the odd places
             choices = [part.split(",") if k % 2 else [part] for k, part in enumerate(parts)]

@@ -1,0 +1,39 @@
+"""The wings: subjects in folders of `shockpc/wings`, each of which can be deleted, and what they add.
+
+The rest of the package finds a wing by its folder. What the wing adds stands behind doors: modules
+of the wing that its file `wing.py` names.
+"""
+
+import functools
+import importlib
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+FOLDER = Path(__file__).resolve().parent.parent / "wings"
+
+
+class Wing(NamedTuple):
+    """The doors of a wing: the module behind each, in the wing's folder; empty where there is none.
+
+    A door that is opened at import has a light module behind it, of records and tables.
+
+    Attributes:
+        formats: formats of robot files, `FORMATS` as of `robot.reading`; opened at import.
+        inputs: what its studies read, `INPUTS` as of `cli.study_command`.
+    """
+
+    formats: str = ""
+    inputs: str = ""
+
+
+@functools.cache
+def doors(name: str) -> tuple[ModuleType, ...]:
+    """The modules behind a door, of all wings that have it, in the order of their names."""
+    modules = []
+    for path in sorted(FOLDER.glob("*/wing.py")):
+        package = f"shockpc.wings.{path.parent.name}"
+        module = getattr(importlib.import_module(f"{package}.wing").WING, name)
+        if module:
+            modules.append(importlib.import_module(f"{package}.{module}"))
+    return tuple(modules)

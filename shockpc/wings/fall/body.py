@@ -1,0 +1,301 @@
+"""A robot whose joints are held: one rigid body with points on its surface, as a fall sees it.
+
+World axes, with the origin at the base of the robot in its posture.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from shockpc.core.spatial import Array, quaternion_of
+from shockpc.impact.landed import without_kinetic_energy
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import landing_of
+from shockpc.landing.scene import Contact, Scene
+from shockpc.robot.geometry import Outline, drawn_outline, outline
+from shockpc.robot.mesh import hull_corners
+from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import Shape
+from shockpc.robot.usual_base import usual_base
+from shockpc.text.errors import StudyError
+from shockpc.wings.fall.tipping import CrossSection
+
+UP = np.array([0.0, 0.0, 1.0])
+
+POINT = Contact(frame="", at="frame", kind="point")
+"""What strikes in a fall: a point, where the geometry of the whole robot meets the ground."""
+
+CORNERS = 720
+"""Corners of a round shape in the plane of a fall; inside it by at most a part in 100 000 of its
+radius.
+"""
+
+
+class Spot(NamedTuple):
+    """Where a link meets the ground: its name, and the point (3,) in the posture [m]."""
+
+    link: str
+    point: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid:
+    """A robot with its joints held.
+
+    Attributes:
+        given: the scene of its posture.
+        landing: that posture.
+        mass: [kg]
+        com: (3,) centre of mass [m].
+        inertia: (3, 3) about it [kg m²].
+        coms: (nb, 3) of the bodies [m].
+        shapes: of all links, in the posture.
+        visual: names of links whose visual geometry is used, because they have no collision
+            geometry.
+    """
+
+    given: Scene
+    landing: PosedLanding
+    mass: float
+    com: Array
+    inertia: Array
+    coms: Array
+    shapes: tuple[Shape, ...] = field(repr=False)
+    visual: tuple[str, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, robot: Robot) -> "Rigid":
+        """The robot in the posture of a scene.
+
+        Raises:
+            ShockError: the posture is not possible, or its inertia is not one of a mechanism.
+            StudyError: the robot cannot fall, or has no geometry.
+        """
+        if not robot.free_base or (scene.base or usual_base(robot).base) != "free":
+            raise StudyError(
+                f'the base of robot "{robot.name}" does not move freely, so it does not fall; give '
+                f"--base free"
+            )
+        landing = landing_of(
+            replace(scene, contact=(replace(POINT, frame=robot.bodies[0].name),), stance=()), robot
+        )
+        if not np.isfinite(landing.equation(landing.state).H).all():
+            raise without_kinetic_energy(landing, landing.state.H)
+        rotation, position = landing.state.rotation[0], landing.state.position[0]
+        coms = position + (rotation @ robot.coms[..., None])[..., 0]
+        com = robot.masses @ coms / robot.masses.sum()
+        arms = coms - com
+        spread = np.einsum("i,ij,ij->", robot.masses, arms, arms) * np.eye(3) - np.einsum(
+            "i,ij,ik->jk", robot.masses, arms, arms
+        )
+        inertia = np.sum(rotation @ robot.inertias @ rotation.transpose(0, 2, 1), axis=0) + spread
+
+        def placed(of_robot: Outline) -> tuple[Shape, ...]:
+            return tuple(
+                shape.placed(rotation[i], position[i])
+                for i, carried in enumerate(of_robot.shapes)
+                for shape in carried
+            )
+
+        solid = placed(outline(robot, "collision"))
+        links = {shape.link for shape in solid}
+        drawn = [shape for shape in placed(drawn_outline(robot)) if shape.link not in links]
+        # Only corners, because a body would pivot about vertices that rounding puts above a side of
+        # its hull, too.
+        shapes = tuple(
+            shape if shape.mesh is None else shape._replace(points=hull_corners(shape.points))
+            for shape in (*solid, *drawn)
+        )
+        if not shapes:
+            raise StudyError(
+                f'robot "{robot.name}" has neither collision nor visual geometry, so nothing of it '
+                f"meets the ground"
+            )
+        visual = tuple(dict.fromkeys(shape.link for shape in drawn))
+        return cls(scene, landing, float(robot.masses.sum()), com, inertia, coms, shapes, visual)
+
+    def points(self, directions: Array) -> tuple[Array, np.ndarray]:
+        """Points (n, 3) of the surface [m] with those that reach farthest along unit vectors (m,
+        3), and the link of each (n,).
+        """
+        points, links = [], []
+        for shape in self.shapes:
+            surface = shape.points
+            if shape.rounding.any():
+                along = directions @ shape.rounding
+                length = np.linalg.norm(along, axis=1, keepdims=True)
+                reach = np.divide(
+                    along,
+                    length,
+                    out=np.zeros_like(along),
+                    where=length > 1e-6 * np.abs(shape.rounding).max(),
+                )
+                surface = (surface[:, None] + reach @ shape.rounding.T).reshape(-1, 3)
+            points.append(surface)
+            links += [shape.link] * len(surface)
+        return np.concatenate(points), np.array(links)
+
+    def section(self, forward: Array) -> CrossSection:
+        """The robot in the plane in which it tips. Args: forward, (3,) level unit vector."""
+        angle = 2.0 * math.pi * np.arange(CORNERS) / CORNERS
+        points, _ = self.points(np.outer(np.cos(angle), forward) + np.outer(np.sin(angle), UP))
+        left = np.cross(UP, forward)
+        return CrossSection.of(
+            self.mass,
+            float(left @ self.inertia @ left),
+            (points - self.com) @ np.stack([forward, UP], axis=1),
+        )
+
+    def support(self, together: float) -> Array:
+        """Corners (k, 2) of the support, anticlockwise, in world x and y from the centre of mass
+        [m]; two for a line, or one.
+
+        Args:
+            together: height up to which points are on the ground, and distance from a side up to
+                which a corner is left out [m].
+        """
+        ring = 2.0 * math.pi * np.arange(64) / 64
+        points, _ = self.points(
+            np.vstack(
+                [-UP, *np.stack([1e-3 * np.cos(ring), 1e-3 * np.sin(ring), -np.ones(64)], axis=1)]
+            )
+        )
+        low = points[points[:, 2] <= points[:, 2].min() + together][:, :2] - self.com[:2]
+        across = np.linalg.svd(low - low.mean(axis=0), full_matrices=False)[2]
+        spread = np.ptp((low - low.mean(axis=0)) @ across.T, axis=0)
+        if spread[0] <= together:
+            return np.asarray(low.mean(axis=0, keepdims=True))
+        if len(low) < 3 or spread[1] <= together:
+            along = (low - low.mean(axis=0)) @ across[0]
+            return np.asarray(low[[int(np.argmin(along)), int(np.argmax(along))]])
+        corners = low[ConvexHull(low).vertices]
+        while len(corners) > 3:
+            before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
+            chord = after - before
+            away = np.abs(
+                chord[:, 0] * (corners - before)[:, 1] - chord[:, 1] * (corners - before)[:, 0]
+            )
+            away /= np.linalg.norm(chord, axis=1)
+            if away.min() > together:
+                break
+            corners = np.delete(corners, int(np.argmin(away)), axis=0)
+        return np.asarray(corners)
+
+    def edge(self, heading: float, together: float) -> tuple[Array, Array]:
+        """The side of the support over which the robot tips along a heading, from forward to the
+        left [rad].
+
+        That is the side that the vertical through the centre of mass crosses. A support that is a
+        line or a point, or a side that is turned from the heading by more than 45 deg, has its
+        farthest corner there instead, with no length.
+
+        Returns: (3,) level unit vector across it, away from the support; its ends (2,), to the left
+        from the centre of mass [m].
+        """
+        wanted, corners = np.array([math.cos(heading), math.sin(heading)]), self.support(together)
+        best = math.inf, wanted, corners[[np.argmax(corners @ wanted)] * 2]
+        for a, b in (
+            zip(corners, np.roll(corners, -1, axis=0), strict=True) if len(corners) > 1 else ()
+        ):
+            along = (b - a) / np.linalg.norm(b - a)
+            across = np.array([along[1], -along[0]])
+            toward = float(wanted @ across)
+            if toward <= math.cos(math.radians(45.0)):
+                continue
+            crossing, (low, high) = (
+                max(float(a @ across), 0.0) / toward * wanted @ along,
+                sorted((float(a @ along), float(b @ along))),
+            )
+            outside = max(low - crossing, crossing - high, 0.0)
+            if outside < best[0] - together:
+                best = outside, across, np.array([a, b])
+        _, (x, y), ends = best
+        return np.array([x, y, 0.0]), np.sort(ends @ [-y, x])
+
+    def struck(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
+        """Points (n, 3) of the surface on the ground in an attitude, from the centre of mass, world
+        axes [m]; their links (n,).
+
+        Args:
+            rotation: (3, 3) from the posture.
+            together: height above the lowest point up to which points are on the ground [m].
+        """
+        points, links = self.points(-rotation[2:])
+        turned = (points - self.com) @ rotation.T
+        near = turned[:, 2] <= turned[:, 2].min() + together
+        return turned[near], links[near]
+
+    def spots(self, rotation: Array, points: Array, links: np.ndarray) -> tuple[Spot, ...]:
+        """Where each body meets the ground, among points as `struck` gives them: the middle of its
+        points, on its lowest link.
+        """
+        frames, spots = self.landing.robot.frames, []
+        bodies = np.array([frames[link].body for link in links.tolist()])
+        for body in dict.fromkeys(bodies[np.argsort(points[:, 2], kind="stable")].tolist()):
+            of_body = np.flatnonzero(bodies == body)
+            lowest = of_body[np.argmin(points[of_body, 2])]
+            middle = np.append(
+                (points[of_body].min(axis=0) + points[of_body].max(axis=0))[:2] / 2.0,
+                points[lowest, 2],
+            )
+            spots.append(Spot(str(links[lowest]), self.com + middle @ rotation))
+        return tuple(spots)
+
+    def scene(
+        self,
+        rotation: Array,
+        velocity: Array,
+        omega: Array,
+        struck: tuple[Spot, ...],
+        stands: tuple[Spot, ...],
+        slides: bool = False,
+    ) -> Scene:
+        """The landing in an attitude: its contacts are what strikes, and what slides on the ground
+        then.
+
+        Args:
+            rotation: (3, 3) from the posture.
+            velocity: (3,) of the centre of mass [m/s].
+            omega: (3,) angular velocity [rad/s], world axes.
+            struck: what strikes.
+            stands: what is on the ground already.
+            slides: whether that slides.
+        """
+        scene, robot, state = self.given, self.landing.robot, self.landing.state
+        base = rotation @ state.rotation[0, 0] @ robot.bodies[0].rotation.T
+        ground = min(float(rotation[2] @ spot.point) for spot in (*struck, *stands))
+        posture = replace(
+            scene.posture,
+            base_rpy_deg=None,
+            base_quaternion=tuple((q := quaternion_of(base)) / np.linalg.norm(q)),
+            base_position=(0.0, 0.0, -ground),
+        )
+        at_base = velocity - np.cross(omega, rotation @ self.com)
+        strike = replace(
+            scene.strike, speed=None, strike_angle_deg=None, drop_height=None, forward_speed=None
+        )
+        strike = replace(
+            strike,
+            velocity=tuple(at_base.tolist()),
+            angular_velocity=tuple(omega.tolist()) if omega.any() else None,
+        )
+
+        def offset(spot: Spot) -> tuple[float, float, float]:
+            frame = robot.frames[spot.link]
+            r = state.rotation[0, frame.body].T @ (spot.point - state.position[0, frame.body])
+            x, y, z = (frame.rotation.T @ (r - frame.offset)).tolist()
+            return x, y, z
+
+        contacts = tuple(replace(POINT, frame=spot.link, offset=offset(spot)) for spot in struck)
+        standing = tuple(
+            f"{spot.link}:" + ",".join(map(repr, offset(spot))) for spot in stands if not slides
+        )
+        for spot in stands if slides else ():
+            x, y, _ = (velocity + np.cross(omega, rotation @ (spot.point - self.com))).tolist()
+            contacts += (
+                replace(POINT, frame=spot.link, offset=offset(spot), velocity=(x, y, 0.0)),
+            )
+        return replace(scene, posture=posture, strike=strike, contact=contacts, stance=standing)

@@ -1,0 +1,204 @@
+"""A leg of two tubes with and without rotors: rigid tubes, and those of `--flex`, against frame
+elements.
+"""
+
+import functools
+import math
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc import Contact, Joints, Point, Posture, Robot, Scene, load_robot
+from shockpc.core.spatial import Array
+from shockpc.core.stiff_contacts import simulate_landing
+from shockpc.core.stiff_motion import Elements
+from shockpc.core.threads import one_thread
+from shockpc.impact.contact_rows import contact_rows
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.landing.flexible import flexible_landing
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import resolve
+from shockpc.quantities.of_contacts import IMPULSE
+from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.of_points import point_velocity
+from shockpc.wings.paper.frame_leg import ANGLES, EA, EI, ROTOR, frame_leg, urdf
+
+ROTORS = {"with": ROTOR, "without": 0.0}
+"""Inertia of the rotors behind their gears [kg m²]."""
+
+LINKS = {"rigid": 0, "2 hinges": 2, "12 hinges": 12}
+"""Hinges of each tube."""
+
+RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""Tc f1: duration of contact with rigid tubes, times the first bending frequency of the free leg.
+"""
+
+RIGID, MODES = 5, 20
+"""Motions of the leg in which nothing deforms, and its bending and stretching modes that are
+followed.
+"""
+
+
+class Peaks(NamedTuple):
+    """What a strike of 1 m/s on an elastic contact gives, or what it is off by, over what frame
+    elements give [1].
+
+    Attributes:
+        jump: change of the velocity of the trunk until the contact ends [m/s].
+        acceleration: its maximum, of the trunk at the hip [m/s²].
+        force: maximum of the contact [N].
+        torque: maximum at the knee [N m]; NaN without rotors.
+    """
+
+    jump: float
+    acceleration: float
+    force: float
+    torque: float
+
+
+class Modes(NamedTuple):
+    """The first frequency with which the free leg bends in its plane [Hz]: of frame elements, and
+    on 2 and 12 hinges.
+    """
+
+    rotors: str
+    frames: float
+    two: float
+    twelve: float
+
+
+class Compared(NamedTuple):
+    """What tubes are off by: with or without rotors, of `LINKS`, Tc f1, the stiffness of the
+    contact [N/m], and the errors.
+    """
+
+    rotors: str
+    links: str
+    ratio: float
+    stiffness: float
+    errors: Peaks
+
+
+@functools.cache
+def leg_modes() -> tuple[Modes, ...]:
+    """The first frequencies of the leg, with rotors and without."""
+    found = []
+    for name, rotor in ROTORS.items():
+        exact = float(_modes(rotor)[0][RIGID]) / 2.0 / math.pi
+        # Segments bend out of the plane too.
+        few = (
+            flexible_landing(_posed(rotor, hinges, 1.0)).elastic_frequencies()
+            for hinges in LINKS.values()
+            if hinges
+        )
+        found.append(Modes(name, exact, *(float(one[np.abs(one - exact).argmin()]) for one in few)))
+    return tuple(found)
+
+
+@functools.cache
+def leg_study() -> tuple[Compared, ...]:
+    """The leg on contacts of the stiffness with which Tc f1 is each of `RATIOS`."""
+    compared = []
+    for modes, rotor in zip(leg_modes(), ROTORS.values(), strict=True):
+        rows = contact_rows(posed := _posed(rotor, 0, 1.0), stands=True)
+        unit = rows.frequency(np.ones(len(rows.J)), np.zeros((0, len(rows.M))))
+        for ratio in RATIOS:
+            stiffness = (math.pi * modes.frames / ratio / unit) ** 2
+            expected = np.array(struck_frames(stiffness, rotor))
+            for name, hinges in LINKS.items():
+                posed = _posed(rotor, hinges, stiffness)
+                errors = np.abs(np.array(_read(CompliantLanding(posed))) / expected - 1.0)
+                compared.append(
+                    Compared(modes.rotors, name, ratio, stiffness, Peaks(*errors.tolist()))
+                )
+    return tuple(compared)
+
+
+@functools.cache
+def _robot() -> Robot:
+    with tempfile.TemporaryDirectory() as folder:
+        (file := Path(folder, "leg.urdf")).write_text(urdf(), encoding="utf-8")
+        return load_robot(file)
+
+
+def leg_scene(robot: str, stiffness: float, hinges: int, rotor: float = ROTOR) -> Scene:
+    """The leg on an elastic contact, which it strikes straight down at 1 m/s.
+
+    Args:
+        robot: the file that it is in.
+        stiffness: of the contact, along its normal and the ground [N/m].
+        hinges: of each tube; none if it is rigid.
+        rotor: inertia of each rotor behind its gear [kg m²].
+    """
+    thigh, shank = ANGLES
+    tube = f"EI:{EI},EA:{EA},hinges:{hinges}"
+    return Scene(
+        robot=robot,
+        base="planar",
+        contact=Contact(
+            frame="foot", restitution=1.0, restitution_along="directions", directions=("x", "z")
+        ),
+        contact_stiffness=stiffness,
+        gravity=False,
+        flex={"thigh": tube, "shank": tube} if hinges else {},
+        joints=Joints(armature={"*": rotor}) if rotor else Joints(),
+        posture=Posture(joints={"hip": thigh, "knee": shank - thigh}),
+        point=(Point(frame="trunk"),),
+    )
+
+
+def _posed(rotor: float, hinges: int, stiffness: float) -> PosedLanding:
+    return resolve(leg_scene("leg", stiffness, hinges, rotor), _robot())
+
+
+def _read(landing: CompliantLanding) -> Peaks:
+    posed = landing.landing
+    points, knee = (
+        posed.places("point"),
+        [place for place in posed.places("joint") if place.name == "knee"],
+    )
+    jump = float(np.linalg.norm(landing.ends(point_velocity, points)[0, 1, 0]))
+    acceleration, force, torque = (
+        float(landing.peaks(compute, places)[0][0])
+        for compute, places in (
+            (point_velocity, points),
+            (IMPULSE.compute, posed.places("contact")),
+            (JOINTS[2].compute, knee),
+        )
+    )
+    return Peaks(
+        jump, acceleration, force, torque if posed.joint_model.armature.any() else math.nan
+    )
+
+
+@functools.cache
+def _modes(rotor: float) -> tuple[Array, Array]:
+    """Frequencies [rad/s] of the leg of frame elements, from the lowest, and shapes of unit modal
+    mass.
+    """
+    leg = frame_leg(rotor)
+    inverse = np.linalg.inv(np.linalg.cholesky(leg.M))
+    squares, shapes = np.linalg.eigh(inverse @ leg.K @ inverse.T)
+    return np.sqrt(np.maximum(squares, 0.0)), inverse.T @ shapes
+
+
+def struck_frames(stiffness: float, rotor: float = ROTOR) -> Peaks:
+    """The leg of frame elements, in its modes. Args: as of `leg_scene`."""
+    leg, (omega, shapes) = frame_leg(rotor), _modes(rotor)
+    omega, shapes = omega[: RIGID + MODES], shapes[:, : RIGID + MODES]
+    contact = Elements.alike(leg.foot @ shapes, stiffness, 1.0, 0, np.array([False, True]))
+    springs = Elements.alike(np.eye(RIGID + MODES)[RIGID:], omega[RIGID:] ** 2)
+    with one_thread(RIGID + MODES):
+        motion = simulate_landing(
+            np.eye(RIGID + MODES), Elements.joined(contact, springs), shapes.T @ leg.M @ leg.falling
+        )
+        accelerations = shapes @ motion.response
+        force = motion.peak(np.eye(2, len(motion.elements.rows))[None])[0]
+        trunk = motion.peak(accelerations[None, :2])[0]
+        torque = motion.peak((rotor * leg.knee @ accelerations)[None, None])[0]
+    jump = np.linalg.norm(shapes[:2] @ motion.at(np.array([motion.duration])).jump[0])
+    return Peaks(
+        float(jump), float(trunk[0]), float(force[0]), float(torque[0]) if rotor else math.nan
+    )

@@ -1,0 +1,225 @@
+"""What of the rigid answer holds for bodies that bend: tables and charts of the errors over the
+duration of contact.
+"""
+
+import itertools
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from shockpc.show.report import Picture, Report
+from shockpc.show.tables import Column, Lines, Sheet
+from shockpc.wings.paper.beyond import HINGES, LIMIT, STRIKES, Struck, beam_study, holds_from
+from shockpc.wings.paper.beyond_leg import LINKS, Peaks, leg_modes, leg_study
+from shockpc.wings.paper.beyond_robots import LAWS, Errors, robot_study
+
+Curves: TypeAlias = dict[str, tuple[list[float], list[float]]]
+
+WORDS = ("impulse", "other end", "CoPc")
+"""What is compared of the beam."""
+
+OF_ROBOTS = (
+    "jump of the base",
+    "peak acceleration of the base",
+    "peak force of the contact",
+    "largest peak of a joint",
+)
+"""What is compared of robots."""
+
+OF_LEG = (
+    "jump of the trunk",
+    "peak acceleration of the trunk",
+    "peak force of the contact",
+    "peak torque of the knee",
+)
+"""What is compared of the leg of tubes."""
+
+SHOWN, REST = (1.0, 3.0, 10.0), "further Tc f1, and what the words mean: --out"
+"""Tc f1 of robots that a terminal shows, and what it says of the others."""
+
+NOT_MODELLED = (
+    "not modelled: compliance of bearings and gears, and damping of the material; real links bend "
+    "more, and ring for less long"
+)
+
+
+def beyond_report() -> Report:
+    """The beam of Figure 1 with bending against Eqs. 1 to 3, a leg of tubes against frame elements,
+    and robots whose legs bend.
+    """
+    kept = [
+        (name, holds_from(np.array([one.exact[k] for one in beam_study()])))
+        for k, name in enumerate(WORDS)
+    ]
+    answer = [f"{name} within {100 * LIMIT:g} % from Tc/T1 = {ratio:g}" for name, ratio in kept]
+    leg = " and ".join(f"{one.frames:.0f} Hz {one.rotors}" for one in leg_modes())
+    sheets: dict[str, Callable[[], Sheet]] = {
+        "beam": _beam_sheet,
+        "leg": _leg_sheet,
+        "robots": _robots_sheet,
+    }
+
+    def shown(sheet: Sheet, full: bool) -> Sheet:
+        return (
+            sheet
+            if full
+            else sheet.where(lambda row: row["ratio"] in SHOWN)._replace(notes=(REST,))
+        )
+
+    return Report(
+        name="beyond",
+        title="Where the rigid answer holds",
+        page="beyond",
+        body=lambda full: [
+            Lines(
+                [
+                    f"the beam of Figure 1, with bending: {'; '.join(answer)}",
+                    f"a leg of two tubes bends first at {leg} rotors",
+                    NOT_MODELLED,
+                ]
+            ),
+            _beam_sheet(),
+            _beam_picture(),
+            shown(_leg_sheet(), full),
+            _leg_picture(),
+            shown(_robots_sheet(), full),
+            _robots_picture(),
+        ],
+        sheets=sheets,
+        document=lambda: {
+            "holds_from": dict(zip(Struck._fields, (ratio for _, ratio in kept), strict=True))
+        },
+        tables=True,
+    )
+
+
+def _beam_sheet() -> Sheet:
+    """What the rigid answer of the beam is off by, by exact modes and by segments."""
+    columns = [
+        Column(f"{how}_{key}", f"{name}, {how}", "-")
+        for how in ("modes", "segments")
+        for key, name in zip(Struck._fields, WORDS, strict=True)
+    ]
+    notes = (
+        f"largest of {len(STRIKES)} points of contact, {', '.join(f'{x:.3g}' for x in STRIKES)} of "
+        f"the length from the "
+        "centre of mass; an elastic contact without loss",
+        "Tc: duration of contact of the rigid beam; T1: period of its first bending mode, free at "
+        "both ends",
+        "impulse: off by this share; other end: its velocity when the contact ends, and CoPc: its "
+        "velocity at any time, which "
+        "Eq. 2 says to be zero, off by this share of the speed of the impact",
+        f"modes: those of Euler and Bernoulli; segments: {HINGES} hinges, as of --flex "
+        f"LINK=...,hinges:{HINGES}",
+    )
+    rows = [(one.ratio, *one.exact, *one.segments) for one in beam_study()]
+    title = "the beam of Figure 1 with bending: what the rigid answer, Eqs. 1 to 3, is off by"
+    return Sheet(title, (Column("ratio", "Tc/T1", "-"), *columns), rows, notes)
+
+
+def _beam_picture() -> Picture:
+    ratios = [one.ratio for one in beam_study()]
+    lines = {
+        f"{name}, modes": (ratios, [one.exact[k] for one in beam_study()])
+        for k, name in enumerate(WORDS)
+    }
+    dots = {
+        f"{name}, segments": (ratios, [one.segments[k] for one in beam_study()])
+        for k, name in enumerate(WORDS)
+    }
+    title = "A beam that bends: error of the rigid answer"
+    return Picture(
+        "beam", title, "wings.paper.figure:draw_errors", (title, [("", lines, dots)], LIMIT)
+    )
+
+
+def _leg_sheet() -> Sheet:
+    """What rigid tubes of a leg, and tubes of few hinges, are off by, against frame elements."""
+    columns = [Column(key, name, "-") for key, name in zip(Peaks._fields, OF_LEG, strict=True)]
+    modes = "; ".join(
+        f"{one.rotors} {one.frames:.0f} Hz of frame elements, {one.two:.0f} on 2 and "
+        f"{one.twelve:.0f} on 12 hinges"
+        for one in leg_modes()
+    )
+    notes = (
+        "a trunk on two aluminium tubes of 25 and 21 mm, 0.2 m long, strikes an elastic contact at "
+        "1 m/s; off by shares of what "
+        "frame elements give",
+        f"first bending mode in its plane: {modes}",
+        "Tc: duration of contact with rigid tubes; f1: frequency of that mode, of frame elements; "
+        "hinges as of --flex",
+    )
+    rows = [(one.rotors, one.links, one.ratio, one.stiffness, *one.errors) for one in leg_study()]
+    title = (
+        "a leg of two tubes: what rigid tubes and tubes with hinges are off by, against frame "
+        "elements"
+    )
+    given = Column("ratio", "Tc f1", "-"), Column("stiffness", "contact stiffness", "N/m")
+    return Sheet(title, ("rotors", "tubes", *given, *columns), rows, notes)
+
+
+def _leg_picture() -> Picture:
+    def curves(rotors: str, index: int) -> Curves:
+        found = {
+            name: [one for one in leg_study() if (one.rotors, one.links) == (rotors, name)]
+            for name in LINKS
+        }
+        return {
+            f"{name}, {rotors} rotors": (
+                [one.ratio for one in ones],
+                [one.errors[index] for one in ones],
+            )
+            for name, ones in found.items()
+        }
+
+    with_rotors, without = (one.rotors for one in leg_modes())
+    title = "A leg of two tubes: error against frame elements"
+    panels = [(name, curves(with_rotors, k), curves(without, k)) for k, name in enumerate(OF_LEG)]
+    return Picture("leg", title, "wings.paper.figure:draw_errors", (title, panels, LIMIT))
+
+
+def _robots_sheet() -> Sheet:
+    """What rigid links of robots are off by."""
+    columns = [Column(key, name, "-") for key, name in zip(Errors._fields, OF_ROBOTS, strict=True)]
+    notes = (
+        "one foot strikes, the links from it to the base bend alike; Tc: duration of contact with "
+        "rigid links; f1: first bending "
+        "frequency of the free robot, with rotors where their drives are known (go2, g1)",
+        "elastic: without loss; damper: in series, its force is largest at Tc/π, not at Tc/2, so "
+        "that errors fall from a longer Tc "
+        "on; hysteresis of restitution 0 ends forces in a step: joints ring, and contacts open "
+        "before the foot has stopped along "
+        "the ground, however stiff links are, so that errors do not fall",
+        "joints: over the largest peak along any",
+    )
+    rows = [(one.robot, one.law, one.ratio, one.EI, *one.errors) for one in robot_study()]
+    title = "robots whose legs bend: what rigid links are off by"
+    return Sheet(
+        title,
+        ("robot", "law of the contact", Column("ratio", "Tc f1", "-"), "EI [N m²]", *columns),
+        rows,
+        notes,
+    )
+
+
+def _robots_picture() -> Picture:
+    def curves(law: str, index: int) -> Curves:
+        found = [one for one in robot_study() if one.law == law]
+        robots = dict.fromkeys(one.robot for one in found)
+        return {
+            name: (
+                [one.ratio for one in found if one.robot == name],
+                [one.errors[index] for one in found if one.robot == name],
+            )
+            for name in robots
+        }
+
+    title = "Robots whose legs bend: error of rigid links"
+    no_dots: Curves = {}
+    chosen = ((k, OF_ROBOTS[k]) for k in map(Errors._fields.index, ("jump", "torque")))
+    panels = [
+        (f"{name}, {law}", curves(law, k), no_dots)
+        for (k, name), law in itertools.product(chosen, LAWS)
+    ]
+    return Picture("robots", title, "wings.paper.figure:draw_errors", (title, panels, LIMIT))

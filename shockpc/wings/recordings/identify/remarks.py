@@ -1,0 +1,148 @@
+"""What measured landings do not tell of the unknowns of `identify`, and what is wrong with the
+model beyond their scatter.
+"""
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+
+import numpy as np
+
+from shockpc.text.printed import few
+from shockpc.wings.recordings.identify.fit import Fit, Solution
+from shockpc.wings.recordings.identify.uncertainty import ALIKE, DRAWS, Uncertainty, drawn
+from shockpc.wings.recordings.logs.prediction import coordinate
+
+HARD = 0.95
+"""Correlation from which two unknowns are hard to tell apart."""
+
+HELD = 0.1
+"""Rate of a joint before touchdown up to which motors may hold it, as a share of its jump."""
+
+SLIGHT = 0.02
+"""Share of the jumps by which they may be wrong without a word."""
+
+
+def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
+    """What the data do not tell of the unknowns. Args: n, number of landings."""
+    results, p = known.unknowns, len(known.unknowns)
+    names = [one.variation.subject for one in results]
+    if known.scatter < ALIKE:
+        yield (
+            f"not identifiable: the {n} landings are all alike (for the same speed of the strike "
+            f"their predicted "
+            f"jumps differ by {100.0 * known.scatter:.2g} %), so other errors of the model go into "
+            f"the values, "
+            "and no interval shows it. Measure landings in other postures"
+        )
+    for name, one in zip(names, results, strict=True):
+        if one.state == "no influence":
+            yield f"{name} has no influence on what was measured, so any value predicts the same"
+        if one.state == "at its bound":
+            yield f"{name} is at the bound {one.value:.4g} of its range, so it has no interval; widen the range if it can be"
+    for v in known.unseen:
+        part = [j for j in range(p) if abs(v[j]) > 0.3 and results[j].state != "no influence"]
+        if len(part) == 1:
+            yield f"{names[part[0]]} cannot be determined: over its range it changes the jumps by less than the misfit"
+        elif part:
+            signs = "with" if v[part[0]] * v[part[1]] > 0.0 else "against"
+            yield (
+                f"the data cannot tell {' and '.join(names[j] for j in part)} apart: one changed "
+                f"{signs} the other predicts "
+                "the same; fix one of them, or measure landings that differ more"
+            )
+    for i, j in combinations(range(p), 2):
+        if abs(r := known.correlation[i, j]) > HARD:
+            yield (
+                f"{names[i]} and {names[j]} are hard to tell apart (correlation {r:.2f}): an error "
+                f"in one can be "
+                "compensated by the other"
+            )
+
+
+def of_errors(known: Uncertainty, errors: Mapping[str, float]) -> Iterator[str]:
+    """That nothing is identified, where the error does not fall.
+
+    Args: errors, as in `Identification`.
+    """
+    if names := [
+        one.variation.subject for one in known.unknowns if one.state == "error does not fall"
+    ]:
+        yield (
+            f"nothing is identified: the error is {errors['before']:.3g} with the scene as given, "
+            f"and "
+            f"{errors['after']:.3g} with the values found, which predict no better. "
+            f"What is wrong in the model is not {' or '.join(names)}"
+        )
+
+
+def of_control(fit: Fit) -> Iterator[str]:
+    """That control acts as inertia, where joints whose inertia is unknown hardly move before
+    touchdown, as motors hold them.
+
+    A damping k_d takes the impulse k_d t Δq̇ in a window t, as an inertia k_d t would.
+    """
+    predictor = fit.predictor
+    robot, window = predictor.robot, predictor.measured[0].time
+    inertias = [one for one in predictor.unknowns if one.kind in ("armature", "rotor")]
+    joints = {name for one in inertias for name in robot.match_joints(one.target)}
+    places = [
+        v
+        for name in sorted(joints)
+        for v in range(robot.joint(name).v.start, robot.joint(name).v.stop)
+    ]
+    jumps = [
+        k for k, column in enumerate(predictor.measured) if coordinate(column, robot) in places
+    ]
+    if not jumps:
+        return
+    before = np.abs(predictor.rows.before.joint_rates[fit.used][:, places])
+    after = np.abs(np.nan_to_num(fit.before.measured[fit.used][:, jumps]))
+    if np.median(before) > HELD * np.median(after):
+        return
+    inertia = (
+        "k_d t in a window t" if window is None else f"{1e-3 * window:.3g} s × k_d in {window:g} ms"
+    )
+    example = "" if window is None else f", {2e-3 * window:.2g} kg m² at k_d = 2 N m s/rad"
+    yield (
+        "the joints hardly move before touchdown, so motors may hold them: the damping k_d of "
+        "their control acts "
+        f"like an inertia of {inertia}{example}, and the value found includes it. Switch the "
+        f"control off before "
+        "touchdown, or subtract this inertia"
+    )
+
+
+def of_model(fit: Fit, found: Solution, errors: Mapping[str, float]) -> Iterator[str]:
+    """What is wrong beyond the scatter of the landings, or beyond the noise.
+
+    Args: errors, as in `Identification`.
+    """
+    wrong, n, predicted = [], int(fit.used.sum()), found.predicted
+    counts = drawn(n, 2 * DRAWS)
+    for k, column in enumerate(fit.predictor.measured):
+        both = np.stack([values[fit.used, k] for values in (predicted.jumps, predicted.measured)])
+        x, y = np.where(np.isnan(predicted.measured[fit.used, k]), 0.0, np.nan_to_num(both))
+        if not (size := float(x @ x)) > 0.0:
+            continue
+        slopes = counts @ (x * y) / np.maximum(counts @ (x * x), 1e-300)
+        low, high = np.quantile(slopes, (0.0015, 0.9985))
+        if n > 5 and not (low <= 1.0 + SLIGHT and high >= 1.0 - SLIGHT):
+            wrong.append(f"{column.name} {x @ y / size:.2f} ({low:.2f} … {high:.2f})")
+    if wrong:
+        yield (
+            "the model is still wrong beyond the scatter of the landings, which no interval "
+            "covers: measured jumps are, "
+            "times the predicted ones, " + few(wrong, 6, what=" velocities")
+        )
+    if not fit.by_energy:
+        ratio = float(np.sqrt(np.sum(found.residuals**2) / fit.freedoms))
+        if ratio > 1.0 + 3.0 / np.sqrt(2.0 * n):
+            yield f"the model is still wrong beyond the noise: what is left is {ratio:.3g} times the noise that was given"
+    if errors["after"] > SLIGHT and errors["free impulse"] < 0.9 * errors["after"]:
+        yield (
+            f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the "
+            f"best impulse at the "
+            "contacts, whatever its law: that much is of the robot's inertia, its posture or the "
+            "measurement, the rest of the "
+            "law of contact"
+        )

@@ -1,0 +1,271 @@
+"""What measured landings say about unknowns: their values, errors before and after, drives and a
+scene with them.
+"""
+
+import dataclasses
+import datetime
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shockpc.evaluation.variation import OF_A_LINK
+from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.scene_file import scene_text
+from shockpc.robot.elements import IDENTIFIED
+from shockpc.show.report import Picture, Report
+from shockpc.show.tables import Lines, Sheet, sheet_of
+from shockpc.show.wording import count, robot_line
+from shockpc.text.printed import cause_lines, causes, few, listed
+from shockpc.text.toml import toml_lines
+from shockpc.wings.recordings.identify.study import ERRORS, Identification
+from shockpc.wings.recordings.identify.uncertainty import Unknown
+from shockpc.wings.recordings.logs.prediction import SCALE
+
+DRIVES, SCENE = "drives.toml", "scene.toml"
+"""Files of what was found."""
+
+INERTIAS = ("armature", "rotor")
+OF_DRIVES = (*INERTIAS, "joint-stiffness")
+"""Kinds of unknowns that are drives."""
+
+
+def identify_report(file: Path, study: Identification) -> Report:
+    """What was found from the table of a file."""
+    table = file.name
+    return Report(
+        name="identify",
+        title=f"Unknowns from {table}",
+        body=lambda full: [
+            Lines(list(_header(study, table))),
+            _unknowns(study),
+            _errors(study),
+            Picture(
+                "identify",
+                "error over each unknown, and predicted against measured jumps",
+                "wings.recordings.identify.figure:draw",
+                (study,),
+            ),
+        ],
+        closing=[*study.statements, *_closing(study)],
+        sheets={
+            "identify": lambda: _unknowns(study),
+            "errors": lambda: _errors(study),
+            "landings": lambda: _landings(study),
+            "scans": lambda: _scans(study),
+        },
+        document=lambda: _document(study, table),
+        tables=True,
+        more=lambda folder: _files(study, table, folder),
+    )
+
+
+def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
+    predictor = study.predictor
+    yield (
+        "table",
+        f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} are used",
+    )
+    yield robot_line(predictor.robot)
+    time = predictor.measured[0].time
+    when = "" if time is None else f", {time:g} ms after contact"
+    yield (
+        "measured",
+        f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}",
+    )
+    used = {(column.key, column.time) for column in predictor.measured}
+    others = [
+        f"{one.key} after {one.time:g} ms" if one.time else one.key
+        for one in predictor.rows.measured
+    ]
+    others = [
+        name
+        for name, one in zip(others, predictor.rows.measured, strict=True)
+        if (one.key, one.time) not in used
+    ]
+    if others:
+        yield "not used", few(others, 12, what=" columns")
+    yield "in the table", ", ".join(predictor.rows.given)
+    yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
+
+
+def _unknowns(study: Identification) -> Sheet:
+    note = (
+        "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); "
+        "minimum, maximum: the range"
+    )
+    return sheet_of(study.table, "unknowns", [note])
+
+
+def _errors(study: Identification) -> Sheet:
+    words = {
+        "before": "the scene as it is given",
+        "after": "the values found",
+        "left out": "the same, on landings left out",
+        "free impulse": "the best impulse at the contacts, whatever its law",
+    }
+    rows = [(name, words[name], study.errors[name]) for name in ERRORS]
+    note = (
+        "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm "
+        "√(ΔᵀHΔ); no jump has the error 1"
+    )
+    return Sheet(
+        "error of the predicted jumps", ("error", "prediction with", "median [-]"), rows, [note]
+    )
+
+
+def _landings(study: Identification) -> Sheet:
+    names, messages = (
+        study.predictor.rows.names,
+        dict(study.predictor.rows.messages) | dict(study.messages),
+    )
+    errors = {f"error {key} [-]": study.landing_errors[key] for key in ERRORS}
+    why = [messages.get(i) for i in range(len(names))]
+    return Sheet.of("landings", {"landing": list(map(str, names)), **errors, "message": why})
+
+
+def _scans(study: Identification) -> Sheet:
+    """The error over the range of each unknown, with the others as they were found."""
+    scans = [(one.variation, study.scan(j)) for j, one in enumerate(study.unknowns)]
+    rows = [
+        (one.subject, one.unit, float(x), float(y))
+        for one, scan in scans
+        for x, y in zip(*scan, strict=True)
+    ]
+    return Sheet("error over each unknown", ("unknown", "unit", "value", "error"), rows)
+
+
+def _closing(study: Identification) -> Iterator[str]:
+    if study.messages:
+        yield f"without a prediction with these values: {count(len(study.messages), 'landing')}"
+        refused = causes(
+            (str(study.predictor.rows.names[i]), text) for i, text in study.messages.items()
+        )
+        yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
+    if links := [
+        one.variation.subject
+        for one in study.unknowns
+        if one.variation.kind in (*OF_A_LINK, "place")
+    ]:
+        yield (
+            f"{listed(links)} belongs to the robot's file, not to a scene: change it there. "
+            f"shockpc compare ROBOT "
+            "--change NAME=VALUE shows its effect"
+        )
+    if SCALE in study.values:
+        yield f"{SCALE} is of this table: multiply its velocities before the impact by it"
+
+
+def _document(study: Identification, table: str) -> dict[str, Any]:
+    def pairs(values: Any) -> list[list[float | None]]:
+        return [[None if np.isnan(x) else float(x) for x in row] for row in values]
+
+    return {
+        "table": table,
+        "robot": study.predictor.robot.name,
+        "scene": study.scene,
+        "landings": len(study.used),
+        "used": int(study.used.sum()),
+        "measured": [column.name for column in study.predictor.measured],
+        "correlation": pairs(study.correlation),
+        "singular_values": study.singular,
+        "statements": study.statements,
+    }
+
+
+def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]:
+    """The drives, if some were unknown, and the scene with all that was found."""
+    scene, files = study.scene, dict[str, str]()
+    kinds = {one.variation.kind for one in study.unknowns}
+    if kinds & set(OF_DRIVES):
+        files[DRIVES] = _drives_text(study, table)
+        joints = dataclasses.replace(
+            scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={}
+        )
+        scene = dataclasses.replace(scene, joints=joints)
+    return files | {SCENE: scene_text(scene, folder)}
+
+
+def _share(unknown: Unknown) -> tuple[float, float]:
+    """The ends of an inertia that was looked for, as shares of its value.
+
+    They are those of the 95 % interval, and not nearer than drives of one type agree; of what was
+    not identified those of the range in which it was looked for.
+    """
+    known = unknown.state == "identified"
+    looked_for = unknown.variation.span or (unknown.value, unknown.value)
+    low, high = (unknown.low, unknown.high) if known else looked_for
+    spread = IDENTIFIED if known else 0.0
+    return min(low / unknown.value, 1.0 - spread), max(high / unknown.value, 1.0 + spread)
+
+
+def _ends(model: JointModel, v: int, share: tuple[float, float] | None) -> list[float] | None:
+    """The ends of the inertia at a joint for a file of drives [kg m², kg]; None where it is exact
+    or not known.
+
+    Args:
+        model: the drives.
+        v: the joint's velocity.
+        share: of an inertia that was looked for, as in `_share`.
+    """
+    if share is not None:
+        inertia = float(model.armature[v] + model.rotor[v])
+        return [share[0] * inertia, share[1] * inertia]
+    low, high = float(model.low[v]), float(model.high[v])
+    return [low, high] if low < high < math.inf else None
+
+
+def _drives_text(study: Identification, table: str) -> str:
+    """All drives of the robot with the values that were found, and today's date as their source, as
+    a file for --drives.
+    """
+    day = datetime.date.today().isoformat()
+    robot, joints = study.robot, study.scene.joints
+    model = joint_model(
+        robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints
+    )
+    sources: dict[str, str] = {}
+    status: dict[str, dict[str, str]] = {}
+    shares: dict[str, tuple[float, float]] = {}
+    for one in study.unknowns:
+        if one.variation.kind in OF_DRIVES:
+            interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
+            text = (
+                f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: "
+                f"{one.value:.4g}{interval}"
+            )
+            text += f", {one.state}" * (one.state != "identified")
+            names = robot.match_joints(one.variation.target)
+            sources |= dict.fromkeys(names, text)
+            if one.state == "identified":
+                status |= {name: {"status": "identified"} for name in names}
+            shares |= dict.fromkeys(names if one.variation.kind in INERTIAS else (), _share(one))
+    drives: dict[str, dict[str, Any]] = {}
+    for name in robot.joint_names:
+        v = robot.joint(name).v.start
+        behind = np.isfinite(model.drive_stiffness[v])
+        values: dict[str, Any] = {
+            "armature": float(model.rotor[v] if behind else model.armature[v]),
+            "drive_stiffness": float(model.drive_stiffness[v]) if behind else 0.0,
+            "stiffness": float(model.stiffness[v]),
+        }
+        values = {key: value for key, value in values.items() if value > 0.0}
+        if per_turn := float(model.per_turn[v]):
+            values |= {
+                "gear_ratio": 1.0 / abs(per_turn),
+                "gear": "planetary" if per_turn > 0.0 else "harmonic",
+            }
+        ends = _ends(model, v, shares.get(name))
+        if values.get("armature") and ends is not None:
+            values["range"] = ends
+        if values:
+            more = (
+                status.get(name, {}) | {"source": sources[name]}
+                if name in sources
+                else {"source": "of the scene"}
+            )
+            drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
+            drive["joint"].append(name)
+    return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"

@@ -1,0 +1,67 @@
+"""What the studies of recordings read: a table of landings, or a log."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from shockpc.cli.declared import argument
+from shockpc.cli.options import ROBOT, SceneOptions
+from shockpc.cli.parse import path
+from shockpc.cli.scenes import scenes_from
+from shockpc.cli.study_command import Input
+from shockpc.robot.robot import Robot
+from shockpc.text.trace import Trace
+from shockpc.wings.recordings.logs.column_names import StateColumns
+from shockpc.wings.recordings.recorded_table import refuse_overridden, table_and_scene
+
+_LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."
+_TABLE = "A table of landings: .csv, .parquet or .npz."
+
+
+def _table(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
+    file, robot_or_scene = inputs
+    columns, robot, scene = table_and_scene(file, robot_or_scene, options, rename)
+    return robot, {"table": columns, "scene": scene, "robot": robot}
+
+
+def _log(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
+    log, robot_or_scene = inputs
+    robot, scenes = scenes_from(robot_or_scene, options)
+    # Single feet come last where all land together, and stand in the robot's order.
+    contacts = {
+        contact.frame: contact
+        for scene in sorted(scenes, key=lambda one: len(one.contact))
+        for contact in scene.contact
+    }
+    watched = {"contacts": tuple(contacts)} if options.contact else {}
+    scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
+    return robot, {"log": log, "scene": scene, "robot": robot, **watched}
+
+
+def _refuse_overridden(options: SceneOptions, arguments: Mapping[str, Any], result: Any) -> None:
+    """Refuse options that have no effect, because the log gives what they say."""
+    columns = StateColumns(result.log.positions, {}, {})
+    refuse_overridden(options, arguments["scene"], arguments["robot"], columns)
+
+
+INPUTS = {
+    "table": Input(
+        {"table": (Path, argument(_TABLE, "TABLE", path, default=...)), "scene": (str, ROBOT)},
+        _table,
+        file=True,
+    ),
+    "log": Input(
+        {"log": (Path, argument(_LOG, "LOG", path)), "scene": (str, ROBOT)},
+        _log,
+        file=True,
+        check=_refuse_overridden,
+    ),
+}
+"""As of `cli.study_command`: the columns of a table and the landing that gives what these lack; the
+path of a log and one landing on all contacts.
+"""

@@ -1,0 +1,224 @@
+"""Which scenes the rows of a table are of: their contacts, velocities of contacts, standing feet
+and friction.
+"""
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing.contact import contacts_like, landing_frames
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import with_definite_contacts
+from shockpc.landing.scene import Contact, Scene
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError, StudyError
+from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers
+from shockpc.wings.recordings.logs.column_names import FRICTION
+
+ContactVelocities = Mapping[tuple[str, int], Array]
+"""Velocities (n,) of contacts that a table gives, by frame and world axis, NaN where a cell is
+empty [m/s].
+"""
+
+
+class RowScenes(NamedTuple):
+    """The scenes of the rows of a table.
+
+    Attributes:
+        scenes: those that differ in their contacts, in which of them have a velocity, in the
+            standing feet or in friction.
+        scene: (n,) which of them each row is of.
+        velocities: (n, c, 3) of contacts, world axes; NaN where it is that of the robot's motion
+            [m/s].
+    """
+
+    scenes: tuple[Scene, ...]
+    scene: np.ndarray
+    velocities: Array
+
+
+def row_scenes(
+    landing: PosedLanding,
+    columns: Mapping[str, np.ndarray],
+    given: ContactVelocities,
+    friction: Array,
+    messages: RowMessages,
+) -> RowScenes:
+    """The scenes of the rows of a table.
+
+    Args:
+        landing: gives what the table does not.
+        columns: of the table.
+        given: velocities of contacts that it gives.
+        friction: (n,) coefficients of friction, NaN where there are none.
+        messages: get the rows whose contacts, velocities or standing feet cannot be understood.
+
+    Raises:
+        StudyError: the velocity of a contact is given in part, or for a frame that is no contact of
+            any row.
+    """
+    scene, (contacts, index) = (
+        landing.scene,
+        _row_contacts(landing, columns, len(friction), messages),
+    )
+    velocities = _velocities(contacts, index, given, messages)
+    moving = np.asarray(np.isfinite(velocities).all(axis=2))
+    stances, stance = _stances(landing, columns, len(friction), messages)
+    code = index * len(stances) + stance
+    for moves in moving.T[moving.any(axis=0)]:
+        code = np.unique(2 * code + moves, return_inverse=True)[1]
+    _, rows, group = np.unique(code, return_index=True, return_inverse=True)
+    scenes = []
+    for i in rows.tolist():
+        of_row = tuple(
+            replace(contact, velocity=tuple(velocities[i, c].tolist()) if moving[i, c] else None)
+            for c, contact in enumerate(contacts[index[i]])
+        )
+        mu = None if np.isnan(friction[i]) else float(friction[i])
+        scenes.append(replace(scene, contact=of_row, stance=stances[stance[i]], friction=mu))
+    return RowScenes(tuple(scenes), group, velocities)
+
+
+def row_friction(
+    landing: PosedLanding, columns: Mapping[str, np.ndarray], n: int, messages: RowMessages
+) -> Array:
+    """Coefficients (n,) of friction of the rows of a table; NaN where there are none.
+
+    The arguments are those of `row_scenes`.
+    """
+    name = next((name for name in FRICTION if name in columns), "")
+    if not name:
+        mu = landing.scene.friction
+        return np.full(n, np.nan if mu is None else mu)
+    friction = numbers(name, columns[name], messages)
+    messages.refuse(
+        friction < 0.0,
+        lambda i: f"column {name}: {friction[i]:g} is not a valid friction; it must be ≥ 0",
+    )
+    return np.maximum(friction, 0.0)
+
+
+def _row_contacts(
+    landing: PosedLanding, columns: Mapping[str, np.ndarray], n: int, messages: RowMessages
+) -> tuple[list[tuple[Contact, ...]], np.ndarray]:
+    """The different landings, each with its contacts, and which of them (n,) is that of each row."""
+    if "contact" not in columns:
+        return [landing.scene.contact], np.zeros(n, dtype=int)
+    texts, index = np.unique(columns["contact"].astype(str), return_inverse=True)
+    contacts = [
+        _contacts(landing, text, index == k, messages) if text else landing.scene.contact
+        for k, text in enumerate(texts.tolist())
+    ]
+    # The same contacts in another order are the same landing.
+    first: dict[tuple[str, ...], int] = {}
+    index = np.array(
+        [
+            first.setdefault(tuple(sorted(map(repr, of_text))), k)
+            for k, of_text in enumerate(contacts)
+        ]
+    )[index]
+    return contacts, index
+
+
+def _velocities(
+    contacts: Sequence[tuple[Contact, ...]],
+    index: np.ndarray,
+    given: ContactVelocities,
+    messages: RowMessages,
+) -> Array:
+    """Velocities (n, c, 3) of contacts, those of the table before those of the scene.
+
+    Args: as `_row_contacts` gives them.
+    """
+    used = [contacts[k] for k in np.unique(index).tolist()]
+    if unused := {frame for frame, _ in given} - {
+        contact.frame for of_landing in used for contact in of_landing
+    }:
+        raise StudyError(
+            f'the table gives the velocity of "{min(unused)}", which is no contact of any row; '
+            f"leave it out (--map)"
+        )
+    velocities = np.full((len(index), max(map(len, contacts)), 3), np.nan)
+    for k in np.unique(index).tolist():
+        rows = np.flatnonzero(index == k)
+        for c, contact in enumerate(contacts[k]):
+            velocities[rows, c] = np.nan if contact.velocity is None else contact.velocity
+            axes = [
+                given[contact.frame, axis] for axis in range(3) if (contact.frame, axis) in given
+            ]
+            if axes and len(axes) < 3:
+                raise StudyError(
+                    f'the velocity of contact "{contact.frame}" needs all of vx@, vy@ and '
+                    f"vz@{contact.frame}"
+                )
+            if axes:
+                of_rows = np.stack(axes, axis=1)[rows]
+                known = ~np.isnan(of_rows)
+                velocities[rows, c] = np.where(known, of_rows, velocities[rows, c])
+                text = (
+                    f'the velocity of contact "{contact.frame}" is not given in full: vx@, vy@ and '
+                    f"vz@ are needed, or none"
+                )
+                for i in rows[known.any(axis=1) & ~known.all(axis=1)].tolist():
+                    messages.setdefault(i, text)
+    return velocities
+
+
+def _stances(
+    landing: PosedLanding, columns: Mapping[str, np.ndarray], n: int, messages: RowMessages
+) -> tuple[list[tuple[str, ...]], np.ndarray]:
+    """The different sets of standing feet, and which of them (n,) is that of each row; where a cell
+    is empty, the scene's.
+    """
+    if "stance" not in columns:
+        return [landing.scene.stance], np.zeros(n, dtype=int)
+    cells = columns["stance"]
+    texts, index = np.unique(
+        np.where(empty_cells(cells), "", cells.astype(str)), return_inverse=True
+    )
+    stances = [
+        _frames(landing.robot, text, index == k, messages) if text else landing.scene.stance
+        for k, text in enumerate(texts.tolist())
+    ]
+    return stances, index
+
+
+def _contacts(
+    landing: PosedLanding, text: str, rows: np.ndarray, messages: RowMessages
+) -> tuple[Contact, ...]:
+    """The contacts A+B of rows (n,), each as the scene has it or, if it has not, with all that the
+    first of the scene is given.
+
+    They are resolved in the posture of the scene. Rows whose text means no contacts are refused,
+    and have those of the scene.
+    """
+    if not (frames := _frames(landing.robot, text, rows, messages)):
+        return landing.scene.contact
+    contacts = contacts_like(landing.asked, frames)
+    with contextlib.suppress(ShockError):  # which is the message of the rows
+        contacts = with_definite_contacts(
+            replace(landing.scene, contact=contacts), landing.robot
+        ).contact
+    return contacts
+
+
+def _frames(robot: Robot, text: str, rows: np.ndarray, messages: RowMessages) -> tuple[str, ...]:
+    """The frames A+B of rows (n,); none where the text means none, and the rows are therefore
+    refused.
+    """
+    try:
+        landings = landing_frames(robot, text)
+        if len(landings) > 1:
+            raise StudyError(
+                f'contact "{text}" of a row means {len(landings)} landings; name the frames, with '
+                f"+ between them"
+            )
+    except ShockError as error:
+        reason = str(error)
+        messages.refuse(rows, lambda _: reason)
+        return ()
+    return landings[0]

@@ -1,0 +1,391 @@
+"""The motion of a robot in a log: its configurations, and velocities as slopes of straight lines
+through them.
+"""
+
+import functools
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from shockpc.core.spatial import Array, cross
+from shockpc.landing.contact import locate_lowest_point
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import landing_of
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.strike import GRAVITY
+from shockpc.method.constraints import block_point
+from shockpc.method.dynamics import dynamics
+from shockpc.robot.feet_and_sensors import each_foot
+from shockpc.robot.robot import Robot
+from shockpc.text.printed import listed
+from shockpc.wings.recordings.logs.bags import QUATERNION
+from shockpc.wings.recordings.logs.column_names import column_name
+from shockpc.wings.recordings.logs.detection import FEWEST, noise, slope_noise
+from shockpc.wings.recordings.logs.logs import Log
+from shockpc.wings.recordings.logs.reader import rows_of
+
+StatePart = Literal["joints", "base"]
+
+PARTS: tuple[StatePart, StatePart] = ("joints", "base")
+
+TWIST = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Columns of the velocity and the angular velocity of the base."""
+
+ATTITUDE = (*QUATERNION, "roll", "pitch", "yaw")
+"""Columns of its attitude."""
+
+CHUNK = 4096
+"""Samples whose kinematics are computed together."""
+
+LAG, LEAST_LAG, ALIKE = 20e-3, 1e-3, 0.9
+"""Longest lag of a rate that is looked for, and the smallest that is one [s]; and the smallest
+correlation at it.
+"""
+
+MOST_SAMPLES = 20_000
+"""Samples in which lags and noise are looked for."""
+
+
+class LoggedMotion:
+    """What a log says of the motion of a robot.
+
+    Attributes:
+        robot: the robot.
+        time: (n,) of the samples, rising [s].
+        interval: median time between them [s].
+        Q: (n, nq) configurations; what the log does not give is the scene's.
+        runs: first and last samples of the parts of the log without gaps.
+        free: whether the base moves freely.
+        joints: those whose positions the log has.
+        unknown: what of the motion of the whole robot it lacks, so that the heights of the feet do
+            not follow; in words.
+        rail: the joint that alone is unknown, if it slides, and the base is fixed.
+        period: time between samples of positions, by part of the robot; infinite where there are
+            none [s].
+        names: of the velocities of each part: joints, and those of `TWIST` that the log has.
+        warnings: what is left out, or taken from the scene.
+    """
+
+    def __init__(self, log: Log, landing: PosedLanding) -> None:
+        rows = rows_of({**log.positions, **log.rates}, landing)
+        self.landing, self.robot, self.time, self.Q, self._rows = (
+            landing,
+            landing.robot,
+            log.time,
+            rows.Q,
+            rows,
+        )
+        self.interval = float(np.median(np.diff(log.time)))
+        self.joints = tuple(name for name in self.robot.joint_names if name in rows.joints)
+        self.warnings = list(rows.warnings)
+        known = np.ones(len(self.time), dtype=bool)
+        known[list(rows.messages)] = False
+        if not known.all():
+            first = min(rows.messages)
+            self.warnings.append(
+                f"{np.sum(~known)} of {len(known)} samples are left out; row {first}: "
+                f"{rows.messages[first]}"
+            )
+        # A sample that is left out ends a part, as a gap does.
+        ends = np.flatnonzero(np.diff(log.segment).astype(bool) | np.diff(known))
+        pairs = zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(known) - 1], strict=True)
+        self.runs = [(first, last) for first, last in pairs if known[first]]
+        self._whole, self.period = "qpos" in log.positions, dict.fromkeys(PARTS, np.inf)
+        named = {name: column_name(name, self.robot) for name in (*log.positions, *log.rates)}
+        of_base = {
+            name: one.base
+            for name, one in named.items()
+            if one is not None and one.base and not one.after
+        }
+        self._base, self._gyro = (
+            set(of_base.values()),
+            {of_base.get(name) for name in log.rates} >= set(TWIST[3:]),
+        )
+        attitude = [name for name in log.positions if of_base.get(name) in ATTITUDE]
+        self._gyro_period = max(
+            (log.period[name] for name in log.rates if of_base.get(name) in TWIST[3:]),
+            default=np.inf,
+        )
+        self._slow_attitude = self._gyro and any(
+            log.period[name] > 1.5 * self._gyro_period for name in attitude
+        )
+        # What the base's own velocities say counts where there are no positions that say it.
+        direct = [
+            name
+            for name in log.rates
+            if of_base.get(name) in TWIST and not self._from_positions(of_base[name])
+        ]
+        for name in (*log.positions, *direct):
+            if self._slow_attitude and name in attitude:
+                continue
+            for part in PARTS if self._whole else PARTS[name in of_base :][:1]:
+                self.period[part] = max(
+                    log.period[name], self.period[part] if np.isfinite(self.period[part]) else 0.0
+                )
+        self.free = self.robot.free_base and landing.base != "fixed"
+        self.names = {
+            "joints": self.joints,
+            "base": tuple(key for key in TWIST if self.free and self.has(key)),
+        }
+        # What the log lacks of the chain that carries a contact has to be stated by the scene: a
+        # guess would move its height.
+        posture = landing.scene.posture
+        stated = {
+            name
+            for pattern in (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
+            for name in self.robot.match_joints(pattern)
+        }
+        stated |= {*self.joints, *self.robot.followers}
+        absent = (
+            []
+            if self._whole
+            else [
+                part
+                for part in self.robot.single_joints
+                if part.kind != "free" and part.name not in stated
+            ]
+        )
+        # By contact, which of these joints carry it.
+        self._lacking = [
+            [part for part in absent if self.robot.ancestors[c.body, part.v].any()]
+            for c in landing.contacts
+        ]
+        lacking = [part for part in absent if any(part in parts for parts in self._lacking)]
+        self.unknown = [f'joint "{joint.name}"' for joint in lacking]
+        rails = [joint.name for joint in lacking if joint.kind == "prismatic"]
+        self.rail = rails[0] if not self.free and len(self.unknown) == len(rails) == 1 else None
+        if self.free and not self.has("z"):
+            self.unknown.append("the height of the base (z)")
+        given = ("position", "base attitude") if self.free else ("position",)
+        self.warnings += [
+            f"not in this log: {what}; taken from the scene"
+            for what in rows.missing
+            if what.startswith(given)
+        ]
+
+    def has(self, key: str) -> bool:
+        """Whether the log says where the base is ("x", "y", "z"), how it is turned ("w"), or how it
+        moves, as in `TWIST`.
+        """
+        if key in TWIST:
+            return key in self._base or self._from_positions(key)
+        turned = key == "w" and ("qw" in self._base or {"roll", "pitch", "yaw"} <= self._base)
+        return self._whole or turned or key in self._base
+
+    def carried(self, contact: int) -> bool:
+        """Whether all joints that carry a contact are known. Args: contact, its number."""
+        return not self._lacking[contact]
+
+    def _from_positions(self, key: str) -> bool:
+        """Whether a velocity of the base follows from its position, or an attitude as fast as a
+        gyro. Args: key, of `TWIST`.
+        """
+        return self.has(key[1]) if key[0] == "v" else self.has("w") and not self._slow_attitude
+
+    @functools.cached_property
+    def gyro(self) -> Array | None:
+        """Angular velocities (n, 3) of the base that the log has, in its axes [rad/s]; None where
+        it lacks them.
+        """
+        if not (self.free and self._gyro):
+            return None
+        from scipy.spatial.transform import Rotation
+
+        rotation = Rotation.from_quat(self.Q[:, 3:7]).as_matrix() @ self.robot.bodies[0].rotation
+        return np.asarray((rotation.swapaxes(1, 2) @ self._rows.before.omega[..., None])[..., 0])
+
+    def turning(self, begin: int, end: int, before: bool) -> Array | None:
+        """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s];
+        None where the log has neither.
+
+        Args: the first and last sample; and whether a touchdown follows on the last one.
+        """
+        # Between samples of a slower clock, the line to the next one is bent by a touchdown.
+        if self._gyro:
+            end = max(
+                end - before * (round(self._gyro_period / self.interval) - 1), self.run(end)[0]
+            )
+            return np.asarray(self._rows.before.omega[min(begin, end) : end + 1].mean(axis=0))
+        return (
+            self.velocities("base", begin, end)[-3:]
+            if self.has("w") and self.period["base"] < 1.5 * self.interval
+            else None
+        )
+
+    def run(self, sample: int) -> tuple[int, int]:
+        """First and last sample of the part without gaps that a sample is in."""
+        return next(run for run in self.runs if run[0] <= sample <= run[1])
+
+    @functools.cached_property
+    def positions(self) -> dict[StatePart, Array]:
+        """Positions (n, k) of the joints [rad, m]; of a free base its place [m] and its quaternion
+        x, y, z, w, without jumps.
+        """
+        joints = np.empty((len(self.time), len(self.joints)))
+        for k, name in enumerate(self.joints):
+            cosine, *sine = self.Q[:, self.robot.joint(name).q].T
+            joints[:, k] = np.unwrap(np.arctan2(sine[0], cosine)) if sine else cosine
+        base = self.Q[:, :7].copy() if self.robot.free_base else np.empty((len(self.time), 0))
+        if self.robot.free_base:
+            flips = np.sum(base[1:, 3:] * base[:-1, 3:], axis=1) < 0.0
+            base[1:, 3:] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
+        return {"joints": joints, "base": base}
+
+    def around(self, time: float, window: float) -> tuple[int, int]:
+        """First and last sample of a window around a time; of the `FEWEST` nearest samples where it
+        holds fewer [s].
+        """
+        begin, end = np.searchsorted(
+            self.time, (time - 0.5 * window - 1e-9, time + 0.5 * window + 1e-9)
+        ).tolist()
+        if end - begin < FEWEST:
+            near = np.arange(max(begin - FEWEST, 0), min(end + FEWEST, len(self.time)))
+            begin = int(
+                near[np.argsort(np.abs(self.time[near] - time), kind="stable")[:FEWEST]].min()
+            )
+            end = begin + FEWEST
+        return begin, end - 1
+
+    def velocities(self, part: StatePart, begin: int, end: int) -> Array:
+        """Velocities, as in `names`: slopes of the lines through samples begin … end; of the base
+        in world axes.
+
+        The angular velocity is 2 q̇ q̄ of the quaternion. What the log has without its positions is
+        the mean over the samples.
+        """
+        samples, t = (
+            slice(begin, end + 1),
+            self.time[begin : end + 1] - self.time[begin : end + 1].mean(),
+        )
+        x = self.positions[part][samples]
+        slopes = t @ (x - x[0]) / (t @ t)
+        if part == "joints":
+            return np.asarray(slopes)
+        v, before = slopes[:3], self._rows.before
+        v = [
+            v[k] if self.has(axis) else before.velocity[samples, k].mean()
+            for k, axis in enumerate("xyz")
+        ]
+        q, dq = x[:, 3:].mean(axis=0), slopes[3:]
+        omega = 2.0 * (q[3] * dq[:3] - dq[3] * q[:3] + cross(q[:3], dq[:3])) / (q @ q)
+        omega = omega if self._from_positions("wx") else before.omega[samples].mean(axis=0)
+        return np.array(
+            [value for key, value in zip(TWIST, (*v, *omega), strict=True) if self.has(key)]
+        )
+
+    def uncertainty(self, part: StatePart, window: float) -> float:
+        """Standard deviation of such a slope by the noise of positions, of the noisiest of a part
+        [m/s, rad/s].
+        """
+        first, last = max(self.runs, key=lambda run: run[1] - run[0])
+        columns = self.positions[part][
+            first : min(last + 1, first + MOST_SAMPLES), : None if part == "joints" else 3
+        ].T
+        n = max(1, round(window / self.interval))
+        return max(
+            (slope_noise(noise(column), self.interval, n) for column in columns), default=0.0
+        )
+
+    def points(self) -> Array:
+        """Positions (n, c, 3) of the contacts of the landing in world axes [m]."""
+        points = np.empty((len(self.time), len(self.landing.contacts), 3))
+        for a in range(0, len(points), CHUNK):
+            state = dynamics(self.robot, self.Q[a : a + CHUNK])
+            for c, contact in enumerate(self.landing.contacts):
+                block = locate_lowest_point(contact, state.rotation[:, contact.body])
+                points[a : a + CHUNK, c] = state.origin + block_point(state, block)
+        return points
+
+    def rail_before(
+        self, lift: int, touch: int, contacts: tuple[int, int], begin: int, end: int
+    ) -> float:
+        """Rate of the rail before a touchdown by the flight before it; NaN if that implies no
+        upward speed at its beginning [m/s].
+
+        In a flight of time T the centre of mass falls freely: it comes down with Δz / T − g T / 2,
+        where Δz is the difference of its heights above the foot, and left with Δz / T + g T / 2.
+        The rail is taken to be vertical, and without friction.
+
+        Args:
+            lift: last sample with contact before the flight.
+            touch: last sample of the flight.
+            contacts: numbers of the contacts that leave and touch.
+            begin: first sample of the window in whose middle the rate is that.
+            end: its last sample.
+        """
+        robot, up, rows = (
+            self.robot,
+            self.landing.up,
+            np.array([lift, touch, *range(begin, end + 1)]),
+        )
+        state = dynamics(robot, self.Q[rows])
+        com = np.einsum(
+            "b,nbk,k->n",
+            robot.masses / robot.mass,
+            state.position + (state.rotation @ robot.coms[..., None])[..., 0],
+            up,
+        )
+        foot = [block_point(state, self.landing.contacts[c]) @ up for c in contacts]
+        T, rise = self.time[touch] - self.time[lift], (com[1] - foot[1][1]) - (com[0] - foot[0][0])
+        if rise / T + 0.5 * GRAVITY * T <= 0.0:
+            return np.nan
+        t = self.time[begin : end + 1]
+        moving = (t - t.mean()) @ (com[2:] - com[2]) / ((t - t.mean()) @ (t - t.mean()))
+        return float(
+            rise / T - 0.5 * GRAVITY * T + GRAVITY * (self.time[touch] - t.mean()) - moving
+        )
+
+    def lags(self) -> Iterator[str]:
+        """Warnings of rates that lag behind the slopes of their positions, by the lag at which both
+        correlate best.
+        """
+        first, last = max(self.runs, key=lambda run: run[1] - run[0])
+        last, lags = min(last, first + MOST_SAMPLES), dict[str, float]()
+        most = min(round(LAG / self.interval), (last - first) // 4)
+        inner = slice(most, last + 1 - first - most)
+        for name in self._rows.rates if most else ():
+            if name not in self.joints:
+                continue
+            rate = self._rows.before.joint_rates[first : last + 1, self.robot.joint(name).v.start]
+            values = self.positions["joints"][first : last + 1, self.joints.index(name)]
+            slope = np.gradient(values, self.time[first : last + 1])[inner]
+            shifted = np.lib.stride_tricks.sliding_window_view(rate, len(slope))
+            if np.std(slope) > 0.0 and (np.std(shifted, axis=1) > 0.0).all():
+                r = [np.corrcoef(slope, one)[0, 1] for one in shifted]
+                lag = (int(np.argmax(r)) - most) * self.interval
+                if max(r) >= ALIKE and lag > max(LEAST_LAG, 1.5 * self.interval):
+                    lags[name] = 1e3 * lag
+        if lags:
+            least, greatest = min(lags.values()), max(lags.values())
+            extent = f"{least:.1f}" if greatest - least < 0.05 else f"{least:.1f} to {greatest:.1f}"
+            yield f"rates lag behind the slopes of their positions by {extent} ms, and are not used: {listed(lags, 8)}"
+
+
+def watched_motion(
+    log: Log, scene: Scene, robot: Robot, frames: Sequence[str] | None = None
+) -> LoggedMotion:
+    """The motion of a robot and of what may touch down: some frames, or all feet and the contacts
+    of the scene.
+
+    A contact of the scene stands for the foot of its body. Where the log lacks what the heights of
+    the other feet follow from, the scene's contacts only are watched.
+    """
+    given = {contact.frame: contact for contact in scene.contact}
+    if frames is not None:
+        alone = replace(
+            scene, contact=tuple(given.get(frame, Contact(frame=frame)) for frame in frames)
+        )
+        return LoggedMotion(log, landing_of(alone, robot))
+    bodies = {robot.frame(frame).body for frame in given if frame in robot.frames}
+    feet = [foot for foot in each_foot(robot) if robot.frame(foot).body not in bodies]
+    every = replace(scene, contact=(*scene.contact, *(Contact(frame=foot) for foot in feet)))
+    motion = LoggedMotion(log, landing_of(every, robot))
+    if feet and given and motion.unknown:
+        lacking = listed(motion.unknown, 4)
+        motion = LoggedMotion(log, landing_of(scene, robot))
+        motion.warnings.append(
+            f"{listed(feet, 8)}: no touchdowns are looked for, because the log lacks {lacking}"
+        )
+    return motion

@@ -1,0 +1,376 @@
+"""Logs: time series of a robot's motion from tables with a column of times, and from bags of ROS 1,
+ROS 2 and MCAP files.
+
+What was sampled at different times is brought to the times of one clock, by straight lines between
+neighbouring samples. Nothing is made up over a gap: there the samples are missing, and the log is
+in several segments.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.robot.robot import Robot
+from shockpc.text.arguments import LARGEST_NUMBER
+from shockpc.text.errors import StudyError
+from shockpc.text.paths import usable_path
+from shockpc.text.printed import listed, visible
+from shockpc.wings.recordings.logs.bags import BAGS, QUATERNION, read_bag
+from shockpc.wings.recordings.logs.column_names import LABELS, column_name, state_columns
+from shockpc.wings.recordings.logs.repeats import without_repeats
+from shockpc.wings.recordings.logs.table_files import columns_of, read_table
+
+GAP = 5.0
+"""Time between neighbouring samples, in median ones, from which it is a gap."""
+
+COMPLETE = 0.8
+"""Share of samples with a velocity of the base from which on samples without one are left out; with
+fewer, the velocity is.
+"""
+
+SLOWEST, FASTEST = 20.0, 1e6
+"""Rates below and above which times are taken for those of another unit [Hz]."""
+
+SAME_TIME = 1e-9
+"""Time between samples up to which they have the same time, and only the first is kept [s]."""
+
+SENSOR = re.compile(r"[aw][xyz]@.+")
+"""Columns of an accelerometer or a gyro at a frame."""
+
+PARTS = dict.fromkeys((*QUATERNION, "roll", "pitch", "yaw"), "attitude") | dict.fromkeys(
+    "xyz", "position"
+)
+"""What of the base a column of positions is of."""
+
+CLOCK = re.compile(rf"({'|'.join(LABELS['time'])})(?:_(s|ms|us|ns))?")
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+EPOCH = 1e8
+"""Seconds since 1970 above which a time without a unit is a date: in s, or a thousand, a million or
+a milliard times that.
+"""
+
+
+class Log(NamedTuple):
+    """A time series on one clock.
+
+    Attributes:
+        start: time of the first sample [s].
+        time: (n,) since then, rising [s].
+        positions: columns (n,) or (n, k) of the joints and the base by the names of recorded
+            tables, finite.
+        rates: the same of their rates.
+        sensors: (n,) of accelerometers and gyros, [aw][xyz]@FRAME; NaN where there is no sample
+            [m/s², rad/s].
+        others: all other columns.
+        period: median time between samples of each column of positions, rates and sensors, as they
+            were recorded [s].
+        segment: (n,) number of the segment of each sample; between two of them the clock has a gap.
+        remarks: what was left out or assumed.
+    """
+
+    start: float
+    time: Array
+    positions: Mapping[str, np.ndarray]
+    rates: Mapping[str, np.ndarray]
+    sensors: Mapping[str, np.ndarray]
+    others: Mapping[str, np.ndarray]
+    period: Mapping[str, float]
+    segment: np.ndarray
+    remarks: tuple[str, ...]
+
+
+def read_log(
+    source: Path | Mapping[str, np.ndarray],
+    robot: Robot,
+    rename: Mapping[str, str],
+    topics: Sequence[str] = (),
+) -> Log:
+    """Read a time series.
+
+    Args:
+        source: a table with a column of times (CSV, Parquet, NPZ), a bag (.bag, .mcap, .db3, or the
+            folder of one of ROS 2), or the columns of a table by name.
+        robot: whose state it is.
+        rename: other names for columns, as in `rows_of`.
+        topics: the only topics of a bag that are read, if any are given.
+
+    Raises:
+        StudyError: it cannot be read, has no times or none that rise, or no state of the robot.
+    """
+    remarks, bag = list[str](), False
+    if isinstance(source, Path):
+        source = usable_path(str(source))
+        if bag := source.suffix.casefold() in BAGS or source.is_dir():
+            columns = read_bag(source, topics, remarks)
+            topics = ()
+        else:
+            columns = read_table(source)
+    else:
+        columns = columns_of(source)
+    if topics:
+        raise StudyError(f"topics are those of a bag; leave out {listed(topics)}")
+    positions, rates, others = state_columns(columns, robot, rename)
+    clock = min((name for name in others if CLOCK.fullmatch(name)), key=_preference, default=None)
+    if clock is None:
+        raise StudyError(
+            f"a log has a column of times, called {listed(LABELS['time'])}, with the unit after it "
+            f"if it is not s, such as "
+            f"time_ms; this one has {listed(columns, 12)}; give it a new name with --map NAME=time"
+        )
+    if not positions:
+        raise StudyError(
+            f'this log has no positions of robot "{robot.name}": its columns are '
+            f"{listed(columns, 12)}, and the robot's joints "
+            f"{listed(robot.joint_names, 12)}; give columns new names with --map"
+        )
+    if (
+        len({len(values) for values in (*positions.values(), *rates.values(), *others.values())})
+        > 1
+    ):
+        raise StudyError(
+            "the columns of this log differ in length; each has to have a cell for every sample"
+        )
+    start, time, rows = _rising(clock, others.pop(clock), remarks)
+    sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
+    if unknown := sorted({name[3:] for name in sensors if bag and name[3:] not in robot.frames}):
+        remarks.append(
+            f"gyro and accelerometer at {listed(unknown)} are left out, because the robot has no "
+            f"such frame"
+        )
+        sensors = {name: values for name, values in sensors.items() if name[3:] not in unknown}
+    positions, rates, sensors = (
+        {name: _numbers(name, x)[rows] for name, x in part.items()}
+        for part in (positions, rates, sensors)
+    )
+    remarks += without_repeats(_measured_together(robot, positions, rates, sensors), time)
+    rates |= _gyro_of_base(robot, sensors, rates)
+    period = {name: _period(time, values) for name, values in (positions | rates | sensors).items()}
+    if empty := [name for name, between in period.items() if np.isinf(between)]:
+        remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
+        positions, rates, sensors = (
+            {name: x for name, x in part.items() if name not in empty}
+            for part in (positions, rates, sensors)
+        )
+    for part in (positions, rates, sensors):
+        _fill(time, part, period)
+    of_base = {
+        name: x
+        for name, x in rates.items()
+        if (one := column_name(name, robot)) is not None and one.base
+    }
+    needed = positions | {name: x for name, x in of_base.items() if _known(x).mean() >= COMPLETE}
+    lacking = {name: ~_known(x) for name, x in needed.items() if not _known(x).all()}
+    whole = ~np.any([*lacking.values(), np.zeros(len(time), dtype=bool)], axis=0)
+    if lacking:
+        remarks.append(
+            f"{np.sum(~whole)} of {len(whole)} samples are left out, with no number near them in "
+            f"{listed(lacking, 6)}"
+        )
+    if whole.sum() < 3 or not positions:
+        number = int(whole.sum()) if positions else 0
+        raise StudyError(
+            f"this log has {number} samples with a number for each of "
+            f"{listed(positions or empty, 12)}; at least 3 are needed"
+        )
+    time, rows = time[whole], rows[whole]
+    positions, rates, sensors = (
+        {name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors)
+    )
+    if broken := [name for name, x in rates.items() if not _known(x).all()]:
+        remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
+    rates = {name: x for name, x in rates.items() if name not in broken}
+    others = {name: values[rows] for name, values in others.items()}
+    segment = np.cumsum(np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time)))
+    return Log(
+        start + time[0],
+        time - time[0],
+        positions,
+        rates,
+        sensors,
+        others,
+        {name: period[name] for name in (*positions, *rates, *sensors)},
+        segment,
+        tuple(remarks),
+    )
+
+
+def _measured_together(
+    robot: Robot,
+    positions: dict[str, np.ndarray],
+    rates: dict[str, np.ndarray],
+    sensors: dict[str, np.ndarray],
+) -> Iterator[tuple[str, dict[str, np.ndarray], list[str]]]:
+    """The columns (n,) that one sensor measures, with its name and what they are in."""
+    alike: dict[tuple[bool, str], list[str]] = {}
+    for name, values in (positions | rates).items():
+        column = column_name(name, robot)
+        if values.ndim == 1 and column is not None:
+            alike.setdefault(
+                (name in positions, PARTS.get(column.base, column.base[:1])), []
+            ).append(name)
+    yield "the encoders of the joints", positions, alike.get((True, ""), [])
+    yield "the attitude of the base", positions, alike.get((True, "attitude"), [])
+    yield "the position of the base", positions, alike.get((True, "position"), [])
+    yield "the velocity of the base", rates, alike.get((False, "v"), [])
+    yield "the gyro", rates, alike.get((False, "w"), [])
+    for kind, what in (("a", "accelerometer"), ("w", "gyro")):
+        for frame in dict.fromkeys(name.partition("@")[2] for name in sensors if name[0] == kind):
+            yield (
+                f'the {what} at "{visible(frame)}"',
+                sensors,
+                [name for name in sensors if name[0] == kind and name[3:] == frame],
+            )
+
+
+def _gyro_of_base(
+    robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none
+    where the log has some.
+    """
+    of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
+    frames = (
+        {name[3:] for name in sensors if name[0] == "w"}
+        if robot.free_base and not of_base & {"wx", "wy", "wz"}
+        else set()
+    )
+    for frame in sorted(frames):
+        names = [f"w{axis}@{frame}" for axis in "xyz"]
+        if robot.frame(frame).body == 0 and sensors.keys() >= set(names):
+            turning = (
+                np.stack([sensors[name] for name in names], axis=1) @ robot.frame(frame).rotation.T
+            )
+            return {f"w{axis}_body": turning[:, k] for k, axis in enumerate("xyz")}
+    return {}
+
+
+def _known(values: np.ndarray) -> np.ndarray:
+    """Which samples (n,) of a column have all of their numbers."""
+    return np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1))
+
+
+def _period(time: Array, values: Array) -> float:
+    """Median time between the samples of a column [s]; infinite if there are fewer than 3."""
+    known_times = time[_known(values)]
+    return float(np.median(np.diff(known_times))) if len(known_times) > 2 else np.inf
+
+
+def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, float]) -> None:
+    """Fill what is missing between neighbouring samples of slower columns (n,), along straight
+    lines, except over gaps.
+
+    A quaternion and its opposite are one rotation: their signs are made continuous first, and their
+    length 1 afterwards.
+    """
+    whole = [columns[name] for name in QUATERNION if columns.get(name, np.zeros((0, 0))).ndim == 1]
+    if len(whole) == len(QUATERNION):
+        q = np.stack(whole, axis=1)
+        known = np.flatnonzero(np.isfinite(q).all(axis=1))
+        flips = np.sum(q[known[1:]] * q[known[:-1]], axis=1) < 0.0
+        q[known] *= np.where(np.cumsum(np.concatenate([[False], flips])) % 2, -1.0, 1.0)[:, None]
+        columns |= dict(zip(QUATERNION, q.T.copy(), strict=True))
+    slow = [name for name, values in columns.items() if values.ndim == 1 and np.isnan(values).any()]
+    for name in slow:
+        known = np.flatnonzero(np.isfinite(columns[name]))
+        after = np.clip(np.searchsorted(known, np.arange(len(time))), 0, len(known) - 1)
+        before = known[np.maximum(after - (known[after] != np.arange(len(time))), 0)]
+        filled = np.interp(time, time[known], columns[name][known], left=np.nan, right=np.nan)
+        columns[name] = np.where(
+            time[known[after]] - time[before] <= GAP * period[name], filled, np.nan
+        )
+    if len(whole) == len(QUATERNION) and set(slow) & set(QUATERNION):
+        length = np.sqrt(sum(columns[name] ** 2 for name in QUATERNION))
+        # Of a straight line between two quaternions; another length is that of the file, and an
+        # error.
+        length = np.where(length > 0.9, length, 1.0)
+        columns |= {name: columns[name] / length for name in QUATERNION}
+
+
+def _preference(name: str) -> int:
+    match = CLOCK.fullmatch(name)
+    assert match is not None
+    return LABELS["time"].index(match[1])
+
+
+def _numbers(name: str, values: np.ndarray) -> Array:
+    """A column as numbers, in which NaN means that there is no sample.
+
+    Raises:
+        StudyError: it has texts, or numbers beyond `LARGEST_NUMBER`.
+    """
+    if values.dtype.kind not in "fiub":
+        first = next((text for text in values.ravel().tolist() if str(text).strip()), "")
+        raise StudyError(
+            f'column {name} has to hold numbers, and holds "{visible(str(first))[:40]}"'
+        )
+    numbers = values.astype(float)
+    if (far := np.abs(numbers) > LARGEST_NUMBER).any():
+        row = int(np.argmax(far.reshape(len(numbers), -1).any(axis=1)))
+        number = np.abs(numbers[row]).max()
+        raise StudyError(
+            f"column {name} is {number:g} in row {row}, beyond {LARGEST_NUMBER:g}; leave the cell "
+            f"empty where there is no sample"
+        )
+    return numbers
+
+
+def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, Array, np.ndarray]:
+    """The first time, the times since then of the samples that are kept [s], and which they are.
+
+    Raises:
+        StudyError: they are no times, run back, are too few, or too far apart for the motion of a
+            leg.
+    """
+    unit = (CLOCK.fullmatch(name) or {2: None})[2]
+    if values.ndim != 1 or values.dtype.kind not in "fiuM":
+        raise StudyError(
+            f"column {name} has to hold times, and is {values.dtype} of shape {values.shape}"
+        )
+    missing = np.isnat(values) if values.dtype.kind == "M" else ~np.isfinite(values.astype(float))
+    known = np.flatnonzero(~missing)
+    if len(known) < 2:
+        raise StudyError(f"column {name} has {len(known)} times; a log has many")
+    times = values[known]
+    if times.dtype.kind == "M":
+        times, unit = times.astype("datetime64[ns]").astype(np.int64), "ns"
+    first = times[0]
+    if unit is None:
+        unit = next(
+            (
+                unit
+                for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True)
+                if float(first) < 1e3 * EPOCH * size
+            ),
+            "ns",
+        )
+    # The difference first: nanoseconds since 1970 have more digits than a double.
+    time, start = (times - first).astype(float) * UNITS[unit], float(first) * UNITS[unit]
+    steps = np.diff(time)
+    if (steps < 0.0).any():
+        row = int(np.argmax(steps < 0.0)) + 1
+        raise StudyError(
+            f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one "
+            f"clock, so sort its "
+            "rows, or give the recordings one by one"
+        )
+    distinct = np.concatenate([[True], steps > SAME_TIME])
+    for count, what in (
+        (int(missing.sum()), "no time"),
+        (int((~distinct).sum()), "the time of the sample before them"),
+    ):
+        if count:
+            remarks.append(f"{count} of {len(values)} samples have {what}, and are left out")
+    if not (steps > 0.0).any():
+        raise StudyError(f"all samples of column {name} have one time; a log has many")
+    period = float(np.median(steps[distinct[1:] if distinct[1:].any() else steps > 0.0]))
+    if not 1.0 / FASTEST <= period <= 1.0 / SLOWEST:
+        raise StudyError(
+            f"the samples are {period:.3g} s apart, too "
+            f"{'near' if period < 1.0 / FASTEST else 'far'} for the motion of a leg; if "
+            f"column {name} is not in seconds, name it {name}_ms, {name}_us or {name}_ns"
+        )
+    return start, time[distinct], known[distinct]

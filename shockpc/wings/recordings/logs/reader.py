@@ -1,0 +1,255 @@
+"""Read a table of recorded landings: a row is a touchdown; `column_names` says what its columns are
+called.
+"""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from shockpc.landing.landing import PosedLanding
+from shockpc.method.approach import Motion
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
+from shockpc.text.printed import listed
+from shockpc.wings.recordings.logs.cells import RowMessages
+from shockpc.wings.recordings.logs.column_names import FRICTION, LABELS, named_columns
+from shockpc.wings.recordings.logs.contact_columns import row_friction, row_scenes
+from shockpc.wings.recordings.logs.rows import Measured, RecordedRows, contacts_of
+from shockpc.wings.recordings.logs.state import (
+    ANGLES,
+    TWIST,
+    MeasuredColumn,
+    RobotColumns,
+    configurations,
+    motions,
+    read_columns,
+)
+
+SERIES_ROWS, SERIES_RATIO = 100, 0.1
+"""Rows of a table with times and no names, and the ratio of von Neumann (1941), mean squared
+difference of successive values over
+twice their variance, of the median column, from and up to which it is taken for a time series. The
+ratio is 1 where rows are independent, and 2 sin²(π f / f_s) for a motion at a frequency f that is
+sampled at f_s."""
+
+
+def rows_of(
+    columns: Mapping[str, np.ndarray],
+    landing: PosedLanding,
+    rename: Mapping[str, str] | None = None,
+) -> RecordedRows:
+    """The rows of a table for a robot.
+
+    Args:
+        columns: by name, as `read_table` gives them.
+        landing: gives what the table does not.
+        rename: other names for columns or joints of the table; those that become empty are left
+            out. Names may be globs with one *, which stands for the same text in the new name.
+
+    Raises:
+        UnknownName: a column names no joint of the robot; the text names the nearest.
+        StudyError: the rows are samples of a time series; or no row is a landing: the text has the
+            reason of the first one, with its number, from 0, and its name. Of a row beside others
+            the reason is its message: a cell is empty or no finite number, a quaternion's length is
+            not 1.
+    """
+    columns = named_columns(columns, landing.robot, rename or {})
+    if _is_series(columns):
+        rows = max(map(len, columns.values()))
+        raise StudyError(
+            f"the {rows} rows look like samples of a time series, because each follows the one "
+            f"before it; a table of landings has "
+            "a row for each touchdown: the motion just before it, and velocities just after it in "
+            "columns after_…. To find the "
+            "touchdowns of a log and write that table: shockpc touchdowns LOG ROBOT --out DIR. If "
+            "each sample is to be a landing, "
+            'give the rows names in a column "name"'
+        )
+    try:
+        return _rows(landing, columns)
+    except StudyError as refusal:
+        if not refusal.rows or "name" not in columns:
+            raise
+        name = _names(columns, landing.robot, len(columns["name"]))[refusal.rows[0]]
+        raise StudyError(f'landing "{name}", {refusal}', **refusal.data) from None
+
+
+def _is_series(columns: Mapping[str, np.ndarray]) -> bool:
+    """Whether rows are samples of one motion, most of which are no touchdowns."""
+    labelled = {label: any(name in columns for name in names) for label, names in LABELS.items()}
+    if labelled["row"] or not labelled["time"]:
+        return False
+    ratios: list[float] = []
+    for name, values in columns.items():
+        if name not in LABELS["time"] and values.dtype.kind in "fiu" and len(values) >= SERIES_ROWS:
+            known = values.reshape(len(values), -1).astype(float)
+            known = known[np.isfinite(known).all(axis=1)]
+            known = (
+                known[:, np.ptp(known, axis=0) > 1e-9]
+                if len(known) >= SERIES_ROWS
+                else known[:, :0]
+            )
+            ratios += (
+                np.mean(np.diff(known, axis=0) ** 2, axis=0) / (2.0 * np.var(known, axis=0))
+            ).tolist()
+    return bool(ratios) and bool(np.median(ratios) < SERIES_RATIO)
+
+
+def _rows(landing: PosedLanding, columns: Mapping[str, np.ndarray]) -> RecordedRows:
+    """The rows of named columns. The arguments and errors are those of `rows_of`."""
+    robot, n, messages = landing.robot, _length(columns), RowMessages()
+    read = read_columns(columns, robot, messages)
+    if read.base and not robot.free_base:
+        raise StudyError(
+            f'the base of robot "{robot.name}" is fixed in its file; leave out {listed(read.base)}'
+        )
+    Q = configurations(landing, read, n, messages)
+    friction = row_friction(landing, columns, n, messages)
+    before = motions(landing, read, Q)
+    scenes, index, velocities = row_scenes(
+        landing, columns, read.contact_velocities, friction, messages
+    )
+    if len(messages) == n:
+        raise StudyError(
+            f"row 0{',' if messages[0].startswith('column') else ':'} {messages[0]}",
+            rows=list(range(n)),
+        )
+    effort = np.full((n, robot.model.nv), np.nan)
+    for name, values in read.efforts.items():
+        effort[:, robot.joint(name).v] = values[:, None]
+    joints, rates = read.given(robot)
+    origins = dict(_origins(landing, columns, read))
+    return RecordedRows(
+        {
+            "name": _names(columns, robot, n),
+            "contact": contacts_of(scenes, index),
+            **_times(columns, robot),
+        },
+        Q,
+        before,
+        scenes,
+        index,
+        velocities,
+        friction,
+        effort,
+        joints,
+        rates,
+        given=tuple(what for what, known in origins.items() if known),
+        missing=tuple(what for what, known in origins.items() if not known),
+        measured=tuple(_measured(column, robot, read, before) for column in read.after),
+        messages=dict(sorted(messages.items())),
+        warnings=tuple(read.warnings),
+    )
+
+
+def _length(columns: Mapping[str, np.ndarray]) -> int:
+    """The number of rows."""
+    lengths = {name: len(values) for name, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise StudyError(
+            f"the columns differ in length: "
+            f"{', '.join(f'{name} {n}' for name, n in lengths.items())}"
+        )
+    if not any(lengths.values()):
+        raise StudyError("the table has no rows")
+    return next(iter(lengths.values()))
+
+
+def _label(columns: Mapping[str, np.ndarray], robot: Robot, key: str) -> np.ndarray | None:
+    """The first column that labels rows in one way. Args: key, of `LABELS`."""
+    return next(
+        (
+            columns[name]
+            for name in LABELS[key]
+            if name in columns and name not in robot.joint_names
+        ),
+        None,
+    )
+
+
+def _names(columns: Mapping[str, np.ndarray], robot: Robot, n: int) -> np.ndarray:
+    """The names (n,) of the rows, by default their numbers."""
+    names = _label(columns, robot, "row")
+    cells = range(n) if names is None else names.tolist()
+    return np.array([f"{name:.15g}" if isinstance(name, float) else str(name) for name in cells])
+
+
+def _times(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
+    """The times (n,) of the rows, if the table has them: numbers or texts."""
+    times = _label(columns, robot, "time")
+    return (
+        {} if times is None else {"time": times if times.dtype.kind in "fiu" else times.astype(str)}
+    )
+
+
+def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: Motion) -> Measured:
+    """The jump that a column after the impact means.
+
+    Args:
+        column: the column.
+        robot: the robot.
+        read: the columns before the impact.
+        before: motions before the impact.
+    """
+    name, key, time = column.meaning.target, column.meaning.base, column.meaning.time
+    if "@" in name:
+        # Components of a vector at all places are compared together, with their signs.
+        quantity, component = (
+            name.partition("@")[0],
+            name.partition("@")[0][-2:] in (".x", ".y", ".z"),
+        )
+        return Measured(name, time, quantity[:-2] if component else name, name, "", column.values)
+    if key and key not in TWIST:
+        raise StudyError(
+            f"column {column.name}: only velocities change in an impact; leave it out with --map "
+            f"COLUMN="
+        )
+    if column.meaning.in_body:
+        raise StudyError(
+            f"column {column.name}: velocities after the impact are compared in world axes; "
+            f"convert them"
+        )
+    if key not in read.base if key else name not in read.given(robot)[1]:
+        what = key or "rate of this joint"
+        raise StudyError(
+            f"column {column.name}: the table has no {what} before the impact, so its jump is not "
+            f"known"
+        )
+    if not key:
+        joint = robot.joint(name)
+        group = "sliding rates" if joint.kind == "prismatic" else "joint rates"
+        jump = column.values - before.joint_rates[:, joint.v.start]
+        return Measured(name, time, group, f"delta_qd@{name}", f"{joint.unit}/s", jump)
+    jump = (
+        column.values - np.concatenate([before.velocity, before.omega], axis=1)[:, TWIST.index(key)]
+    )
+    group, unit = ("base velocity", "m/s") if key[0] == "v" else ("base angular velocity", "rad/s")
+    return Measured(name, time, group, key, unit, jump)
+
+
+def _origins(
+    landing: PosedLanding, columns: Mapping[str, np.ndarray], read: RobotColumns
+) -> Iterator[tuple[str, bool]]:
+    """What a landing consists of, in words, and whether the table gives it."""
+    robot = landing.robot
+    yield "contacts", "contact" in columns
+    if "stance" in columns:
+        yield "standing feet", True
+    if robot.free_base:
+        yield "base attitude", bool({"qw", *ANGLES} & read.base.keys()) or "qpos" in read.arrays
+        if landing.base != "fixed":
+            yield from ((f"base {key}", key in read.base) for key in TWIST)
+    yield from ((f'velocity of contact "{frame}"', True) for frame, _ in read.contact_velocities)
+    if any(name in columns for name in FRICTION):
+        yield "friction", True
+    if any(np.isfinite(values).any() for values in read.efforts.values()):
+        yield "efforts", True
+    joints = [name for name in robot.joint_names if name not in robot.followers]
+    for what, known in zip(("position", "rate"), read.given(robot), strict=True):
+        if known:
+            yield f"{what}s of {len(known)} joint{'s' * (len(known) > 1)}", True
+        if absent := [name for name in joints if name not in known]:
+            yield (
+                f"{what} of {'all joints' if len(absent) == len(joints) else listed(absent, 8)}",
+                False,
+            )

@@ -1,0 +1,369 @@
+"""The robot's state in the rows of a table: what columns hold of it, and the configurations and
+motions that follow.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import set_many, settable_joints
+from shockpc.method.approach import Motion
+from shockpc.robot.elements import Joint
+from shockpc.robot.mjcf import qpos_order, qvel_order
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
+from shockpc.text.printed import listed
+from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers, unit_quaternions
+from shockpc.wings.recordings.logs.column_names import (
+    CONTACT_VELOCITY,
+    REMARKS,
+    ColumnName,
+    column_name,
+    twice,
+)
+
+DEG = np.pi / 180.0
+
+ANGLES, TWIST = ("roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Of the base."""
+
+UNKNOWN = (
+    "; a velocity of the base that is not known is not the scene's; to strike with that, leave the "
+    "empty columns out: --map vx= …"
+)
+"""What an empty cell of a velocity of the base means."""
+
+TURNS = {"roll": np.pi, "pitch": np.pi}
+"""Largest angles of the base [rad]; its yaw may be counted over several turns."""
+
+
+class MeasuredColumn(NamedTuple):
+    """A column that was measured after the impact: its name, what that says, and its numbers (n,),
+    NaN where it is empty.
+    """
+
+    name: str
+    meaning: ColumnName
+    values: Array
+
+
+class RobotColumns(NamedTuple):
+    """What the columns of a table say of its robot, in rad, m and s.
+
+    Attributes:
+        arrays: MuJoCo's "qpos" (n, nq) and "qvel" (n, nv), in the order of the robot.
+        positions: (n,) of joints by name.
+        rates: (n,) of joints by name.
+        efforts: (n,) torques of motors by joint; NaN where they are the scene's [N m, N].
+        base: (n,) of the base by the names of `ColumnName.base`, with those of qvel.
+        in_body: which velocities of the base are in its axes.
+        contact_velocities: (n,) by frame and world axis.
+        after: what was measured.
+        warnings: what is doubtful of columns.
+    """
+
+    arrays: dict[str, Array]
+    positions: dict[str, Array]
+    rates: dict[str, Array]
+    efforts: dict[str, Array]
+    base: dict[str, Array]
+    in_body: set[str]
+    contact_velocities: dict[tuple[str, int], Array]
+    after: list[MeasuredColumn]
+    warnings: list[str]
+
+    def given(self, robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names of the joints whose positions, and of those whose rates, the table gives."""
+        every = tuple(joint.name for joint in robot.single_joints if joint.kind != "free")
+        return every if "qpos" in self.arrays else tuple(
+            self.positions
+        ), every if "qvel" in self.arrays else tuple(self.rates)
+
+
+def read_columns(
+    columns: Mapping[str, np.ndarray], robot: Robot, messages: RowMessages
+) -> RobotColumns:
+    """Read the columns of a table that are of its robot.
+
+    Args:
+        columns: by the names that `column_names` describes.
+        robot: the robot.
+        messages: get the rows of which a cell is no number.
+
+    Raises:
+        UnknownName: a column of numbers names nothing in the robot.
+        StudyError: a column has another shape or unit than its name says, or two columns mean the
+            same.
+    """
+    read, joints = RobotColumns({}, {}, {}, {}, {}, set(), {}, [], []), robot.joint_names
+    arrays = [name for name in ("qpos", "qvel") if name in columns and name not in joints]
+    for name in arrays:
+        _read_array(name, columns[name], robot, read, messages)
+    for name in (name for name in columns if name not in arrays):
+        values = columns[name]
+        if values.ndim != 1:
+            raise StudyError(
+                f"column {name} has shape {values.shape}; it has to be one number a row"
+            )
+        if name in REMARKS and name not in joints:
+            continue
+        meaning = column_name(name, robot)
+        if meaning is None:
+            raise StudyError("a column has no name; give it one in the header of the table")
+        at_contact = (
+            CONTACT_VELOCITY.fullmatch(meaning.target)
+            if not (meaning.after or meaning.degrees)
+            else None
+        )
+        if meaning.effort:
+            _read_effort(name, meaning.target, values, robot, read, messages)
+        elif at_contact is not None:
+            key = robot.frame(at_contact[2]).name, "xyz".index(at_contact[1])
+            if key in read.contact_velocities:
+                raise twice(f'"{meaning.target}"')
+            read.contact_velocities[key] = numbers(name, values, messages, missing=True)
+        elif meaning.target in joints or meaning.base or "@" in meaning.target:
+            _read_state(name, meaning, values, robot, read, messages)
+        elif values.dtype.kind in "fiub":  # else it is a remark
+            known = (
+                *joints,
+                "qw",
+                "roll",
+                "vx",
+                "vx_body",
+                "wx",
+                "vx@FRAME",
+                "contact",
+                "friction",
+            )
+            raise robot.unknown(
+                "joint", meaning.target, known, f'to leave the column out: --map "{name}="'
+            )
+    return read
+
+
+def _read_state(
+    name: str,
+    meaning: ColumnName,
+    values: np.ndarray,
+    robot: Robot,
+    read: RobotColumns,
+    messages: RowMessages,
+) -> None:
+    """Read a column of a joint or of the base, before or after the impact."""
+    key, degrees = meaning.base, meaning.degrees
+    if degrees and key and not (key in ANGLES or key.startswith("w")):
+        raise StudyError(
+            f"column {name} is neither an angle nor a rate of rotation, so it is not in degrees; "
+            f"leave out _deg"
+        )
+    found = numbers(
+        name, values, messages, missing=meaning.after, advice=UNKNOWN * (key in TWIST)
+    ) * (DEG if degrees else 1.0)
+    if meaning.after:
+        read.after.append(MeasuredColumn(name, meaning, found))
+    elif key:
+        if key in read.base:
+            raise twice(f'"{key}" of the base')
+        read.base[key] = found
+        if meaning.in_body:
+            read.in_body.add(key)
+        if key in TURNS and not degrees:
+            read.warnings.extend(_looks_like_degrees(name, found, -TURNS[key], TURNS[key]))
+    elif "@" in meaning.target:
+        raise StudyError(
+            f"column {name}: a quantity is measured after the impact; name the column "
+            f"after_{meaning.target}"
+        )
+    else:
+        (joint,) = settable_joints(robot, meaning.target, StudyError)
+        if degrees and joint.unit != "rad":
+            raise StudyError(f"column {name}: the joint is prismatic, and its unit is m, not deg")
+        given = read.rates if meaning.rate else read.positions
+        if joint.name in given or ("qvel" if meaning.rate else "qpos") in read.arrays:
+            raise twice(f'joint "{joint.name}"')
+        given[joint.name] = found
+        if not (degrees or meaning.rate) and _limited_angle(joint):
+            read.warnings.extend(_looks_like_degrees(name, found, *joint.limits))
+
+
+def _limited_angle(joint: Joint) -> bool:
+    """Whether a joint has limits of its angle; a file without any may give zeros for both of them."""
+    low, high = joint.limits
+    return (
+        joint.unit == "rad"
+        and joint.kind != "continuous"
+        and bool(np.isfinite(high - low))
+        and low < high
+    )
+
+
+def _looks_like_degrees(name: str, values: Array, low: float, high: float) -> list[str]:
+    """A warning of a column in radians that is outside of limits, and in degrees would be inside."""
+    outside = (values < low - 0.5) | (values > high + 0.5)
+    rows = np.flatnonzero(outside & (values * DEG >= low - 0.1) & (values * DEG <= high + 0.1))
+    return [
+        f"column {name}: {values[i]:g} in row {i} looks like degrees (the limits are {low:.4g} and "
+        f"{high:.4g} rad), and the column "
+        f"is read in radians; name it {name}_deg if it holds degrees"
+        for i in rows[:1].tolist()
+    ]
+
+
+def _read_effort(
+    name: str,
+    target: str,
+    values: np.ndarray,
+    robot: Robot,
+    read: RobotColumns,
+    messages: RowMessages,
+) -> None:
+    """Read a column of the torques of a joint's motor; an empty cell leaves that of the scene."""
+    (joint,) = settable_joints(robot, target, StudyError)
+    if joint.name in read.efforts:
+        raise twice(f'the effort of joint "{joint.name}"')
+    read.efforts[joint.name] = np.where(
+        empty_cells(values), np.nan, numbers(name, values, messages, missing=True)
+    )
+
+
+def _read_array(
+    name: str, values: np.ndarray, robot: Robot, read: RobotColumns, messages: RowMessages
+) -> None:
+    """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate
+    in body axes.
+    """
+    order, size = qpos_order(robot) if name == "qpos" else qvel_order(robot)
+    if values.ndim != 2 or values.shape[1] != size:
+        raise StudyError(
+            f"{name} has shape {values.shape}, and a row of it has the {size} numbers of the "
+            f"robot's file"
+        )
+    read.arrays[name] = found = numbers(name, values, messages)[:, order]
+    if name == "qpos":
+        for joint in robot.single_joints:
+            if joint.kind in ("free", "ball"):
+                quaternion = slice(joint.q.stop - 4, joint.q.stop)
+                found[:, quaternion] = unit_quaternions(
+                    f"qpos of joint {joint.name}", found[:, quaternion], messages
+                )
+    elif robot.free_base:
+        read.base.update(zip(TWIST, found[:, :6].T.copy(), strict=True))
+        read.in_body.update(TWIST[3:])
+        found[:, :6] = 0.0
+
+
+def configurations(
+    landing: PosedLanding, read: RobotColumns, n: int, messages: RowMessages
+) -> Array:
+    """The configurations (n, nq) of the rows; what the table does not give is the scene's.
+
+    Raises:
+        StudyError: the attitude of the base is given in two ways, or in a part of one.
+    """
+    from scipy.spatial.transform import Rotation
+
+    robot, base = landing.robot, read.base
+    Q = np.array(read.arrays.get("qpos", np.broadcast_to(landing.q, (n, len(landing.q)))))
+    set_many(robot, ((robot.joint(name), values) for name, values in read.positions.items()), Q)
+    if not robot.free_base:
+        return Q
+    quaternion = [base[key] for key in ("qx", "qy", "qz", "qw") if key in base]
+    angles = [key for key in ANGLES if key in base]
+    if quaternion and (len(quaternion) < 4 or angles):
+        raise StudyError(
+            "the base's attitude is given by qw, qx, qy and qz, or by roll, pitch and yaw: all of "
+            "one kind"
+        )
+    if quaternion:
+        Q[:, 3:7] = unit_quaternions(
+            "the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1), messages
+        )
+    elif angles:
+        rpy = Rotation.from_quat(Q[:, 3:7]).as_euler("xyz")
+        for k, key in enumerate(ANGLES):
+            rpy[:, k] = base.get(key, rpy[:, k])
+        Q[:, 3:7] = Rotation.from_euler("xyz", rpy).as_quat()
+    for k, axis in enumerate("xyz"):
+        Q[:, k] = base.get(axis, Q[:, k])
+    return Q
+
+
+def motions(landing: PosedLanding, read: RobotColumns, Q: Array) -> Motion:
+    """The motions (n, …) before the impact of the rows; what the table does not give is the
+    scene's.
+
+    Args:
+        landing: of the scene.
+        read: the columns.
+        Q: (n, nq) configurations.
+
+    Raises:
+        StudyError: velocities of the base are in part in its axes; or it is fixed, and the scene
+            gives it a speed.
+    """
+    from scipy.spatial.transform import Rotation
+
+    robot, n = landing.robot, len(Q)
+    rates = np.array(
+        read.arrays.get("qvel", np.broadcast_to(landing.before.joint_rates, (n, robot.model.nv)))
+    )
+    for name, values in read.rates.items():
+        rates[:, robot.joint(name).v] = values[:, None]
+    given = bool(read.rates) or "qvel" in read.arrays
+    for mimic in robot.mimics if given else ():
+        led = np.zeros(n)
+        for leader, multiplier in mimic.leaders.items():
+            led += multiplier * rates[:, robot.joint(leader).v.start]
+        rates[:, robot.joint(mimic.joint).v] = led[:, None]
+    if robot.free_base:
+        rotation = Rotation.from_quat(Q[:, 3:7]).as_matrix() @ robot.bodies[0].rotation
+    else:
+        rotation = np.broadcast_to(landing.state.rotation[0, 0], (n, 3, 3))
+    velocity = _of_base(
+        "v", landing.before.velocity * (not given or _moves_with_joints(landing)), read, rotation
+    )
+    return Motion(velocity, _of_base("w", landing.before.omega, read, rotation), rates)
+
+
+def _moves_with_joints(landing: PosedLanding) -> bool:
+    """Whether the base has the velocity of the scene where a table gives rates of joints; a fixed
+    one has none by default.
+
+    Raises:
+        StudyError: the scene gives a fixed base a speed, which would be added to the motion of the
+            joints.
+    """
+    strike = landing.scene.strike
+    if landing.base != "fixed" or strike.velocity is not None or not landing.before.velocity.any():
+        return True
+    if strike.drop_height is None and strike.speed == 1.0 and not strike.strike_angle_deg:
+        return False
+    raise StudyError(
+        "the table gives rates of joints on a fixed base, and the scene a speed or a drop height "
+        "of the base, which would be "
+        "added to them; leave that out, or give the velocity of the base against the ground with "
+        "--velocity"
+    )
+
+
+def _of_base(kind: str, default: Array, read: RobotColumns, rotation: Array) -> Array:
+    """A velocity of the base (n, 3), world axes.
+
+    Args: kind, "v" or "w"; rotation, (n, 3, 3) of the base.
+    """
+    keys = [f"{kind}{axis}" for axis in "xyz"]
+    in_body = [key for key in keys if key in read.in_body]
+    if in_body and len(in_body) != 3:
+        raise StudyError(
+            f"{listed(in_body)} of the base in body axes, but not all of {listed(keys)}; give all "
+            f"three"
+        )
+    vector = np.stack(
+        [read.base.get(key, np.full(len(rotation), default[k])) for k, key in enumerate(keys)],
+        axis=1,
+    )
+    return np.asarray((rotation @ vector[..., None])[..., 0] if in_body else vector)

@@ -1,0 +1,304 @@
+"""The landings of a table: ranges of every quantity, the landings themselves, and measured jumps
+against predicted ones.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from shockpc.evaluation.columns import Column as Computed
+from shockpc.evaluation.table import Table
+from shockpc.profile import profile_of
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.show.header import JOINT_MODELS, unknown_lines
+from shockpc.show.report import Picture, Report, Section
+from shockpc.show.tables import Column, Lines, Row, Sheet
+from shockpc.show.wording import LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
+from shockpc.text.errors import ShockError
+from shockpc.text.printed import cause_lines, causes, few
+from shockpc.wings.recordings.logs.landings import CLOSED_BY, RATES_BY, RecordedLandings
+from shockpc.wings.recordings.recorded.study import FEWEST, STATISTICS, Validation
+
+ROWS = 10
+"""Landings that are shown on a terminal."""
+
+MESSAGES = 5
+"""Different messages of rows that could not be computed that are shown."""
+
+MEASURED_NOTES = (
+    "r: correlation; slope: of the regression of measured on predicted jumps; error: median over "
+    "the landings of "
+    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, "
+    "which weighs velocities of all "
+    "units by their kinetic energy; those that were not measured have the smallest one that is "
+    "possible",
+    "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean "
+    "of the other landings; "
+    "below 0 is worse than these",
+    "n: number of landings that were both measured and predicted; low, high: 95 % interval, by "
+    "drawing landings with "
+    f"replacement; with fewer than {FEWEST} landings there is neither an interval nor r",
+    "gravity and the drives act between the two measurements, but are not in the prediction",
+)
+
+
+def recorded_report(
+    table: str,
+    landings: RecordedLandings,
+    results: Table,
+    rank: Computed | None = None,
+    validation: Validation | None = None,
+    worst: Mapping[str, ShockProfile] | None = None,
+) -> Report:
+    """The landings of a table.
+
+    Args:
+        table: its name.
+        landings: its rows.
+        results: what was computed of them.
+        rank: the column by which they are ranked, if they are.
+        validation: of what the table measured, if it did.
+        worst: the worst landings by name, which report.html shows.
+    """
+    order = list(range(len(results))) if rank is None else results.ranked(rank).tolist()
+    try:
+        computed = [profile_of(landings.first)]
+    except ShockError:
+        computed = []  # the row of this landing says why
+
+    def body(full: bool) -> Iterator[Section]:
+        yield Lines([*unknown_lines(computed), *_header(table, landings)])
+        if validation is not None:
+            yield Picture(
+                "measured",
+                "measured over predicted jumps",
+                "wings.recordings.recorded.figure:draw_validation",
+                (landings, validation),
+            )
+            yield agreement_sheet(validation, full)
+        yield _extents(landings, results)
+        yield Picture(
+            "recorded",
+            "distributions of the results",
+            "wings.recordings.recorded.figure:draw_recorded",
+            (landings, results),
+        )
+        yield _shown_rows(landings, results, order, rank).largest(None if full else ROWS, "landing")
+
+    sheets = {
+        "landings": lambda: _rows(landings, results, order),
+        "quantities": lambda: _extents(landings, results),
+    }
+    if validation is not None:
+        sheets["measured"] = lambda: agreement_sheet(validation, full=True)
+    return Report(
+        name="recorded",
+        title=f"Landings of {table}",
+        body=body,
+        lead=2,
+        closing=list(_closing(landings, results, validation)),
+        warnings=[*_making_energy(landings, results), *_warnings(landings)],
+        sheets=sheets,
+        document=lambda: {
+            "table": table,
+            "robot": landings.robot.name,
+            "scene": landings.first.scene,
+            "given": landings.table.given,
+            "of_scene": landings.table.missing,
+            "unknowns": [unknown for profile in computed for unknown in profile.unknowns],
+        },
+        tables=True,
+        landings=worst or {},
+    )
+
+
+def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
+    rows, model = study.table, study.first.joint_model
+    yield "table", f"{table}: {count(study.rows, 'landing')}"
+    yield robot_line(study.robot)
+    yield "in the table", ", ".join(rows.given)
+    yield "of the scene", ", ".join(rows.missing) or "nothing"
+    contacts = dict.fromkeys(
+        " + ".join(contact.frame for contact in landing.scene.contact) for landing in study.resolved
+    )
+    yield "contact", few(list(contacts), 4, what=" sets of contacts")
+    if (mu := rows.friction[~np.isnan(rows.friction)]).size:
+        extent = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
+        yield (
+            "friction",
+            f"{extent}{'; what was measured is compared with the motion with friction' * bool(rows.measured)}",
+        )
+    yield (
+        "joint model",
+        f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name],
+    )
+
+
+def _extents(landings: RecordedLandings, results: Table) -> Sheet:
+    rows: list[Row] = []
+    for column in _shown(results):
+        values = results.columns[column.name]
+        known, worst = values[np.isfinite(values)], results.worst(1, column)
+        extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
+        rows.append(
+            (
+                column.name,
+                column.unit,
+                *extent,
+                str(landings.table.names[worst[0]]) if worst else None,
+            )
+        )
+    percentile = Column("percentile_95", "95 %")
+    return Sheet(
+        "quantities",
+        ("quantity", "unit", "minimum", "median", percentile, "maximum", "worst in landing"),
+        rows,
+    )
+
+
+def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Sheet:
+    """A row for every landing."""
+    units, labels = results.units, study.table.labels
+    columns = {
+        **labels,
+        **{name: values for name, values in results.columns.items() if name not in labels},
+    }
+    header = [
+        Column("landing", "landing"),
+        *(Column(name, name, units.get(name, "")) for name in columns if name != "name"),
+    ]
+    cells = [columns["name"], *(values for name, values in columns.items() if name != "name")]
+    rows = [(*(values[i].item() for values in cells), results.messages.get(i)) for i in order]
+    return Sheet("landings", [*header, "message"], rows)
+
+
+def _shown_rows(
+    study: RecordedLandings, results: Table, order: Sequence[int], rank: Computed | None
+) -> Sheet:
+    """The same with the columns that people read."""
+    labels = ["landing" if name == "name" else name for name in study.table.labels]
+    if len(set(study.table.labels["contact"].tolist())) == 1:
+        labels.remove("contact")  # as the header says
+    names = (
+        *labels,
+        *(column.name for column in _shown(results)),
+        *["message"] * bool(results.messages),
+    )
+    title = "landings" if rank is None else f"landings, ranked by {rank.name}"
+    return _rows(study, results, order).only(*names)._replace(title=title)
+
+
+def _shown(results: Table) -> list[Computed]:
+    """The columns that people read: what was asked for, and the energy made if there is some."""
+    return [
+        column
+        for column in results.computed
+        if column in results.main or (results.columns[column.name] > 0.0).any()
+    ]
+
+
+def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
+    """How well measured and predicted jumps agree.
+
+    Args: full, whether single quantities are listed besides their groups.
+    """
+    rows: list[Row] = []
+    for one in validation.agreements:
+        if full or one.group:
+            named = (
+                one.model,
+                None if one.time is None else 1e-3 * one.time,
+                one.name,
+                one.unit,
+                one.n,
+            )
+            rows += [(*named, key, *one.statistics[key]) for key in STATISTICS]
+    header = (
+        "joint model",
+        "after [ms]",
+        "quantity",
+        "unit",
+        "n",
+        "statistic",
+        "value",
+        "low",
+        "high",
+    )
+    return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)
+
+
+def _closing(
+    study: RecordedLandings, results: Table, validation: Validation | None
+) -> Iterator[str]:
+    columns = results.columns
+    if study.closes and not np.isnan(columns[CLOSED_BY]).all():
+        by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
+        yield f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), rates by {rates:.2g} rad/s (m/s)"
+    if len(results.messages) < study.rows:
+        empty = [column for column in results.computed if np.isnan(columns[column.name]).all()]
+        yield from without_value((column.name, column.selection.quantity) for column in empty)
+    if study.first.scene.contact_stiffness is not None:
+        yield LEFT_OUT
+    compared = columns["double_error"][
+        ~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])
+    ]
+    number = compared.size if any(column.shock for column in results.computed) else 0
+    yield from proof_lines(
+        int(np.sum(columns["proven"])), number, compared.max(initial=0.0), results.computed
+    )
+    computed = np.array([i not in results.messages for i in range(study.rows)])
+    for column in results.computed:
+        if (
+            0
+            < (missing := int(np.sum(np.isnan(columns[column.name]) & computed)))
+            < np.sum(computed)
+        ):
+            why = column.selection.quantity.missing or "it does not exist there"
+            yield f"no {column.name} in {count(missing, 'landing')}: {why}"
+    refused = [(str(study.table.names[i]), text) for i, text in results.messages.items()]
+    failures = (
+        [(f"{row} ({model})", text) for model, row, text in validation.failures]
+        if validation
+        else []
+    )
+    for what, messages in (("computed", refused), ("predicted", failures)):
+        if messages:
+            yield f"not {what}: {count(len(messages), 'landing')}"
+            yield from (f"  {line}" for line in cause_lines(causes(messages), "landings", MESSAGES))
+
+
+def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
+    """A warning of rows that are no landings, because restitution would make energy; with friction
+    they are those that slide.
+    """
+    (made,) = (
+        results.columns[column.name]
+        for column in results.computed
+        if column.selection.quantity.role == "gain"
+    )
+    made = np.where(
+        np.isnan(study.table.friction) | (not study.by_friction), np.nan_to_num(made), 0.0
+    )
+    if n := int(np.sum(made > 0.0)):
+        most, name = float(made.max()), study.table.names[int(made.argmax())]
+        yield (
+            f"warning: the impact would make kinetic energy in {n} of "
+            f"{count(study.rows, 'landing')}, which is not feasible, at "
+            f"most {most:.3g} J in landing {name}; take less restitution, one for all contacts, or "
+            f"--restitution-along directions"
+        )
+
+
+def _warnings(landings: RecordedLandings) -> Iterator[str]:
+    yield from (f"warning: {text}" for text in landings.table.warnings)
+    yield from (
+        f"warning: {warning}" for warning in landings.first.warnings if warning.kind == "scene"
+    )
+    for joint in landings.robot.single_joints:
+        low, high = joint.limits
+        if joint.name in landings.table.joints and joint.kind in ("revolute", "prismatic"):
+            values = landings.table.Q[:, joint.q.start]
+            outside = np.maximum(low - values, values - high)
+            if n := int(np.sum(outside > 1e-4)):
+                most = shown_as(float(outside.max()), joint.unit)
+                yield f'warning: joint "{joint.name}" is outside its limits in {count(n, "landing")}, by at most {most}'

@@ -1,0 +1,164 @@
+"""From a table of landings and the options of a command to columns, and the landing that gives what
+these lack.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from shockpc.cli.options import SceneOptions
+from shockpc.cli.scenes import one_scene, with_contact
+from shockpc.landing.posture import settable_joints
+from shockpc.landing.scene import Posture, Scene
+from shockpc.landing.scene_file import check_scene, plane_of
+from shockpc.landing.strike import Strike
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError
+from shockpc.wings.recordings.logs.cells import empty_cells
+from shockpc.wings.recordings.logs.column_names import (
+    FRICTION,
+    StateColumns,
+    column_name,
+    state_columns,
+)
+from shockpc.wings.recordings.logs.state import ANGLES
+from shockpc.wings.recordings.logs.table_files import read_table
+
+VELOCITY, ANGULAR_VELOCITY = ("vx", "vy", "vz"), ("wx", "wy", "wz")
+"""Columns of the base."""
+
+CELLS = ("contact", "stance")
+"""Columns that are called as options are, and whose empty cells mean what these say; as those of
+efforts are.
+"""
+
+UP = (0.0, 0.0, 1.0)
+
+
+def table_and_scene(
+    file: Path, robot: str, options: SceneOptions, rename: Mapping[str, str]
+) -> tuple[dict[str, np.ndarray], Robot, Scene]:
+    """The columns of a table of landings; and the robot and the landing that give what it lacks.
+
+    Args:
+        file: of the table.
+        robot: a robot or a scene, as for `scenes_from`.
+        options: of the command.
+        rename: other names for columns, as for `rows_of`.
+
+    Raises:
+        ShockError: the table, the scene or the robot cannot be read; or a column of the table
+            overrides an option.
+    """
+    columns, completed = read_table(file), options
+    if "contact" in columns:
+        completed, contacts = with_contact(
+            robot, options, columns["contact"].astype(str).ravel().tolist()
+        )
+        columns["contact"] = np.reshape(contacts, columns["contact"].shape)
+    loaded, scene = one_scene(robot, completed)
+    refuse_overridden(options, scene, loaded, state_columns(columns, loaded, rename))
+    return columns, loaded, scene
+
+
+def refuse_overridden(
+    options: SceneOptions, scene: Scene, robot: Robot, table: StateColumns
+) -> None:
+    """Refuse options that have no effect, because a table gives the contacts, posture, motion,
+    torques or friction.
+
+    Of a glob of joints one that the table lacks is enough to have an effect, as is one empty cell
+    of a column where an empty cell means the scene's value. Components of zero say nothing.
+
+    Args:
+        options: of the command.
+        scene: what they describe.
+        robot: its robot.
+        table: its columns.
+
+    Raises:
+        SceneError: an option has no effect; the text names it and the column.
+    """
+    positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
+    rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
+    cells = {
+        name: values
+        for name, values in table.others.items()
+        if name in CELLS or name.startswith("effort_")
+    }
+    whole = [name for name, values in cells.items() if not empty_cells(values).any()]
+    efforts = _columns_by_subject([name for name in whole if name not in CELLS], robot, "", ())
+    typed = options.fields(Strike) | options.fields(Posture)
+    forward = plane_of(check_scene(scene)).forward.tolist()
+    ignored: list[tuple[str, str]] = [
+        (f"--{name}", name) for name in CELLS if getattr(options, name) and name in whole
+    ]
+    ignored += [
+        ("--friction", name)
+        for name in FRICTION
+        if name in table.others and "friction" in options.fields(Scene)
+    ]
+    vectors = {
+        "--speed": (VELOCITY, UP if "speed" in typed else ()),
+        "--drop-height": (VELOCITY, UP if "drop_height" in typed else ()),
+        "--strike-angle": (VELOCITY, forward if "strike_angle_deg" in typed else ()),
+        "--forward-speed": (VELOCITY, forward if "forward_speed" in typed else ()),
+        "--velocity": (VELOCITY, typed.get("velocity", ())),
+        "--angular-velocity": (ANGULAR_VELOCITY, typed.get("angular_velocity", ())),
+        "--base-rpy": (ANGLES, typed.get("base_rpy_deg", ())),
+    }
+    for option, (keys, vector) in vectors.items():
+        known = positions if keys is ANGLES else rates
+        ignored += [
+            (option, known[key]) for key, x in zip(keys, vector, strict=False) if x and key in known
+        ]
+    for option, settings, known in (
+        ("--set", options.set, positions),
+        ("--joint-velocity", options.joint_velocity, rates),
+        ("--torque", options.torque, efforts),
+    ):
+        for pattern, _ in settings:
+            names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]
+            if all(name in known for name in names):
+                ignored.append((f"{option} {pattern}", known[names[0]]))
+    joints = [
+        joint.name
+        for joint in robot.single_joints
+        if joint.kind != "free" and joint.name not in robot.followers
+    ]
+    posture = [*(f"joint {name}" for name in joints), *[*ANGLES] * robot.free_base]
+    if "reference" in typed and all(name in positions for name in posture):
+        ignored.append(("--posture", positions[posture[0]]))
+    if ignored:
+        listed = ", ".join(f'{option} (column "{column}")' for option, column in ignored)
+        raise SceneError(
+            f"columns override options: {listed}; leave out the options (in an option of three "
+            f"numbers, set the overridden "
+            "one to zero), or the columns with --map COLUMN="
+        )
+
+
+def _columns_by_subject(
+    columns: Iterable[str], robot: Robot, whole: str, base: Sequence[str]
+) -> dict[str, str]:
+    """The column that gives each joint, as "joint NAME", and each number of the base.
+
+    Args:
+        columns: of positions or rates.
+        robot: the robot.
+        whole: name of MuJoCo's column that gives all of them.
+        base: the numbers of the base.
+    """
+    found: dict[str, str] = {}
+    for name in columns:
+        column = column_name(name, robot)
+        if name == whole and name not in robot.joint_names:
+            found |= dict.fromkeys(
+                [f"joint {joint}" for joint in robot.joint_names] + [*base] * robot.free_base, name
+            )
+        elif column is not None:
+            found |= dict.fromkeys(
+                ANGLES if column.base == "qw" else [column.base or f"joint {column.target}"], name
+            )
+    return found

@@ -1,0 +1,118 @@
+"""The touchdowns of a log: heights of the feet over all of it, and around some touchdowns with the
+windows of the velocities.
+"""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from shockpc.show.figure.style import CURVES, INK, faded, new_chart
+from shockpc.show.wording import count, robot_name
+from shockpc.text.printed import printable
+from shockpc.wings.recordings.touchdowns.study import Touchdown, Touchdowns
+
+PANELS, COLUMNS = 6, 3
+"""Most touchdowns that are drawn by themselves, and how many of them beside each other."""
+
+BEFORE, BEYOND = 30.0, 6.0
+"""Time that is drawn before a touchdown, and after the last window [ms]."""
+
+POINTS = 4000
+"""Samples of a curve of the whole log, about."""
+
+
+def draw_touchdowns(study: Touchdowns) -> Figure:
+    """Draw the heights, or flags, over time with all touchdowns; under it some touchdowns, and what
+    was taken before and after.
+    """
+    shown = (
+        [
+            study.landings[k]
+            for k in np.unique(np.linspace(0, len(study.landings) - 1, PANELS).astype(int))
+        ]
+        if study.landings
+        else []
+    )
+    columns = max(1, min(COLUMNS, len(shown)))
+    rows = -(-len(shown) // columns)
+    title = f"{robot_name(study.robot)}: {count(len(study.landings), 'touchdown')} in a log"
+    figure = new_chart(7.2, 2.4 + 1.9 * rows, title)
+    grid = figure.add_gridspec(1 + rows, columns, height_ratios=[1.25, *[1.0] * rows])
+    whole, t = figure.add_subplot(grid[0, :]), study.log.time
+    step = max(1, len(t) // POINTS)
+    _curves(whole, study, t[::step], slice(None, None, step), t[0])
+    for landing in study.landings:
+        if study.heights is None:
+            whole.axvline(t[landing.first] - t[0], color=INK, linewidth=0.4, linestyle="--")
+        else:
+            frames = [study.frames.index(frame) for frame in landing.contacts]
+            y = 1e3 * study.heights[landing.first, frames]
+            whole.plot(
+                np.full(len(frames), t[landing.first] - t[0]), y, "v", color=INK, markersize=2.5
+            )
+    whole.set(xlabel="time from the first sample [s]", ylabel=_label(study))
+    whole.margins(x=0.0)
+    figure.legend(*whole.get_legend_handles_labels(), loc="outside right upper")
+    for k, landing in enumerate(shown):
+        axes = figure.add_subplot(grid[1 + k // columns, k % columns])
+        _detail(axes, study, landing)
+        axes.set_ylabel("" if k % columns else _label(study))
+    if shown:
+        figure.supxlabel(
+            "time from a touchdown [ms]; dashed, triangles: last samples before feet touch; "
+            "shaded: windows of the velocities",
+            fontsize=7.0,
+            x=0.02,
+            ha="left",
+        )
+    return figure
+
+
+def _label(study: Touchdowns) -> str:
+    return "flag, or force [N]" if study.heights is None else "height [mm]"
+
+
+def _curves(axes: Axes, study: Touchdowns, x: np.ndarray, chosen: slice, start: float) -> None:
+    """Draw the heights [mm] of all contacts, or what the log has instead; gaps of the log stay
+    open.
+    """
+    breaks = np.flatnonzero(np.diff(study.log.segment[chosen]))
+    for c, frame in enumerate(study.frames):
+        if study.heights is not None:
+            y = 1e3 * study.heights[chosen, c]
+        elif frame in study.flagged:
+            y = study.log.others[study.flagged[frame]][chosen].astype(float)
+        else:
+            continue
+        y = y.copy()
+        y[breaks] = np.nan
+        axes.plot(
+            x - start, y, color=CURVES[c % len(CURVES)], linewidth=0.9, label=printable(frame, 24)
+        )
+
+
+def _detail(axes: Axes, study: Touchdowns, landing: Touchdown) -> None:
+    """Draw one touchdown. Windows of joints are shaded, or of the base if there are none."""
+    t = study.log.time
+    start, window = t[landing.first], min(study.window.values())
+    after = (
+        [t[landing.last] - start + time for time in study.after]
+        if landing.table and np.isfinite(window)
+        else []
+    )
+    end = start + max([*after, 0.03]) + 1e-3 * BEYOND
+    a, b = np.searchsorted(t, (start - 1e-3 * BEFORE, end))
+    _curves(axes, study, 1e3 * (t[a:b] - start), slice(int(a), int(b)), 0.0)
+    spans = (
+        [(-window, 0.0), *((time - 0.5 * window, time + 0.5 * window) for time in after)]
+        if after
+        else []
+    )
+    for low, high in spans:
+        axes.axvspan(1e3 * low, 1e3 * high, color=faded(INK, 0.85), linewidth=0.0)
+    for sample in {landing.first, landing.last}:
+        axes.axvline(1e3 * (t[sample] - start), color=INK, linewidth=0.5, linestyle="--")
+    axes.set(
+        title=f"{landing.name}: {printable('+'.join(landing.contacts), 26)}",
+        xlim=(-BEFORE, 1e3 * (end - start)),
+    )

@@ -1,0 +1,152 @@
+"""The touchdowns of a log: when which feet land, how fast, and what is missing."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shockpc.show.report import Picture, Report
+from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.wording import count, robot_line
+from shockpc.text.printed import few
+from shockpc.wings.recordings.touchdowns.study import Touchdowns
+
+ROWS = 12
+"""Landings that are shown on a terminal."""
+
+NOTE = "fall: speed at which the contacts came down, by their heights, the largest of several"
+
+
+def touchdowns_report(log: Path, study: Touchdowns) -> Report:
+    """The touchdowns of a log."""
+
+    def body(full: bool) -> Iterator[Lines | Sheet | Picture]:
+        yield Lines(list(_header(log, study)))
+        sheet = _landings(study).without("time_last", "in_table")
+        known = sheet.known()
+        notes = [NOTE] if "fall" in (column.key for column in known.columns) else []
+        yield known._replace(notes=notes).largest(None if full else ROWS, "landing")
+        yield Picture(
+            "touchdowns",
+            "heights of the feet, touchdowns and windows",
+            "wings.recordings.touchdowns.figure:draw_touchdowns",
+            (study,),
+        )
+
+    return Report(
+        name="touchdowns",
+        title=f"Touchdowns of {log}",
+        body=body,
+        closing=list(_closing(study)),
+        warnings=[f"warning: {text}" for text in study.warnings],
+        sheets={
+            "touchdowns": lambda: _table(study),
+            "landings": lambda: _landings(study),
+            "falls": lambda: _falls(study),
+        },
+        tables=True,
+        document=lambda: _document(log, study),
+    )
+
+
+def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
+    time, segments = study.log.time, len(np.unique(study.log.segment))
+    yield (
+        "log",
+        (
+            f"{log}: {count(len(time), 'sample')} in {time[-1] - time[0]:.4g} s, "
+            f"{1.0 / np.median(np.diff(time)):.4g} a second"
+            + (f", in {segments} segments" if segments > 1 else "")
+        ),
+    )
+    yield robot_line(study.robot)
+    flagged = [f"{frame} by column {column}" for frame, column in study.flagged.items()]
+    kinks = (
+        [frame for frame in study.frames if frame not in study.flagged]
+        if study.heights is not None
+        else []
+    )
+    yield "contacts", few([*flagged, *([f"{few(kinks, 8)} by height"] if kinks else [])], 8)
+    windows = (
+        f"{part} {1e3 * window:.3g} ms"
+        for part, window in study.window.items()
+        if np.isfinite(window)
+    )
+    yield "windows", ", ".join(windows) or "no velocities"
+
+
+def _table(study: Touchdowns) -> Sheet:
+    """The table that `shockpc recorded` takes, whose columns have only its names."""
+    sheet = sheet_of(study.table)
+    return sheet._replace(header=[Column(name, name) for name in study.table.columns])
+
+
+def _landings(study: Touchdowns) -> Sheet:
+    """Every landing that was found, in the table or not."""
+    rows: list[Row] = []
+    time = study.log.time
+    for landing in study.landings:
+        first, last = (study.log.start + float(time[k]) for k in (landing.first, landing.last))
+        fall = max((speed for speed in landing.speeds if not np.isnan(speed)), default=None)
+        named = "+".join(landing.contacts), "+".join(landing.stance) or None
+        rows.append(
+            (
+                landing.name,
+                first,
+                last,
+                *named,
+                fall,
+                last - first,
+                landing.table,
+                landing.message or None,
+            )
+        )
+    header = (
+        "landing",
+        "time [s]",
+        "time last [s]",
+        "contact",
+        "stance",
+        "fall [m/s]",
+        "apart [ms]",
+        "in table",
+        "message",
+    )
+    return Sheet("touchdowns", header, rows)
+
+
+def _falls(study: Touchdowns) -> Sheet:
+    """The speed of each contact of a landing."""
+    rows = [
+        (one.name, *pair)
+        for one in study.landings
+        for pair in zip(one.contacts, one.speeds, strict=True)
+    ]
+    return Sheet("falls", ("landing", "contact", "fall [m/s]"), rows)
+
+
+def _closing(study: Touchdowns) -> Iterator[str]:
+    rows = sum(landing.table for landing in study.landings)
+    if not study.landings:
+        yield "no touchdowns are in this log: no foot falls, is stopped and stays down"
+    elif rows < len(study.landings):
+        left = count(len(study.landings) - rows, "touchdown")
+        yield f"{left} of {len(study.landings)} not in the table; the messages say why"
+    if rows:
+        yield f"--out DIR writes the table, touchdowns.csv: {count(rows, 'row')}, which shockpc recorded takes"
+
+
+def _document(log: Path, study: Touchdowns) -> dict[str, Any]:
+    time = study.log.time
+    return {
+        "log": str(log),
+        "robot": study.robot.name,
+        "samples": len(time),
+        "contacts": study.frames,
+        "flags": dict(study.flagged),
+        "windows": {
+            part: window if np.isfinite(window) else None for part, window in study.window.items()
+        },
+        "warnings": study.warnings,
+    }

@@ -1,0 +1,163 @@
+"""Each wing can be taken away, and one can be added, without a change elsewhere."""
+
+import json
+import os
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import shockpc
+
+PACKAGE = Path(shockpc.__file__).parent
+TOP = PACKAGE.parent
+WINGS = sorted(path.parent.name for path in PACKAGE.glob("wings/*/__init__.py"))
+KEYS: dict[str, set[str]] = {}
+"""Keys that documents of the core lose without a wing; none is lost without the others."""
+
+COMMANDS = (
+    ("analyze", "go2", "--contact", "FL_foot"),
+    ("analyze", "hyq", "--contact", "lf_foot", "--friction", "0.3"),
+    ("sweep", "go2", "--contact", "FL_foot", "--vary", "strike-angle=-20:20:5", "--at", "base"),
+)
+EVERY_MODULE = """
+import importlib, pkgutil, sys
+import shockpc
+assert shockpc.__file__.startswith(sys.argv[1]), shockpc.__file__
+for module in pkgutil.walk_packages(shockpc.__path__, "shockpc."):
+    if not module.name.endswith(("__main__", "xacro_child", "torch")):
+        importlib.import_module(module.name)
+for name in shockpc.__all__:
+    getattr(shockpc, name)
+"""
+CORE = ("test_impulse.py", "test_profile.py", "test_columns.py", "test_names.py", "test_results.py")
+"""Tests of the core that run without a wing: the equation, its results, rows and commands."""
+
+
+def python(top, *words):
+    """A Python with the package of a folder."""
+    env = {**os.environ, "PYTHONPATH": str(top), "COLUMNS": "100"}
+    command = [sys.executable, *words]
+    return subprocess.run(command, capture_output=True, text=True, cwd=top, env=env, check=False)
+
+
+def copy_of(folder):
+    """The package and its tests in another folder."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    for name in ("shockpc", "tests", "robots"):
+        shutil.copytree(TOP / name, folder / name, ignore=ignored)
+    shutil.copy(TOP / "pyproject.toml", folder)
+    return folder
+
+
+def document(top, words):
+    """The JSON that a command writes."""
+    done = python(top, "-m", "shockpc", *words, "--format", "json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def without(document, keys):
+    """A document without some keys, at any depth."""
+    if isinstance(document, dict):
+        return {key: without(value, keys) for key, value in document.items() if key not in keys}
+    if isinstance(document, list):
+        return [without(value, keys) for value in document]
+    return document
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gone", [*((wing,) for wing in WINGS), tuple(WINGS)], ids="+".join)
+def test_the_package_is_whole_without_a_wing(gone, tmp_path):
+    top = copy_of(tmp_path)
+    stub = top / "shockpc" / "__init__.pyi"
+    lines = stub.read_text(encoding="utf-8").splitlines(keepends=True)
+    for wing in gone:
+        shutil.rmtree(top / "shockpc" / "wings" / wing)
+        shutil.rmtree(top / "tests" / "wings" / wing, ignore_errors=True)
+        lines = [line for line in lines if not line.startswith(f"from .wings.{wing}.")]
+    stub.write_text("".join(lines), encoding="utf-8")
+    shutil.rmtree(top / "shockpc" / "bench")  # it measures all of them
+
+    done = python(top, "-c", EVERY_MODULE, str(top))
+    assert done.returncode == 0, done.stderr
+    for tool in (["ruff", "check", "shockpc"], ["mypy", "shockpc"]):
+        done = python(top, "-m", *tool)
+        assert done.returncode == 0, done.stdout
+    lost = set().union(*(KEYS.get(wing, set()) for wing in gone))
+    for words in COMMANDS:
+        assert without(document(TOP, words), lost) == without(document(top, words), lost)
+    assert python(top, "-m", "shockpc", "--help").returncode == 0
+    tests = [str(top / "tests" / name) for name in CORE]
+    done = python(top, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests)
+    assert done.returncode == 0, done.stdout[-3000:]
+
+
+TALLY = {
+    "__init__.py": 'HEADING, SUMMARY = "Decide", "Count the bodies that a landing shakes."\n',
+    "study.py": '''"""How many bodies a landing shakes."""
+
+from typing import Annotated
+
+from shockpc.evaluation.declare import study
+from shockpc.landing.record import Option
+from shockpc.landing.scene import Scene
+from shockpc.profile import profile_of_scene
+from shockpc.robot.robot import Robot
+
+Least = Annotated[float, Option("Shock from which a body counts.", "Question", "S", least=0.0)]
+
+
+@study("shockpc tally go2 --contact FL_foot --least 0.1", reads="scene")
+def tally(scene: Scene, robot: Robot | None = None, least: Least = 0.1) -> int:
+    """Count bodies."""
+    return int((profile_of_scene(scene, robot).shock_com >= least).sum())
+''',
+    "report.py": '''"""The report of a tally."""
+
+from shockpc.show.report import Report
+from shockpc.show.tables import Sheet
+
+
+def tally_report(result: int) -> Report:
+    """One number."""
+    sheet = Sheet("bodies", ("bodies",), [(result,)])
+    return Report(name="tally", body=lambda _: [sheet], sheets={"t": lambda: sheet}, document=dict)
+''',
+}
+"""A command, as it is written into a wing of its own."""
+
+
+@pytest.mark.slow
+def test_a_command_is_added_by_a_folder(tmp_path):
+    top = copy_of(tmp_path)
+    folder = top / "shockpc" / "wings" / "probe" / "tally"
+    folder.mkdir(parents=True)
+    (folder.parent / "__init__.py").write_text('"""A subject."""\n', encoding="utf-8")
+    for name, text in TALLY.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    listed = python(top, "-m", "shockpc", "--help").stdout
+    assert re.search(r"^ *tally +Count the bodies", listed, re.MULTILINE)
+    done = python(top, "-m", "shockpc", "tally", "go2", "--contact", "FL_foot", "--least", "0.05")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[0] == "bodies"
+
+
+def test_the_core_names_no_wing_and_texts_name_what_is_there():
+    """A text "module:function" is resolved; nothing below the wings has the word in a path."""
+    named, missing = [], []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        parts = path.relative_to(PACKAGE).parts
+        if parts[0] not in ("wings", "bench") and parts != ("text", "wings.py"):
+            named += [(str(path), word) for word in re.findall(r"wings\.\w+", text)]
+        for reference in re.findall(r'"([a-z]\w*(?:\.[a-z]\w*)+:\w+)"', text):
+            try:
+                pkgutil.resolve_name(f"shockpc.{reference.removeprefix('shockpc.')}")
+            except (ImportError, AttributeError):
+                missing.append((str(path), reference))
+    assert (named, missing) == ([], [])
