@@ -101,3 +101,21 @@ def refused(
 def refusal(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any) -> str:
     """The text of the error that loading this file raises."""
     return refused(RobotError, (), lambda: loaded(folder, text, name, **given))
+
+
+SOLID = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>'
+LIMITS = '<limit lower="-2" upper="2" effort="9" velocity="9"/>'
+
+STEPPER = urdf(
+    link("body", "3", SOLID),
+    *(
+        link(side, "0.4", SOLID) + joint(f"{side}_leg", "body", side, "prismatic", "0 0 1", LIMITS)
+        for side in ("left", "right")
+    ),
+    '<link name="left_foot"/>',
+    joint("left_ankle", "left", "left_foot", "fixed", more='<origin xyz="0 0.1 -0.5"/>'),
+    '<link name="right_foot"/>',
+    joint("right_ankle", "right", "right_foot", "fixed", more='<origin xyz="0 -0.1 -0.5"/>'),
+    name="stepper",
+)
+"""A body with two legs that slide along the vertical, so that heights of feet are sums."""

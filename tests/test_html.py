@@ -732,7 +732,7 @@ def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
     """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a
     network.
     """
-    for module in ("show.folder", "paper.report"):
+    for module in ("show.folder", "wings.paper.report"):
         monkeypatch.setattr(f"shockpc.{module}.plotly", lambda: None)
     good(capfd, study, *STUDIES[study], "--out", tmp_path)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ number or no message.
 import numpy as np
 import pytest
 from identify_draws import BLOCKS, blocks
-from test_touchdowns import STEPPER
+from robot_texts import STEPPER
 
 import shockpc
 from shockpc import Design, Scene, load_robot

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from robot_texts import STEPPER
 from scipy.spatial.transform import Rotation
-from test_touchdowns import STEPPER, scene_of, stepped, stepping
+from test_touchdowns import scene_of, stepped, stepping
 
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot

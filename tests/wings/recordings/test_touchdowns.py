@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 from commands import good, run, says
-from robot_texts import joint, link, urdf
+from robot_texts import LIMITS, SOLID, STEPPER, joint, link, urdf
 from rosbags.rosbag1 import Writer as WriterOfRos1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as WriterOfRos2
@@ -21,23 +21,6 @@ from shockpc.text.errors import StudyError, UnknownName
 from shockpc.wings.recordings.logs.bags import read_bag
 from shockpc.wings.recordings.logs.detection import line_slopes, noise
 from shockpc.wings.recordings.logs.logs import read_log
-
-SOLID = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>'
-LIMITS = '<limit lower="-2" upper="2" effort="9" velocity="9"/>'
-
-STEPPER = urdf(
-    link("body", "3", SOLID),
-    *(
-        link(side, "0.4", SOLID) + joint(f"{side}_leg", "body", side, "prismatic", "0 0 1", LIMITS)
-        for side in ("left", "right")
-    ),
-    '<link name="left_foot"/>',
-    joint("left_ankle", "left", "left_foot", "fixed", more='<origin xyz="0 0.1 -0.5"/>'),
-    '<link name="right_foot"/>',
-    joint("right_ankle", "right", "right_foot", "fixed", more='<origin xyz="0 -0.1 -0.5"/>'),
-    name="stepper",
-)
-"""A body with two legs that slide along the vertical, so that heights of feet are sums."""
 
 RAIL = urdf(
     '<link name="world"/>',
