@@ -40,10 +40,11 @@ def batched_shock(
 ) -> BatchedShock:
     """The impact of B states (Eq. 4).
 
-    A state with NaN, or whose matrices are singular, does not change the others.
+    A state with NaN, or whose matrices are singular, does not change the others. Arrays of 16 bits
+    are computed with in 32.
 
     Args:
-        xp: the library, numpy or torch.
+        xp: the library, `numpy`, `torch` or `jax.numpy`, also under `jax.jit`.
         M: (B, nv, nv) joint-space inertia [kg, kg m, kg m²].
         J_c: (B, c, d, nv) Jacobians of c contact points along the d directions that the ground
             holds.
@@ -51,8 +52,9 @@ def batched_shock(
         v: (B, nv) velocity before the impact [rad/s, m/s].
         restitution: e, a number or (B, c, 1) [1].
         locked: (nv,) bool, velocities that the impact does not change.
-        contacts: (B, c) bool, which of them strike; all by default. Where none does, the shock is
-            NaN without `v_in`, else 0.
+        contacts: (B, c) bool, which of them are held: feet that strike, and feet that stand already,
+            whose velocity is zero; all by default. Where none is, the shock is NaN without `v_in`,
+            else 0.
         v_in: (B,) speed that normalises shock [m/s]; by default that of the fastest contact, along
             its d directions.
 
@@ -61,6 +63,9 @@ def batched_shock(
             of M.
     """
     _refuse_other_arrays(M, J_c, J_p, v, restitution, locked, contacts, v_in)
+    M, J_c, J_p, v, restitution, v_in = (
+        _promoted(xp, array) for array in (M, J_c, J_p, v, restitution, v_in)
+    )
     B, c, d, nv = J_c.shape
     n = c * d
     before = (J_c @ v[:, None, :, None])[..., 0]
@@ -71,7 +76,7 @@ def batched_shock(
 
     # Y = M⁻¹ Jᵀ and A = J Y. A velocity that is locked has the row and the column of a unit matrix
     # in M, so that it stays as it is.
-    response = _solve(xp, M * (free[:, None] * free) + _eye(xp, free) * (1.0 - free), J.mT)
+    response = _solve(xp, _held(xp, M, free), J.mT)
     delassus = J @ response
 
     # A scaled to a unit diagonal; a contact that does not strike has the row and the column of a
@@ -92,6 +97,73 @@ def batched_shock(
     jump = (J_p @ (response @ impulse)[:, None])[..., 0]
     speed = xp.amax(_length(xp, strikes * before), -1) if v_in is None else v_in
     return BatchedShock(_length(xp, jump) / speed[:, None], impulse.reshape(B, c, d), pivot)
+
+
+def effective_mass(xp: Any, M: Any, J_c: Any, locked: Any = None) -> Any:
+    """Effective mass (B, c) of each contact point alone along the last of its directions [kg].
+
+    m = (A⁻¹)_dd with A = J M⁻¹ Jᵀ (Khatib 1995): give the normal last. With three directions the
+    point sticks, with the normal alone it slides. Of dependent rows it is NaN.
+
+    Args: as of `batched_shock`.
+    """
+    M, J_c = _promoted(xp, M), _promoted(xp, J_c)
+    inverse = _inverse(xp, _mobility(xp, M, J_c, _free(xp, M, locked)))
+    return inverse[..., -1, -1]
+
+
+def mitigation(xp: Any, M: Any, J_c: Any, base: int = 6, locked: Any = None) -> Any:
+    """Impact mitigation factor (B, c) of each contact point alone [1].
+
+    ξ = det(1 − A⁻¹ A_L) with A = J M⁻¹ Jᵀ, and A_L the same with every joint locked (Wensing et
+    al., T-RO 2017, Eq. 8): 0 for a rigid robot, 1 where the joints take all of the impact.
+
+    Args:
+        xp: the library.
+        M: (B, nv, nv) joint-space inertia.
+        J_c: (B, c, 3, nv) Jacobians of the contact points.
+        base: how many of the velocities are those of the free base, which come first.
+        locked: (nv,) bool, velocities that the impact does not change.
+    """
+    M, J_c = _promoted(xp, M), _promoted(xp, J_c)
+    d = J_c.shape[2]
+    A = _mobility(xp, M, J_c, _free(xp, M, locked))
+    A_L = _mobility(xp, M[:, :base, :base], J_c[..., :base], _free(xp, M[:, :base, :base], None))
+    share = _solve(xp, A.reshape(-1, d, d), A_L.reshape(-1, d, d)).reshape(A.shape)
+    return xp.linalg.det(_eye(xp, share[0, 0, 0]) - share)
+
+
+def _free(xp: Any, M: Any, locked: Any) -> Any:
+    """One for each velocity (nv,) that is free, zero for the others."""
+    ones = xp.ones_like(M[0, 0])
+    return ones if locked is None else ones * ~locked
+
+
+def _held(xp: Any, M: Any, free: Any) -> Any:
+    """The inertia with the rows and columns of a unit matrix where velocities are not free."""
+    return M * (free[:, None] * free) + _eye(xp, free) * (1.0 - free)
+
+
+def _mobility(xp: Any, M: Any, J: Any, free: Any) -> Any:
+    """A = J M⁻¹ Jᵀ (B, c, d, d) of each contact alone [1/kg]."""
+    B, c, d, nv = J.shape
+    rows = J.reshape(B, c * d, nv) * free
+    response = _solve(xp, _held(xp, M, free), rows.mT).mT.reshape(B, c, d, nv)
+    return rows.reshape(B, c, d, nv) @ response.mT
+
+
+def _inverse(xp: Any, A: Any) -> Any:
+    """Inverses (..., d, d); NaN where a matrix is singular."""
+    d = A.shape[-1]
+    unit = xp.ones_like(A) * _eye(xp, A[0, 0, 0])
+    return _solve(xp, A.reshape(-1, d, d), unit.reshape(-1, d, d)).reshape(A.shape)
+
+
+def _promoted(xp: Any, array: Any) -> Any:
+    """An array of 16 bits in 32, in which sums over a robot keep three digits; others as they are."""
+    if _kind(array) not in ("float16", "bfloat16"):
+        return array
+    return array.to(xp.float32) if hasattr(array, "to") else array.astype(xp.float32)
 
 
 def _refuse_other_arrays(
