@@ -49,12 +49,12 @@ def main() -> None:
     robot = shockpc.load_robot("anymal_b")
     scene = shockpc.Scene(robot="anymal_b", contact="LF_FOOT")
     studies = {
-        "sweep": lambda: shockpc.sweep(
-            scene, [("LF_KFE", "-90:-60:5")], robot=robot, prove=0
-        ).table(),
-        "sweep with its proof": lambda: shockpc.sweep(
-            scene, [("LF_KFE", "-90:-60:5")], robot=robot
-        ).table(),
+        "sweep": lambda: (
+            shockpc.sweep(scene, [("LF_KFE", "-90:-60:5")], robot=robot, prove=0).table
+        ),
+        "sweep with its proof": lambda: (
+            shockpc.sweep(scene, [("LF_KFE", "-90:-60:5")], robot=robot).table
+        ),
         "limits": lambda: shockpc.limits(scene, "LF_KFE", "shock_com@base", max=0.05, robot=robot),
     }
     for name, study in studies.items():

@@ -65,7 +65,7 @@ def of_recorded(scene, profile, texts):
 
 
 def of_table(evaluation, texts):
-    table = evaluation.table()
+    table = evaluation.table
     assert not table.messages
     named = {
         column.name: (column.selection.name, column.place.name) for column in evaluation.computed
@@ -167,7 +167,7 @@ def test_a_new_study_refuses_options_without_effect(given):
     def by_columns(key):
         source = varied_landings(scene, {"speed": [1.0, 2.0]}, robot=known_robot("anymal_b"))
         selection, places = selected(source.first, key)
-        return Evaluation(source, (Column(selection, places[0]),), prove=0).table()
+        return Evaluation(source, (Column(selection, places[0]),), prove=0).table
 
     def by_profiles(key):
         return proven({"landing": (scene, known_robot("anymal_b"))}, [select(key)])

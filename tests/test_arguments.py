@@ -407,7 +407,7 @@ def test_arrays_and_paths_are_arguments_too(tmp_path):
 def test_cells_without_a_number_are_named():
     """None is an empty cell; any other object is shown."""
     columns = {"FL_calf_joint": [-1.4, None, object()], "vz": [-1.0, -1.0, -1.0]}
-    messages = shockpc.recorded(columns, SCENE).table().messages
+    messages = shockpc.recorded(columns, SCENE).table.messages
     assert messages[1] == "column FL_calf_joint is empty"
     assert "is not a finite number" in messages[2]
 

@@ -425,7 +425,7 @@ def test_with_a_fixed_base_answers_are_about_a_body_that_the_joints_lift():
             Scene(robot="r.urdf", contact=contact, posture=Posture(joints={"*": 0.3})), robot
         )
         assert (landing.base, robot.bodies[landing.trunk].name) == ("fixed", name)
-        table = sweep(landing.scene, {"strike-angle": (0.0, 10.0)}, robot=robot).table()
+        table = sweep(landing.scene, {"strike-angle": (0.0, 10.0)}, robot=robot).table
         assert np.all(table.columns[f"shock_com@{name}"] > 0.0)
 
 

@@ -200,7 +200,7 @@ def test_rows_do_not_depend_on_where_they_are_computed(dogs):
 def test_a_robot_that_fails_is_a_row_and_the_others_are_computed():
     """A name that nobody has, a robot whose fingers have no mass, and one that can be computed."""
     seen = []
-    found = batch(["nosuch", "romeo", "bolt"], done=seen.append)
+    found = batch(["nosuch", "romeo", "bolt"], progress=lambda robots: seen.append)
     assert seen == ["nosuch", "romeo", "bolt"]
     assert {row.robot for row in found.rows} == {"bolt"}
     assert [(failure.robot, failure.contact) for failure in found.failures] == [

@@ -330,9 +330,9 @@ def test_a_contact_means_the_same_in_every_way_of_asking(tmp_path):
             .chunk(0)
             .columns[place]
         )
-        table = (
-            recorded({"contact": np.array(names)}, scene, quantities=[place]).table().columns[place]
-        )
+        table = recorded({"contact": np.array(names)}, scene, quantities=[place]).table.columns[
+            place
+        ]
         np.testing.assert_allclose([swept, table], [values] * 2, atol=1e-12)
     # Offsets that vary are from the origin, not from the lowest point, at zero too.
     moved = (

@@ -487,7 +487,7 @@ def test_variations():
     landing with that scene.
     """
     vary = {"flex:FL_calf": (300.0,), "flex:*_thigh": "0.5x,1x"}
-    table = sweep(replace(GO2, flex=TUBES), vary, quantities=["peak_force"], prove=0).table()
+    table = sweep(replace(GO2, flex=TUBES), vary, quantities=["peak_force"], prove=0).table
     for found, thigh in zip(table.columns["peak_force@FL_foot"], (337.0, 674.0), strict=True):
         scene = replace(GO2, flex={"FL_calf": "EI:300", "FL_thigh": f"EI:{thigh}"})
         assert found == pytest.approx(peaks(scene)["FL_foot"], rel=1e-9)

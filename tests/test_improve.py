@@ -437,11 +437,9 @@ def test_constraints_of_the_ground_are_those_of_feasible(feet):
     cost = ShockCost(scene, "shock@imu_link", vary, robot)
     width = np.ptp(cost.bounds, axis=1)
     X = cost.bounds[:, 0] + width * np.random.default_rng(0).random((2000, len(vary)))
-    allowed = (
-        Evaluation(cost.groups[0].at(X), ground_columns(cost.groups[0].first), prove=0)
-        .table()
-        .feasible
-    )
+    allowed = Evaluation(
+        cost.groups[0].at(X), ground_columns(cost.groups[0].first), prove=0
+    ).table.feasible
     # A link without a foot has to keep clear by the ground's tolerance, of which `feasible` only
     # allows the other side.
     held = worst_and_allowed(cost, X)[1]

@@ -242,7 +242,7 @@ def test_a_sweep_over_attitudes_keeps_named_feet_that_a_tilt_makes_land_alone():
     scene = Scene(robot="go2", contact="FL_foot")
     table = shockpc.sweep(
         scene, {"base-pitch": [0.0, 10.0], "base-roll": [0.0, -10.0, 10.0]}, prove=0, feasible=True
-    ).table()
+    ).table
     name = "go2_description"
     assert table.columns["row"].tolist() == [0, 1, 3, 4]
     assert table.columns[f"feasible@{name}"].tolist() == [0.0, 0.0, 0.0, 1.0]

@@ -43,9 +43,9 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "stiffness": lambda robot: document(shock_profile(STIFF, robot)),
     "report": lambda robot: landing_report(shock_profile(STIFF, robot)).files(),
     "maps": lambda robot: shock_maps(resolve(FOOT, robot), robot.start[None]),
-    "sweep": lambda robot: sweep(
-        SLIDING, {"strike-angle": "-20:20:3"}, robot=robot, quantities=["feasible"]
-    ).table(),
+    "sweep": lambda robot: (
+        sweep(SLIDING, {"strike-angle": "-20:20:3"}, robot=robot, quantities=["feasible"]).table
+    ),
     "sensitivity": lambda robot: sensitivity(FOOT, "shock@base", robot),
     "batch": lambda robot: batch(["anymal_b"], lambda _: (robot, [FOOT])),
     "compare": lambda robot: compare(

@@ -755,7 +755,7 @@ def test_other_variations_have_limits_too(base, subject, span, target):
     assert ends
     table = sweep(
         base, {subject: [size * end for end in ends]}, robot=robot, quantities=[target], prove=0
-    ).table()
+    ).table
     np.testing.assert_allclose(table.values(table.column(target)), bound, rtol=1e-5)
 
 
@@ -885,7 +885,7 @@ def test_a_loop_is_followed_as_in_a_sweep():
     found = limits(
         base, "knee_left", "shock_com@cassie-pelvis", 0.01, joint_range=span, strikes=(0.0, 0.0)
     )
-    row = sweep(base, {"knee_left": value}, quantities=["shock_com@cassie-pelvis"], prove=0).table()
+    row = sweep(base, {"knee_left": value}, quantities=["shock_com@cassie-pelvis"], prove=0).table
     swept = next(x[0] for name, x in row.columns.items() if name.startswith("shock_com"))
     assert found.scan.at_scene_strike[0] == pytest.approx(swept, rel=1e-12)
 
@@ -905,7 +905,7 @@ def test_a_sweep_turns_every_strike_as_limits_do(strike):
         quantities=["shock@trunk_imu"],
         prove=0,
     )
-    table = swept.table()
+    table = swept.table
     plane = resolve(base, known_robot("hyq")).plane
     given = strike.vector(plane)
     for row, angle in enumerate(np.radians(angles)):

@@ -88,7 +88,7 @@ def test_names_stand_for_scenes(here):
     ).all()
     varied = {"strike-angle": [0.0, 10.0]}
     values = [
-        shockpc.sweep(one, varied, at=["imu_link"]).table().values("shock@imu_link").tolist()
+        shockpc.sweep(one, varied, at=["imu_link"]).table.values("shock@imu_link").tolist()
         for one in ("landing.toml", scene)
     ]
     assert values[0] == values[1]

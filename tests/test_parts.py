@@ -720,15 +720,13 @@ def test_shock_and_peaks_of_parts_are_columns_of_studies(here):
         robot="stick.urdf", contact="foot", part=(Part(name="IMU", at="imu_link", rating=RATING),)
     )
     of_shock = sweep(scene, {"speed": "1,2"}, quantities=("part.shock@IMU", "shock@imu_link"))
-    values = of_shock.table().columns
+    values = of_shock.table.columns
     assert values["part.shock@IMU"].tolist() == values["shock@imu_link"].tolist()
     assert np.nanmax(values["double_error"]) < 1e-12
     stiff = replace(scene, contact_stiffness=K, gravity=False)
-    peaks = (
-        sweep(stiff, {"speed": "1,2"}, quantities=("part.peak_g@IMU",))
-        .table()
-        .columns["part.peak_g@IMU"]
-    )
+    peaks = sweep(stiff, {"speed": "1,2"}, quantities=("part.peak_g@IMU",)).table.columns[
+        "part.peak_g@IMU"
+    ]
     np.testing.assert_allclose(
         peaks, shock_profile(stiff).parts[0].peak_g * np.array([1.0, 2.0]), rtol=1e-6
     )

@@ -636,7 +636,7 @@ def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
             "energy"
         ] * (not feasible)
     swept = sweep(scene, {"strike-angle": angles.tolist()}, robot=robot, at=["imu_link"], prove=0)
-    rows = swept.table()
+    rows = swept.table
     np.testing.assert_allclose(rows.values("energy_made"), expected, rtol=1e-9)
     assert rows.feasible.tolist() == allowed.tolist()
     summary = summarise(swept, rows)
@@ -644,7 +644,7 @@ def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
     assert summary.extents[0].best_row == 2
     columns = {"vx": np.sin(np.radians(angles)), "vz": -np.cos(np.radians(angles))}
     evaluation = recorded(columns, scene, robot=robot, prove=0)
-    table = evaluation.table()
+    table = evaluation.table
     np.testing.assert_allclose(table.values("energy_made"), expected, rtol=1e-9)
     (line,) = recorded_report("log", evaluation.landings, table).warnings
     assert "2 of 4" in line

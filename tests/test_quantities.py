@@ -138,10 +138,8 @@ def test_the_greatest_jump_over_a_box_is_that_of_a_corner(tmp_path):
     ).max()
     assert profile.value("delta_v_max", "body")[0] == pytest.approx(expected, rel=1e-14)
     assert_shock(scene, at="box", metric="delta_v_max", max=expected * (1 + 1e-12))
-    rows = (
-        sweep(scene, {"speed": "1,2,3"}, quantities=["delta_v_max@box"])
-        .table()
-        .values("delta_v_max")
+    rows = sweep(scene, {"speed": "1,2,3"}, quantities=["delta_v_max@box"]).table.values(
+        "delta_v_max"
     )
     np.testing.assert_allclose(rows, expected * np.array([1.0, 2.0, 3.0]) / 1.5, rtol=1e-12)
     designs = [Design(name, scene, profile.robot) for name in "ab"]

@@ -63,7 +63,7 @@ def test_a_fixed_base_has_no_velocity_of_its_own(rig):
     table = {"before_rail": [-1.4, -2.8], "before_knee": [0.0, 0.0]}
     for strike in (Strike(), Strike(joint_velocities={"rail": -3.0})):
         scene = Scene(**vars(rig) | {"strike": strike})
-        found = recorded(table, scene, ["delta_qd@knee"]).table().columns["delta_qd@knee"]
+        found = recorded(table, scene, ["delta_qd@knee"]).table.columns["delta_qd@knee"]
         knee = robot_of(rig).joint("knee").v.start
         np.testing.assert_allclose(found, [expected[knee], 2.0 * expected[knee]], rtol=1e-12)
     with pytest.raises(SceneError.__base__, match="would be added"):

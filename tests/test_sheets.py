@@ -41,11 +41,11 @@ REPORTS = {
     "fall": fall_report,
     "identify": lambda found: identify_report(Path("tosses.csv"), found),
     "improve": improve_report,
-    "recorded": lambda found: recorded_report("log.csv", found.landings, found.table()),
+    "recorded": lambda found: recorded_report("log.csv", found.landings, found.table),
     "limits": limits_report,
     "place": place_report,
     "sensitivity": sensitivity_report,
-    "sweep": lambda found: sweep_report(summarise(found, found.table(), found.landings.variations)),
+    "sweep": lambda found: sweep_report(summarise(found, found.table, found.landings.variations)),
     "touchdowns": lambda found: touchdowns_report(Path("log.csv"), found),
 }
 

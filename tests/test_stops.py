@@ -398,7 +398,7 @@ def test_stops_that_strike_on_the_command_line(capfd, here):
         stops=None,
         strike=Strike(joint_velocities={"slide": -3.0}),
     )
-    table = sweep(scene, {"slide": "0,0.1"}, quantities=("stop_impulse@slide",)).table()
+    table = sweep(scene, {"slide": "0,0.1"}, quantities=("stop_impulse@slide",)).table
     assert table.columns["stop_impulse@slide"][0] == pytest.approx(9.0 / 7.0, rel=1e-12)
     assert np.isnan(table.columns["stop_impulse@slide"][1])
     assert "stop" in table.messages[1]
@@ -585,7 +585,7 @@ def test_rows_of_studies_are_those_of_analyses(here):
     others are as without stops.
     """
     wanted = ("stop_impulse@slide", "stop_acts@slide", "shock_com@body")
-    table = sweep(column(), {"slide": "0,0.1", "speed": "1,2"}, quantities=wanted, prove=0).table()
+    table = sweep(column(), {"slide": "0,0.1", "speed": "1,2"}, quantities=wanted, prove=0).table
     assert table.columns["proven"].tolist() == [True, True, False, False]
     np.testing.assert_allclose(
         table.columns["stop_impulse@slide"], [3.0, 6.0, 0.0, 0.0], rtol=1e-14

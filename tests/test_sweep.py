@@ -49,7 +49,7 @@ def anymal():
 
 def table(made: Evaluation) -> tuple[dict, dict]:
     """All rows of a sweep, and its messages by row."""
-    whole = made.table()
+    whole = made.table
     return whole.columns, whole.messages
 
 
@@ -60,7 +60,7 @@ def summary_of(made: Evaluation) -> Summary:
         one for one in landings.variations if landings.sample is not None and one.kind != "contact"
     ]
     return summarise(
-        made, made.table(), varied, keep=landings.sample is None and len(landings.variations) <= 2
+        made, made.table, varied, keep=landings.sample is None and len(landings.variations) <= 2
     )
 
 
@@ -704,7 +704,7 @@ def test_rows_with_friction_equal_the_single_analysis(anymal, changes, in_arrays
         prove=0,
     )
     assert check(made) > 3
-    assert made.table().columns["proven"].all() != in_arrays
+    assert made.table.columns["proven"].all() != in_arrays
 
 
 def test_undetermined_impulses_are_left_out_of_a_sweep(anymal):
@@ -943,7 +943,7 @@ def test_an_option_that_says_that_it_varies_is_one_of_a_sweep(anymal):
         quantities=["contact.restitution@LF_FOOT"],
         prove=0,
     )
-    table = made.table()
+    table = made.table
     alone = [
         shock_profile(replace(scene, contact_damping=value), anymal) for value in (10.0, 200.0)
     ]
@@ -969,6 +969,6 @@ def test_a_ball_joint_and_a_point_mass_are_set_as_an_analysis_sets_them():
     vary = {"turn-x:hip": [-10.0, 20.0], "turn-y:hip": [0.0, 30.0], "point-mass:leg": [0.0, 0.5]}
     table = sweep(
         Scene(robot="m", contact="foot"), vary, robot=robot, quantities=["shock_com@base"], prove=8
-    ).table()
+    ).table
     assert len(set(np.round(table.columns["shock_com@base"], 9))) == 8
     assert table.columns["double_error"].max() < 1e-12

@@ -332,7 +332,7 @@ def test_a_csv_file_is_parsed_once_for_as_many_columns_as_memory_allows(
         {"knee": "-40:-20:3", "contact": "foot"},
         quantities=["ropc@body"],
     )
-    files, expected, parsed = RowFiles(made, tmp_path / "out", "csv"), made.table(), []
+    files, expected, parsed = RowFiles(made, tmp_path / "out", "csv"), made.table, []
     files.prepare(resume=False)
     assert list(files.write(None)) == [0, 3]
     if limit is not None:

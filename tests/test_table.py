@@ -206,7 +206,7 @@ def test_every_study_is_among_these():
 def test_every_study_has_a_table_with_units(name, tmp_path):
     compute, rows, units = STUDIES[name]
     found = compute(tmp_path)
-    table = found.table() if callable(found.table) else found.table
+    table = found.table
     assert isinstance(table, Table)
     assert len(table) == rows(found) > 0
     assert table.units.keys() == table.columns.keys()
@@ -268,7 +268,7 @@ def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
 def test_what_a_table_does_not_have_is_refused(call):
     table = shockpc.recorded(
         {"q_LF_KFE": [-1.0, -1.2], "name": ["a", "b"]}, FOOT, ["shock@imu_link"]
-    ).table()
+    ).table
     assert table.worst(-1, "shock@imu_link") == []
     with pytest.raises(shockpc.StudyError):
         call(Table(table.computed, {**table.columns, "name": np.array(["a", "b"])}, {}))

@@ -59,7 +59,7 @@ def computed(
         if folder is not None:
             RowFiles(evaluation, folder, "parquet").refuse_present()
         with workers as pool:
-            table = evaluation.table(pool, progress(f"{noun} computed", rows))
+            table = evaluation.computed_table(pool, progress(f"{noun} computed", rows))
         yield table
         return
     try:

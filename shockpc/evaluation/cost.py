@@ -337,8 +337,7 @@ class ShockCost:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
         tables = [
             Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED)
-            .table()
-            .without_defects()
+            .table.without_defects()
             .columns
             for group, columns in zip(self.groups, self._columns, strict=True)
         ]

@@ -31,7 +31,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, attempt, refusal
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, counted, shown_by
 from shockpc.text.trace import Trace
 
 TRUSTED = 1e10
@@ -83,6 +83,14 @@ class Evaluation(Generic[L]):
 
     _repr_html_ = shown_by("show.report:evaluation_report")
 
+    def __repr__(self) -> str:
+        names = [column.name for column in self.computed]
+        rows = counted(self.landings.rows, "row")
+        return brief(self, rows, ", ".join([*self.landings.headings, *names][:8]))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "table"}
+
     @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
@@ -106,10 +114,15 @@ class Evaluation(Generic[L]):
         """Compute a chunk."""
         return self.compute(k, self.landings.data(k))
 
-    def table(
+    @functools.cached_property
+    def table(self) -> Table:
+        """All rows, which are computed once, in this process; `computed_table` takes others."""
+        return self.computed_table()
+
+    def computed_table(
         self, executor: Executor | None = None, done: Callable[..., object] = lambda parts: None
     ) -> Table:
-        """Compute all chunks.
+        """All rows, computed anew.
 
         Args:
             executor: computes them; this process by default.

@@ -16,7 +16,7 @@ from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, StudyError
 from shockpc.text.printed import listed
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, counted, shown_by
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,16 @@ class Table:
     common: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("show.report:table_report")
+
+    def __repr__(self) -> str:
+        names = [*self.columns]
+        left = len(names) - 8
+        more = f" and {left} more" if left > 0 else ""
+        return brief(self, counted(len(self), "row"), f"{', '.join(names[:8])}{more}")
+
+    def __call__(self) -> "Table":
+        """Itself: `.table` of a study is the same as `.table`."""
+        return self
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))

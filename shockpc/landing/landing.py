@@ -74,7 +74,8 @@ class Landing:
     pulse: Pulse | None
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}(scene={self.scene!r}, robot={self.robot!r})"
+        held = [f'{block.kind} "{block.frame}"' for block in (*self.contacts, *self.stance)]
+        return f"{type(self).__name__}({self.robot.label}: {', '.join(held)})"
 
     @property
     def base(self) -> Base:

@@ -7,6 +7,7 @@ import functools
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import MISSING
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from shockpc.text.arguments import LARGEST_NUMBER, typed
@@ -39,7 +40,16 @@ class Record:
         return hash(tuple(vars(self).values()))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in vars(self).items())})"
+        """The fields that differ from their defaults."""
+        fields: dict[str, Any] = vars(type(self))["__dataclass_fields__"]
+        shown = []
+        for name, value in vars(self).items():
+            default = fields[name].default
+            if fields[name].default_factory is not MISSING:
+                default = fields[name].default_factory()
+            if default is MISSING or type(value) is not type(default) or value != default:
+                shown.append(f"{name}={value!r}")
+        return f"{type(self).__name__}({', '.join(shown)})"
 
 
 class Option(NamedTuple):

@@ -36,6 +36,39 @@ QUANTITIES: tuple[Quantity, ...] = (
 )
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
+WITHOUT_SYMBOLS = frozenset(
+    {
+        "energy_made",
+        "depth",
+        "feasible",
+        "needs_tilt",
+        "off_plane",
+        "shock_min",
+        "shock_max",
+        "delta_v_max",
+        "energy_share",
+        "joint_torque_share",
+        "most_severe",
+        "most_severe_direction",
+        "least_severe",
+        "least_severe_direction",
+        "friction_needed",
+        "pull",
+        "centre_of_pressure",
+        "twist_needed",
+        "translates",
+    }
+)
+"""Quantities whose formulas compare numbers or search, so that they have no symbols."""
+
+
+def has_symbols(quantity: Quantity) -> bool:
+    """Whether the numbers of a quantity can be written in symbols, for any posture."""
+    decided = quantity.needs_posture or quantity.unproven or quantity.role
+    computed = quantity.on == "scene" and quantity.of != "part" and not decided
+    return computed and quantity.key not in WITHOUT_SYMBOLS
+
+
 _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}
 
 

@@ -2,6 +2,7 @@
 when it is read.
 """
 
+import pkgutil
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -121,10 +122,8 @@ class ShockProfile(OfLanding):
     judge: Judge
 
     def __repr__(self) -> str:
-        return (
-            f"ShockProfile(landing={self.landing!r}, "
-            f"unknowns={[str(one) for one in self.unknowns]})"
-        )
+        known = "; ".join(f"unknown: {one}" for one in self.unknowns)
+        return f"ShockProfile({self.landing!r}{'; ' if known else ''}{known})"
 
     _repr_html_ = shown_by("studies.analyze.report:landing_report")
 
@@ -136,6 +135,19 @@ class ShockProfile(OfLanding):
             OutputError: Plotly is not installed, or no browser is found.
         """
         show_page("studies.analyze.report:landing_report", self)
+
+    def figure(self, ax: Any = None) -> Any:
+        """The figure of the landing in its plane, of matplotlib.
+
+        It can be restyled, and saved as PDF, SVG or PNG: `profile.figure().savefig("go2.pdf")`.
+
+        Args:
+            ax: axes on which the robot, its velocities and its centres of percussion are drawn,
+                without tables; a figure with tables by default.
+
+        Returns: the figure, of the axes if they are given.
+        """
+        return pkgutil.resolve_name("shockpc.show.figure.plane:landing_figure")(self, ax)
 
     @cached_property
     def scene(self) -> Scene:

@@ -1,8 +1,20 @@
-"""How a result is shown in a notebook: by the report of its command, which is imported then."""
+"""How a result is shown: in a line, and in a notebook by the report of its command, which is imported
+then.
+"""
 
 import pkgutil
 from collections.abc import Callable
 from typing import Any
+
+
+def brief(result: Any, *parts: str) -> str:
+    """The `repr` of a result: its class, and in a few words what it is."""
+    return f"{type(result).__name__}({'; '.join(filter(None, parts))})"
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things, such as "3 rows"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def shown_by(report: str, *before: Any) -> Callable[[Any], str]:

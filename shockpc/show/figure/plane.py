@@ -14,7 +14,7 @@ from shockpc.robot.geometry import drawn_outline
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.style import INK, band
+from shockpc.show.figure.style import INK, band, settings
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
 from shockpc.show.wording import BRACKETED, count, robot_name
@@ -34,6 +34,9 @@ LOW, HIGH = 3.8, 6.4
 
 WARNINGS = 3
 """Warnings that are written in full."""
+
+PICTURE = (5.4, 4.2)
+"""Largest width and height of a picture on axes that are given [inches]."""
 
 OUT_OF_PLANE = 0.1
 """Share of a body's motion out of the plane above which the figure says so [1]."""
@@ -68,6 +71,25 @@ def draw_landing(profile: ShockProfile) -> Figure:
     page.bar(LEFT, width)
     page.key()
     return page.figure
+
+
+def landing_figure(profile: ShockProfile, axes: Axes | None = None) -> Figure:
+    """The figure of a landing in its plane, to be restyled; as `ShockProfile.figure`."""
+    with settings():
+        if axes is None:
+            return draw_landing(profile)
+        view = view_of(profile)
+        (window,) = windows_of([view], (0.15, 0.15), PICTURE, (3.4, 2.2))
+        axes.set_aspect("equal")
+        axes.set_xlim(window.low[0], window.high[0])
+        axes.set_ylim(window.low[1], window.high[1])
+        axes.set_xlabel(f"{view.names[0]} [m]")
+        axes.set_ylabel(f"{view.names[1]} [m]")
+        draw_bodies(axes, view)
+        draw_marks(axes, view, window)
+        figure = axes.get_figure(root=True)
+        assert isinstance(figure, Figure)
+        return figure
 
 
 def draw_picture(

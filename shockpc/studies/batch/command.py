@@ -57,7 +57,7 @@ def batch(
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options)
         result = study(
-            every, read, pool, look, progress("robots computed", len(every)), **given(study, typed)
+            every, read, pool, look, partial(progress, "robots computed"), **given(study, typed)
         )
     emit(batch_report(result, landings), output)
     return exit_code(

@@ -34,7 +34,7 @@ from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import ShockError, StudyError, attempt, traces
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, counted, shown_by
 
 STANDARD = (
     "mass",
@@ -142,6 +142,9 @@ class Batch(NamedTuple):
     failures: tuple[Failure, ...]
     table: Table
 
+    def __repr__(self) -> str:
+        return brief(self, counted(len(self.rows), "landing"), f"ranked by {self.rank}")
+
     def _repr_html_(self) -> str:
         return shown_by("studies.batch.report:batch_report")(self)
 
@@ -201,7 +204,7 @@ def batch(
     read: Read = landings_without_contacts,
     executor: Executor | None = None,
     look: Callable[[ShockProfile], Any] | None = None,
-    done: Callable[[str], None] | None = None,
+    progress: Callable[[int], Callable[[str], None]] = lambda robots: lambda name: None,
     quantities: QuantityOption = (),
     rank: Annotated[
         str,
@@ -222,7 +225,8 @@ def batch(
         executor: computes each robot; in this process by default. Others need `read` and `look` to
             be picklable.
         look: makes something of each profile, such as a picture, where the profile is computed.
-        done: is called with the name of each robot that is computed, in the order of `robots`.
+        progress: is called with the number of robots; what it returns with the name of each when
+            it is computed, in the order of `robots`.
 
     Raises:
         UnknownName: there is no such quantity.
@@ -235,6 +239,7 @@ def batch(
     wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
     name = rank.removeprefix("robot.")
     found, defects = list[BatchRow | Failure](), list[str]()
+    done = progress(len(names))
     for source, part in zip(
         names,
         in_order(executor, functools.partial(_landed, read, wanted, look, texts, name), names),
@@ -242,8 +247,7 @@ def batch(
     ):
         found += part[0]
         defects += part[1]
-        if done is not None:
-            done(source)
+        done(source)
     rows = [one for one in found if isinstance(one, BatchRow)]
     failures = [one for one in found if isinstance(one, Failure)]
     selection = select(rank.partition("@")[0])

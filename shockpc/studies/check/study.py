@@ -44,7 +44,7 @@ from shockpc.text.arguments import checked
 from shockpc.text.errors import ShockError, StudyError, traces
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 
 EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""
@@ -177,6 +177,10 @@ class Check:
 
     _repr_html_ = shown_by("studies.check.report:check_report")
 
+    def __repr__(self) -> str:
+        statuses = [outcome.status for outcome in self.outcomes]
+        return brief(self, *(f"{statuses.count(one)} {one}" for one in dict.fromkeys(statuses)))
+
     @property
     def table(self) -> Table:
         """A row for each outcome, in the order of the file of budgets."""
@@ -250,7 +254,7 @@ def check_budgets(
     given: Budgets | str | os.PathLike[str],
     baseline: Baseline | str | os.PathLike[str] | None = None,
     renewing: bool = False,
-    progress: Callable[[int], Callable[[str], None]] | None = None,
+    progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,
 ) -> Check:
     """Compute the landings of a file of budgets, and compare them with their limits.
 
@@ -301,7 +305,7 @@ def check_budgets(
             "without a baseline no baseline_tolerance was checked; name it with --baseline, or in "
             "the budgets' file"
         )
-    done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
+    done = progress(len(planned))
     outcomes: list[Outcome] = []
     profiles: dict[str, ShockProfile] = {}
     bound = 0.0
@@ -313,7 +317,7 @@ def check_budgets(
     defects = traces(results.values())
     for plan, result in zip(planned, results.values(), strict=True):
         designs = (
-            plan.designs.table()
+            plan.designs.table
             if plan.designs is not None and isinstance(result, ShockProfile)
             else None
         )

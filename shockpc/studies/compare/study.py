@@ -22,7 +22,7 @@ from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.studies.compare.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 
 STANDARD = (
     "shock",
@@ -122,6 +122,13 @@ class Comparison:
     ends: Mapping[End, "Comparison | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.compare.report:compare_report")
+
+    def __repr__(self) -> str:
+        return brief(
+            self,
+            " against ".join(design.label for design in self.designs),
+            f"{len(self.quantities)} quantities",
+        )
 
     @property
     def letters(self) -> list[str]:

@@ -26,7 +26,7 @@ from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.export.code import MOST_ERROR, Samples, code_files
 from shockpc.text.errors import SolveError, StudyError
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 
 Language = Literal["c", "js", "casadi"]
 
@@ -70,6 +70,9 @@ class Export:
     tested: float | None
 
     _repr_html_ = shown_by("studies.export.report:export_report")
+
+    def __repr__(self) -> str:
+        return brief(self, self.lang, *self.files)
 
     @property
     def landing(self) -> PosedLanding:

@@ -40,7 +40,7 @@ from shockpc.studies.improve.search import (
 )
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import few
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 
 USUAL_RANGE = 45.0
@@ -153,6 +153,10 @@ class Improvement:
     ends: Mapping[End, DriveEnd | ShockError] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.improve.report:improve_report")
+
+    def __repr__(self) -> str:
+        changed = [f"{one.name} {one.before:.4g} → {one.after:.4g}" for one in self.variables[:4]]
+        return brief(self, *changed)
 
     def moves(self, end: DriveEnd) -> bool:
         """Whether the number at the optimum differs by more than 1 %, or a variable by 1 degree, 1

@@ -233,7 +233,7 @@ def within(x: Array, runs: Sequence[tuple[float, float]]) -> np.ndarray:
 def _computed(sweep: VariedLandings, columns: tuple[Column, ...]) -> Table:
     elsewhere = (select("feasible"),)  # which depends on the friction
     rows = Evaluation(sweep, columns, prove=0, trusted=ILL_CONDITIONED, elsewhere=elsewhere)
-    return rows.table().without_defects()
+    return rows.table.without_defects()
 
 
 def _ranges(values: Array, refused: dict[int, str]) -> Iterator[tuple[float, float, str]]:

@@ -42,7 +42,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, Scan, Strikes, scanned, within
 from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
@@ -197,6 +197,10 @@ class JointLimits:
     ends: Mapping[End, "JointLimits | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.limits.report:limits_report")
+
+    def __repr__(self) -> str:
+        bound = f"{self.target.name} {'≥' if self.bound.below else '≤'} {self.bound.value:g}"
+        return brief(self, bound, f"varied: {', '.join(self.joints)}")
 
     @property
     def worst(self) -> tuple[Array, Array]:

@@ -37,7 +37,7 @@ from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.names import match
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, counted, shown_by
 
 NEAREST = 1e-3
 """Smallest distance between alternatives [m]."""
@@ -142,6 +142,10 @@ class PlaceStudy:
     ends: Mapping[End, "PlaceStudy | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.place.report:place_report")
+
+    def __repr__(self) -> str:
+        body = self.robot.bodies[self.body].name
+        return brief(self, f"{self.robot.name}, body {body}", counted(len(self.places), "place"))
 
     @property
     def weights(self) -> Array | None:

@@ -1,13 +1,13 @@
-"""The table of quantities: key, kind of place, unit, title, which change is worse, and when a value
-is missing.
+"""The table of quantities: key, kind of place, unit, title, which change is worse, whether it can be
+written in symbols, and when a value is missing.
 """
 
-from shockpc.quantities.selection import QUANTITIES
+from shockpc.quantities.selection import QUANTITIES, has_symbols
 from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.names import match
 
-COLUMNS = ("key", "of", "unit", "title", "worse", "note")
+COLUMNS = ("key", "of", "unit", "title", "worse")
 
 
 def quantities_report(pattern: str | None = None) -> Report:
@@ -18,12 +18,13 @@ def quantities_report(pattern: str | None = None) -> Report:
     """
     names = [name for quantity in QUANTITIES for name in (quantity.key, quantity.of)]
     chosen = match("*" if pattern is None else pattern, names, "quantity", "", "shockpc quantities")
-    rows = [
-        tuple(getattr(quantity, name) for name in COLUMNS)
-        for quantity in QUANTITIES
-        if quantity.key in chosen or quantity.of in chosen
-    ]
-    sheet = Sheet("quantities of a landing", COLUMNS, rows)
+    rows = []
+    for quantity in QUANTITIES:
+        if quantity.key in chosen or quantity.of in chosen:
+            symbols = "yes" if has_symbols(quantity) else "no"
+            values = [getattr(quantity, name) for name in COLUMNS]
+            rows.append((*values, symbols, quantity.note))
+    sheet = Sheet("quantities of a landing", (*COLUMNS, "symbols", "note"), rows)
     return Report(
         name="quantities",
         title="Quantities of a landing",

@@ -245,9 +245,9 @@ def slopes_beside(
         h, sided, given = step[todo] / FINER**k, one_sided[todo], np.full((len(todo), 4, n), np.nan)
         shares = np.where(sided[:, None], FORWARD, CENTRAL)
         given[np.arange(len(todo)), :, todo] = present[todo, None] + h[:, None] * shares
-        table = (
-            replace(evaluation, landings=source.at(given.reshape(-1, n))).table().without_defects()
-        )
+        table = replace(
+            evaluation, landings=source.at(given.reshape(-1, n))
+        ).table.without_defects()
         f = table.values(number).reshape(-1, 4).T
         messages |= {int(todo[i // 4]): text for i, text in table.messages.items()}
         whole, half, left = _differences(f, here, h, sided)

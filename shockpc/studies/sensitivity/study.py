@@ -43,7 +43,7 @@ from shockpc.studies.sensitivity.slopes import (
     slopes_beside,
 )
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12
@@ -119,6 +119,10 @@ class Sensitivity:
     ends: Mapping[End, "Sensitivity | ShockError"] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.sensitivity.report:sensitivity_report")
+
+    def __repr__(self) -> str:
+        first = [effect.parameter for effect in self.effects[:3]]
+        return brief(self, self.target.name, f"largest effects: {', '.join(first)}")
 
     @property
     def value(self) -> float:

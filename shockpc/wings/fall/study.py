@@ -33,7 +33,7 @@ from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
 from shockpc.text.printed import listed
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, counted, shown_by
 from shockpc.text.trace import Trace
 from shockpc.wings.fall.body import Rigid
 from shockpc.wings.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
@@ -128,6 +128,9 @@ class Falls:
     margins: tuple[Margin, ...]
 
     _repr_html_ = shown_by("wings.fall.report:fall_report")
+
+    def __repr__(self) -> str:
+        return brief(self, self.robot.name, counted(len(self.results), "strike"))
 
     @property
     def landings(self) -> tuple[StrikeResult, ...]:

@@ -156,7 +156,7 @@ def test_sweeps_vary_restitution_and_rotors(here):
     )
     table = sweep(
         scene, {"restitution": [0.0, 0.5], "rotor:knee": [1e-5, 1e-4]}, quantities=["delta_qd@knee"]
-    ).table()
+    ).table
     contact = replace(scene.contact[0], restitution=0.5)
     joints = Joints(rotor={"knee": Rotor(inertia=1e-4, gear_ratio=9.0)})
     expected = shock_profile(replace(scene, contact=contact, joints=joints)).delta_qd[

@@ -370,7 +370,7 @@ def test_the_sign_of_vectors_at_points():
         for at in ("imu", "base:0.2,0.1,0")
     }
     table = {"name": np.arange(10).astype(str), "vx": vx, "vz": vz} | jumps
-    rows = shockpc.recorded(table, scene, ["delta_v.x@imu", "delta_v@imu"]).table().columns
+    rows = shockpc.recorded(table, scene, ["delta_v.x@imu", "delta_v@imu"]).table.columns
     np.testing.assert_allclose(rows["delta_v.x@imu"], -vx, atol=1e-9)
     np.testing.assert_allclose(rows["delta_v@imu"], np.hypot(vx, vz), atol=1e-9)
     groups = {

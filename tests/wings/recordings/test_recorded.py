@@ -82,7 +82,7 @@ def study(columns, scene=SCENE, quantities=(), robot=None, prove=0):
 
 def compute(made):
     """The landings of a table, and what is computed of them."""
-    table = made.table()
+    table = made.table
     return SimpleNamespace(
         study=made.landings,
         computed=made.computed,
@@ -122,7 +122,7 @@ def test_a_table_in_python_is_its_columns_or_its_file(tmp_path):
     """As every other study: shockpc.recorded gives an evaluation whose table has the same numbers."""
     columns, robot = table(), known_robot("anymal_b")
     first, second = (
-        shockpc.recorded(given, SCENE, ("shock@imu_link",), robot=robot).table()
+        shockpc.recorded(given, SCENE, ("shock@imu_link",), robot=robot).table
         for given in (columns, written(tmp_path / "log.csv", columns))
     )
     np.testing.assert_allclose(
@@ -234,7 +234,7 @@ def test_a_recorded_angle_that_a_scene_would_refuse_is_not_written_as_one():
         Scene(robot="go2", contact=contact),
         robot=robot,
     )
-    assert len(made.table().messages) == 0
+    assert len(made.table.messages) == 0
     with pytest.raises(StudyError, match=r'row 0.*429\.718 deg.*"FL_thigh_joint"'):
         made.landings.case(0)
     np.testing.assert_allclose(
@@ -793,9 +793,9 @@ def test_rows_with_contacts_of_their_own_need_none_of_the_scene():
         "name": np.array(["a", "b", "c"]),
     }
     bare, robot = Scene(robot="anymal_b"), known_robot("anymal_b")
-    found = recorded.recorded(columns, bare).table()
+    found = recorded.recorded(columns, bare).table
     filled = columns | {"contact": np.array(["RF_FOOT", "LF_FOOT+RF_FOOT", "LF_FOOT"])}
-    given = recorded.recorded(filled, SCENE, robot=robot).table()
+    given = recorded.recorded(filled, SCENE, robot=robot).table
     np.testing.assert_allclose(
         found.values("shock@imu_link")[:2], given.values("shock@imu_link")[:2], rtol=1e-12
     )
@@ -1070,9 +1070,9 @@ def test_efforts_of_a_table_are_torques_of_its_rows():
         names = [place.name for place in profile.places("joint")]
         peak = profile.value("peak_joint_moment", "joint")[names.index("LF_KFE")]
         assert made.columns[peaks[0]][i] == pytest.approx(peak, rel=1e-9)
-    plain = study(columns, SCENE, ("delta_v@imu_link",)).table()
+    plain = study(columns, SCENE, ("delta_v@imu_link",)).table
     del columns["effort_LF_KFE"]
-    same = study(columns, SCENE, ("delta_v@imu_link",)).table()
+    same = study(columns, SCENE, ("delta_v@imu_link",)).table
     np.testing.assert_array_equal(
         plain.columns["delta_v@imu_link"], same.columns["delta_v@imu_link"]
     )
@@ -1086,7 +1086,7 @@ def test_velocities_at_a_time_are_columns():
     made = study(columns, replace(SCENE, contact_stiffness=1e5))
     selection, (place,) = selected(made.landings.first, "delta_v.x@base")
     wanted = tuple(Column(selection, place, time=time) for time in (2.0, 8.0))
-    found = replace(made, computed=wanted).table().columns
+    found = replace(made, computed=wanted).table.columns
     for i in range(6):
         motion = CompliantLanding(made.landings.landing(i), 0.008)
         for column in wanted:
@@ -1095,7 +1095,7 @@ def test_velocities_at_a_time_are_columns():
                 jump, rel=1e-9
             )
     falls = study(columns | {"vz": np.full(6, 1.0)}, replace(SCENE, contact_stiffness=1e5))
-    assert len(replace(falls, computed=wanted).table().messages) == 6
+    assert len(replace(falls, computed=wanted).table.messages) == 6
 
 
 def statistics_of(sheet, k):

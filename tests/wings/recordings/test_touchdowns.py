@@ -248,12 +248,12 @@ def test_standing_feet_of_a_table_are_the_stance_of_its_landings(here):
         "vz": -np.ones(3),
         "vx": np.zeros(3),
     }
-    results = shockpc.recorded(columns, scene, ["delta_v@body"]).table()
+    results = shockpc.recorded(columns, scene, ["delta_v@body"]).table
     for k, stance in enumerate([("right_foot",), ()]):
         single = Scene(robot=scene.robot, contact="left_foot", stance=stance)
         alone = shockpc.recorded(
             {"vz": -np.ones(1), "vx": np.zeros(1)}, single, ["delta_v@body"]
-        ).table()
+        ).table
         assert results.columns["delta_v@body"][k] == pytest.approx(
             alone.columns["delta_v@body"][0], rel=1e-12
         )
@@ -427,7 +427,7 @@ def test_all_feet_are_looked_at_whatever_strikes_in_the_scene(here):
     )
     assert few.frames == ("left_foot",)
     assert any("right_foot" in text and "right_leg" in text for text in few.warnings)
-    rows = shockpc.recorded(found.table, Scene(robot=scene.robot)).table().to_pandas()
+    rows = shockpc.recorded(found.table, Scene(robot=scene.robot)).table.to_pandas()
     assert rows[["name", "contact"]].values.tolist() == [["1", "left_foot+right_foot"]]
 
 

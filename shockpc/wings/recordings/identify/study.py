@@ -31,7 +31,7 @@ from shockpc.landing.scene_file import scene_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, shown_by
 from shockpc.wings.recordings.identify.fit import Fit, Solution, fit_of, solve
 from shockpc.wings.recordings.identify.remarks import of_control, of_errors, of_model, of_unknowns
 from shockpc.wings.recordings.identify.uncertainty import (
@@ -100,6 +100,11 @@ class Identification:
     scan: Callable[[int], tuple[Array, Array]] = field(repr=False)
 
     _repr_html_ = shown_by("wings.recordings.identify.report:identify_report", Path("a table"))
+
+    def __repr__(self) -> str:
+        return brief(
+            self, *(f"{one.variation.subject} {one.value:.4g}" for one in self.unknowns[:6])
+        )
 
     @property
     def table(self) -> Table:

@@ -121,7 +121,7 @@ def predicted_later(
         for time in sorted({measured.time for measured in timed if measured.time})
     }
     wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
-    results = Evaluation(study, tuple(wanted.values()), prove=0).table().without_defects()
+    results = Evaluation(study, tuple(wanted.values()), prove=0).table.without_defects()
     messages, jumps = (
         dict(results.messages),
         {time: base_in_world(study, one, results.columns) for time, one in at_times.items()},
@@ -329,7 +329,7 @@ class Predictor:
             jumps, messages = predicted_later(study, keys, self.measured)
             return np.stack(jumps, axis=1), messages
         computed = tuple({column.name: column for column in keys.values()}.values())
-        table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table().without_defects()
+        table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table.without_defects()
         by_key = base_in_world(study, keys, table.columns)
         return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(
             table.messages
@@ -423,11 +423,9 @@ class Predictor:
         scenes = tuple(_sticking(scene) for scene in self.rows.scenes)
         rows = self.rows._replace(scenes=scenes, friction=np.full(len(self.rows.Q), np.nan))
         lost = Column(select("energy_lost"), Place(self.robot.name))
-        table = (
-            Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0)
-            .table()
-            .without_defects()
-        )
+        table = Evaluation(
+            RecordedLandings(self.robot, rows), (lost,), prove=0
+        ).table.without_defects()
         return np.asarray(table.columns[lost.name])
 
 

@@ -232,13 +232,9 @@ def compare_measured(
             )
         study = RecordedLandings(robot, rows, by_friction=True)
         by_key = predicting(study, friction=not np.isnan(rows.friction).all())
-        results = (
-            Evaluation(
-                study, tuple({column.name: column for column in by_key.values()}.values()), prove=0
-            )
-            .table()
-            .without_defects()
-        )
+        results = Evaluation(
+            study, tuple({column.name: column for column in by_key.values()}.values()), prove=0
+        ).table.without_defects()
         jumps = base_in_world(study, by_key, results.columns)
         predictions = [
             (

@@ -27,7 +27,7 @@ from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
-from shockpc.text.shown import shown_by
+from shockpc.text.shown import brief, counted, shown_by
 from shockpc.wings.recordings.logs.detection import FEWEST, foot_landings
 from shockpc.wings.recordings.logs.logged_motion import (
     PARTS,
@@ -122,6 +122,9 @@ class Touchdowns:
     warnings: tuple[str, ...]
 
     _repr_html_ = shown_by("wings.recordings.touchdowns.report:touchdowns_report", Path("a log"))
+
+    def __repr__(self) -> str:
+        return brief(self, self.robot.name, counted(len(self.landings), "touchdown"))
 
 
 @study(
