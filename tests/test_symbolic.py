@@ -30,7 +30,7 @@ from shockpc.evaluation.symbolic import SymbolicLanding
 from shockpc.impact.symbols import SymbolImpact, compiled
 from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.profile import ILL_CONDITIONED, profile_of
-from shockpc.quantities.selection import QUANTITIES
+from shockpc.quantities.selection import QUANTITIES, WITHOUT_SYMBOLS
 from shockpc.text.cache import cache_folder
 
 MOVING = Strike(

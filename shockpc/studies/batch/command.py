@@ -57,7 +57,12 @@ def batch(
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options)
         result = study(
-            every, read, pool, look, partial(progress, "robots computed"), **given(study, typed)
+            every,
+            read,
+            pool,
+            look,
+            functools.partial(progress, "robots computed"),
+            **given(study, typed),
         )
     emit(batch_report(result, landings), output)
     return exit_code(
