@@ -56,7 +56,7 @@ def no_figures(monkeypatch):
     """
     monkeypatch.setattr(
         "shockpc.show.figure.style.render",
-        lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""},
+        lambda name, draw, pdf=False: {f"{name}.svg": b"", f"{name}.png": b""},
     )
     monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
 

@@ -13,7 +13,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from commands import ROBOTS, run
+from commands import ROBOTS, good, run
 
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.files import check_folder, write_file, write_folder
@@ -337,3 +337,15 @@ def test_a_user_without_a_home_gets_one_message_and_no_folder(capfd, monkeypatch
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert "begins with the home of a user whom this computer does not have" in err
     assert not list(tmp_path.iterdir())
+
+
+def test_figures_are_also_written_as_pdf(capfd, here):
+    """The same bytes every time; without a folder there is nowhere to write them."""
+    words = ("analyze", "go2", "--contact", "FL_foot", "--format", "pdf")
+    assert "--out DIR" in run(capfd, *words).err
+    written = []
+    for name in ("a", "b"):
+        good(capfd, *words, "--out", name)
+        written.append((here / name / "shock.pdf").read_bytes())
+    assert written[0].startswith(b"%PDF")
+    assert written[0] == written[1]

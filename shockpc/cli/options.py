@@ -279,7 +279,7 @@ class RunOptions(NamedTuple):
 class OutputOptions(NamedTuple):
     """How the results of a study are given."""
 
-    format: Literal["table", "json", "csv", "markdown"] = in_output(
-        "What is printed. [default: table]", default="table"
+    format: Literal["table", "json", "csv", "markdown", "pdf"] = in_output(
+        "What is printed; pdf: figures of --out. [default: table]", default="table"
     )
     out: Path | None = in_output("Folder for JSON, CSV, a report and figures.", "DIR", out_folder)

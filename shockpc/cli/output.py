@@ -82,10 +82,16 @@ def emit(
         report: what is printed. Where it has no verdict, nothing is written.
         output: where and how.
         scenes: texts of scene files by path, of `scene_files`, which are written too.
+
+    Raises:
+        OutputError: PDF is asked for without a folder, or a file cannot be written.
     """
-    text = report.text(output.format)
+    pdf = output.format == "pdf"
+    if pdf and output.out is None:
+        raise OutputError("--format pdf writes figures into a folder; name it with --out DIR")
+    text = report.text("table" if pdf else output.format)
     if output.out is not None:
-        write_report(report, output.out)
+        write_report(report, output.out, pdf)
     for file, content in scenes.items():
         write_file(file, content, replaceable=SCENE)
     sys.stdout.write(text)
@@ -96,8 +102,14 @@ def emit(
             print_error(line)
 
 
-def write_report(report: "Report", folder: Path) -> None:
-    """Write the files of a report; a line on standard error says what report.html would need."""
+def write_report(report: "Report", folder: Path, pdf: bool = False) -> None:
+    """Write the files of a report; a line on standard error says what report.html would need.
+
+    Args:
+        report: the result.
+        folder: for the files.
+        pdf: whether its figures are written as PDF too.
+    """
     from shockpc.show.figure import leave_out_documentation
 
     leave_out_documentation()
@@ -105,7 +117,7 @@ def write_report(report: "Report", folder: Path) -> None:
     from shockpc.show.html import INSTALL, plotly
 
     with shown_trace().stage("figures and files"):
-        write_report_folder(folder, report, _command(), print_error)
+        write_report_folder(folder, report, _command(), print_error, pdf)
     if report.landings and plotly() is None:
         print_error(INSTALL)
 

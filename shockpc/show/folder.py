@@ -16,6 +16,7 @@ def report_files(
     command: str = "",
     warn: Callable[[str], None] | None = None,
     folder: Path = Path(),
+    pdf: bool = False,
 ) -> dict[str, str | bytes]:
     """The files of a report by name. One of landings has no page where Plotly is not installed.
 
@@ -25,8 +26,9 @@ def report_files(
         warn: is called with the reason why the page cannot be made, and the other files are still
             made; without it the error is raised.
         folder: in which they are written.
+        pdf: whether figures are written as PDF too.
     """
-    files, library = report.files(folder), plotly() if report.landings else None
+    files, library = report.files(folder, pdf), plotly() if report.landings else None
     if report.landings and library is None:
         return files
     try:
@@ -44,7 +46,11 @@ def report_files(
 
 
 def write_report_folder(
-    folder: Path, report: Report, command: str = "", warn: Callable[[str], None] | None = None
+    folder: Path,
+    report: Report,
+    command: str = "",
+    warn: Callable[[str], None] | None = None,
+    pdf: bool = False,
 ) -> None:
     """Write the files of a report into a folder, and remove those of the command's last run that
     this one lacks.
@@ -54,8 +60,9 @@ def write_report_folder(
         report: the result.
         command: the command line that made it.
         warn: is called with the reason why the page cannot be made.
+        pdf: whether figures are written as PDF too.
 
     Raises:
         OutputError: as `write_folder`.
     """
-    write_folder(folder, report_files(report, command, warn, folder), report.name)
+    write_folder(folder, report_files(report, command, warn, folder, pdf), report.name)

@@ -49,11 +49,11 @@ class Picture(NamedTuple):
 
         return pkgutil.resolve_name(f"shockpc.{self.drawn_by}")(*self.arguments)
 
-    def files(self) -> dict[str, bytes]:
-        """The figure as SVG and PNG, by file name."""
+    def files(self, pdf: bool = False) -> dict[str, bytes]:
+        """The figure as SVG and PNG, and as PDF if that is asked for, by file name."""
         from shockpc.show.figure.style import render
 
-        return render(self.name, self.draw)
+        return render(self.name, self.draw, pdf)
 
 
 ROWS = 20
@@ -178,25 +178,29 @@ class Report(NamedTuple):
             else headed(self.name, document)
         )
 
-    def files(self, folder: Path = Path()) -> dict[str, str | bytes]:
+    def files(self, folder: Path = Path(), pdf: bool = False) -> dict[str, str | bytes]:
         """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several
         results have a folder each.
+
+        Args:
+            folder: in which they will be.
+            pdf: whether figures are also written as PDF.
         """
+        files: dict[str, str | bytes] = {}
+        for name, part in self.parts.items():
+            for file, text in part.files(folder / name, pdf).items():
+                files[f"{name}/{file}"] = text
         body = list(self.body(True))
-        pictures = [block for block in body if isinstance(block, Picture)]
-        document = {} if self.parts else {f"{self.name}.json": self.text("json")}
-        return {
-            **{
-                f"{name}/{file}": text
-                for name, part in self.parts.items()
-                for file, text in part.files(folder / name).items()
-            },
-            **{file: content for picture in pictures for file, content in picture.files().items()},
-            **{f"{name}.csv": as_csv(sheet()) for name, sheet in self.sheets.items()},
-            f"{self.page}.md": self._markdown(body, figures=True),
-            **document,
-            **self.more(folder),
-        }
+        for block in body:
+            if isinstance(block, Picture):
+                files |= block.files(pdf)
+        for name, sheet in self.sheets.items():
+            files[f"{name}.csv"] = as_csv(sheet())
+        files[f"{self.page}.md"] = self._markdown(body, figures=True)
+        if not self.parts:
+            files[f"{self.name}.json"] = self.text("json")
+        files.update(self.more(folder))
+        return files
 
     def _markdown(self, body: Iterable[Section], figures: bool = False) -> str:
         """The Markdown document; of several results the part about all.

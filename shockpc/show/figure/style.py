@@ -159,11 +159,16 @@ def settings() -> AbstractContextManager[None]:
     return rc_context(defaults | STYLE)
 
 
-def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
-    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and
-    <name>.png: the same bytes every time.
+def render(name: str, draw: Callable[[], Figure], pdf: bool = False) -> dict[str, bytes]:
+    """The files of a figure in matplotlib's default settings, <name>.svg and <name>.png: the same
+    bytes every time.
+
+    Args:
+        name: of the files.
+        draw: makes the figure.
+        pdf: whether <name>.pdf is made too.
     """
-    svg, png = io.BytesIO(), io.BytesIO()
+    svg, png, paper = io.BytesIO(), io.BytesIO(), io.BytesIO()
     with settings(), warnings.catch_warnings():
         # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
         warnings.filterwarnings("ignore", message="Glyph ")
@@ -178,4 +183,11 @@ def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
             metadata={"Software": "shockpc"},
             pil_kwargs={"compress_level": 3},
         )
-    return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}
+        if pdf:
+            figure.savefig(
+                paper, format="pdf", metadata={"CreationDate": None, "Creator": "shockpc"}
+            )
+    files = {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}
+    if pdf:
+        files[f"{name}.pdf"] = paper.getvalue()
+    return files
