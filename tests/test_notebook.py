@@ -4,20 +4,32 @@ their names.
 
 import html
 import json
+import re
 import sys
 import types
+import warnings
 import webbrowser
 from pathlib import Path
 from urllib.parse import urlparse
 
+import matplotlib.pyplot as plt
 import pytest
-from commands import STICK_WITH_IMU
+from commands import STICK_WITH_IMU, good
 
 import shockpc
 from shockpc import Contact, Scene
 from shockpc.show.report import Picture
 from shockpc.show.tables import Sheet
 from shockpc.studies.analyze.report import landing_report
+
+NOTEBOOKS = sorted((Path(shockpc.__file__).parent / "guide").glob("*.ipynb"))
+LONG = ("drops", "imu")
+"""Notebooks that run for some seconds."""
+
+
+def cells(path):
+    """Of a notebook."""
+    return json.loads(path.read_text(encoding="utf-8"))["cells"]
 
 
 @pytest.fixture
@@ -108,14 +120,33 @@ def test_names_stand_for_scenes(here):
         shockpc.fall("nosuch")
 
 
-def test_the_notebook_of_a_lecture_runs(capfd):
-    """Its cells, which compare with closed forms themselves."""
-    cells = json.loads(
-        (Path(shockpc.__file__).parent / "guide" / "lecture.ipynb").read_text(encoding="utf-8")
-    )["cells"]
-    names = {"__name__": "lecture"}
-    for cell in cells:
-        if cell["cell_type"] == "code":
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem in LONG))
+        for path in NOTEBOOKS
+    ],
+)
+def test_a_notebook_of_the_guide_runs(path, capfd):
+    """Its cells, which compare with closed forms and check the answers of exercises themselves."""
+    plt.switch_backend("agg")
+    names = {"__name__": path.stem}
+    code = [cell for cell in cells(path) if cell["cell_type"] == "code"]
+    assert any("assert " in "".join(cell["source"]) for cell in code)
+    with warnings.catch_warnings():
+        for cell in code:
             assert cell["outputs"] == []
-            exec(compile("".join(cell["source"]), "lecture.ipynb", "exec"), names)
-    assert "by the formula" in capfd.readouterr().out
+            exec(compile("".join(cell["source"]), path.name, "exec"), names)
+    plt.close("all")
+    assert capfd.readouterr().out
+
+
+def test_the_guide_lists_and_prints_notebooks(capfd):
+    """Beside the pages; a notebook is printed as text, with all of its cells."""
+    listed = good(capfd, "guide")
+    for path in NOTEBOOKS:
+        title = cells(path)[0]["source"][0].removeprefix("# ").rstrip()
+        assert re.search(rf"^{path.stem} +{re.escape(title)}$", listed, re.MULTILINE)
+        shown = good(capfd, "guide", path.stem)
+        assert str(path) in shown
+        assert all("".join(cell["source"]) in shown for cell in cells(path)[1:])
