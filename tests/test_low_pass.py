@@ -10,7 +10,8 @@ import pytest
 from scipy import signal
 
 from shockpc import Scene, load_robot, shock_profile
-from shockpc.core.low_pass import LowPass, filtered, low_pass_from, pulse_reading
+from shockpc.core.filtered import filtered
+from shockpc.core.low_pass import LowPass, low_pass_from, pulse_reading
 from shockpc.core.pulse import SHAPES, Pulse
 from shockpc.core.stiff_contacts import simulate_landing
 from shockpc.core.stiff_motion import Elements

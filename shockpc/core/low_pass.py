@@ -1,12 +1,8 @@
 """What an accelerometer of a given bandwidth reads: accelerations behind a low-pass filter, in
 closed form.
 
-Between two events of a motion all forces are sums of oscillations. Behind a filter each of these is
-multiplied by the transfer function at its rate λ, and oscillations of the filter's own poles join
-the parts of the motion smoothly. What follows is again a motion in oscillations, whose peaks are
-found as those of any other. Of first order the transfer function is ω / (s + ω), of second order
-that of a Butterworth filter, ω² / (s² + √2 ω s + ω²); at the frequency f = ω / 2π both let pass
-1/√2.
+Of first order the transfer function is ω / (s + ω), of second order that of a Butterworth filter,
+ω² / (s² + √2 ω s + ω²); at the frequency f = ω / 2π both let pass 1/√2.
 
 A pulse of one sign that changes a velocity by Δv makes at most h Δv, however short it is, with the
 maximum h of the response to a unit impulse: ω of first order, exp(−π/4) ω = 0.456 ω of second
@@ -15,7 +11,7 @@ order.
 
 import functools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -23,24 +19,23 @@ from shockpc.core.number import number_from
 from shockpc.core.pulse import SHAPES, Pulse, peak_acceleration
 from shockpc.core.spatial import Array
 
-if TYPE_CHECKING:  # a scene needs only the filter
-    from shockpc.core.stiff_motion import Segment, StiffMotion
+ComplexArray: TypeAlias = np.ndarray[Any, np.dtype[np.complex128]]
 
 LOWEST, HIGHEST = 1e-3, 1e9
 """Frequency of a filter [Hz]."""
-
-TOGETHER = 1e-5
-"""Share of a pole within which an oscillation, which is then moved by as much, has the rate of the
-filter.
-"""
 
 SETTLES = 1.0
 """Times 1/f after the end of a motion until which its filtered peak is looked for: the filter lags
 by up to 0.2.
 """
 
-RAMP = 1e-4
-"""Angle [rad] of a sine that stands for a ramp, which it is but for a share of RAMP²/6."""
+SAMPLES, ZOOMS = 1001, 3
+"""Number of times at which the response to a pulse is computed, in a part of it and then between
+the two beside the largest, and how often it is so narrowed.
+"""
+
+TERMS = 20
+"""Terms of the series of the exponential function, up to an argument of 1."""
 
 
 class LowPass(NamedTuple):
@@ -71,9 +66,17 @@ class LowPass(NamedTuple):
             2.0 * math.pi * self.frequency * (1.0 if self.order == 1 else math.exp(-math.pi / 4.0))
         )
 
-    def _pole(self) -> complex:
+    @property
+    def poles(self) -> tuple[ComplexArray, ComplexArray]:
+        """Poles of the transfer function (order,), that above the real axis first, and its residues
+        there [1/s].
+        """
         omega = 2.0 * math.pi * self.frequency
-        return complex(-omega) if self.order == 1 else omega * complex(-1.0, 1.0) / math.sqrt(2.0)
+        if self.order == 1:
+            return np.array([complex(-omega)]), np.array([complex(omega)])
+        pole = omega * complex(-1.0, 1.0) / math.sqrt(2.0)
+        residue = omega**2 / (2.0j * pole.imag)
+        return np.array([pole, pole.conjugate()]), np.array([residue, residue.conjugate()])
 
 
 @functools.lru_cache(maxsize=256)
@@ -98,104 +101,58 @@ def low_pass_from(text: str) -> LowPass:
     return LowPass(hertz, int(order or 1))
 
 
-def filtered(motion: "StiffMotion", low_pass: LowPass, tail: float = 0.0) -> "StiffMotion":
-    """A motion whose forces are those behind a filter, so that what follows from them is what an
-    accelerometer reads.
-
-    Before the impact the filter has settled on the forces of the springs between bodies and of the
-    motors.
-
-    Args:
-        motion: the motion.
-        low_pass: the filter.
-        tail: time that is added at the end, without forces [s].
-    """
-    from shockpc.core.stiff_motion import Segment
-
-    segments = motion.segments
-    if tail:
-        last, no_waves = segments[-1], np.zeros((len(motion.elements.rows), 0), dtype=complex)
-        jump, displacement = last.after(np.asarray(last.length))
-        at_rest = np.zeros_like(last.acceleration)
-        segments += (
-            Segment(
-                start=motion.duration,
-                length=tail,
-                rate=np.zeros(0, dtype=complex),
-                level=np.zeros_like(last.level),
-                wave=no_waves,
-                swing=np.zeros((len(jump), 0), dtype=complex),
-                drift=at_rest,
-                acceleration=at_rest,
-                jump=jump,
-                displacement=displacement,
-            ),
-        )
-    at_first = segments[0].forces(np.zeros(()))
-    value = np.where(motion.elements.contact < 0, at_first, 0.0)
-    rate = np.zeros_like(value)
-    pieces = []
-    for segment in segments:
-        piece, value, rate = _filtered(segment, low_pass, value, rate)
-        pieces.append(piece)
-    return motion._replace(segments=tuple(pieces))
-
-
-def _filtered(
-    segment: "Segment", low_pass: LowPass, value: Array, rate: Array
-) -> tuple["Segment", Array, Array]:
-    """A segment behind a filter, and the filtered forces (r,) and their rates at its end.
-
-    Args: both at its start.
-    """
-    pole = low_pass._pole()
-    poles = np.array([pole, pole.conjugate()])[: low_pass.order]
-    rates = segment.rate
-    # Oscillations that decay as those of the filter do would have terms t exp(λt).
-    gaps = np.abs(rates[:, None] - poles).min(axis=1)
-    rates = np.where(gaps < TOGETHER * abs(pole), rates * (1.0 + 2.0 * TOGETHER), rates)
-    passed = np.prod(-poles / (rates[:, None] - poles), axis=1)
-    wave = segment.wave * passed
-    missing = value - segment.level - wave.real.sum(axis=1)
-    own = missing + 0.0j
-    if low_pass.order == 2:
-        own -= 1.0j * (rate - (rates * wave).real.sum(axis=1) - pole.real * missing) / pole.imag
-    rates, wave = np.append(rates, pole), np.column_stack([wave, own])
-    end = wave * np.exp(rates * segment.length)
-    swing = np.pad(segment.swing, ((0, 0), (0, 1)))
-    piece = segment._replace(rate=rates, wave=wave, swing=swing)
-    return piece, segment.level + end.real.sum(axis=1), (rates * end).real.sum(axis=1)
-
-
 @functools.lru_cache(maxsize=256)
 def pulse_reading(pulse: Pulse, low_pass: LowPass) -> float:
-    """The largest reading for a pulse that changes a velocity by 1 m/s [1/s]; the saw-tooth has its
-    peak at the end.
-    """
-    from shockpc.core.crossing import Effort
-    from shockpc.core.stiff_motion import Segment, largest_lengths
+    """The largest reading for a pulse that changes a velocity by 1 m/s [1/s].
 
-    T = pulse.length
-    # Of each shape the constant part, the rate and the amplitude of its oscillation.
-    level, rate, wave = {
-        "half-sine": (0.0, 1.0j * math.pi / T, -1.0j),
-        "haversine": (0.5, 2.0j * math.pi / T, -0.5 + 0.0j),
-        "rectangle": (1.0, 0.0j, 0.0j),
-        "saw-tooth": (0.0, 1.0j * RAMP / T, -1.0j / math.sin(RAMP)),
-    }[pulse.shape]
-    none, still = np.zeros(1), np.zeros((1, 1), dtype=complex)
-    during = Segment(
-        0.0, T, np.array([rate]), none + level, np.array([[wave]]), still, none, none, none, none
-    )
-    first, value, slope = _filtered(during, low_pass, none, none)
-    after = during._replace(start=T, length=low_pass.tail, level=none, wave=still)
-    pieces = [
-        piece
-        for segment in (first, _filtered(after, low_pass, value, slope)[0])
-        for piece in segment.pieces()
-    ]
-    peak = largest_lengths(np.ones((1, 1, 1)), pieces, none, Effort())[0][0]
-    return float(peak) * SHAPES[pulse.shape] / T
+    The response of the filter is the sum over its poles p of the residues r of the transfer
+    function times the convolution c of exp(p t) with the pulse; after the pulse, which ends at T,
+    c(t) = c(T) exp(p (t − T)).
+    """
+    length, tail = pulse.length, low_pass.tail
+    poles, residues = low_pass.poles
+
+    def reading(t: Array) -> Array:
+        """(n,) what the accelerometer reads at times [s], for a pulse with the peak 1."""
+        during, after = np.minimum(t, length), np.maximum(t - length, 0.0)
+        response = np.zeros(len(t), dtype=complex)
+        for pole, residue in zip(poles, residues, strict=True):
+            response += residue * _convolution(pulse, pole, during) * np.exp(pole * after)
+        return response.real
+
+    # The filter settles within the tail after each end of the pulse.
+    ends = ((0.0, min(length, tail)), (0.0, length), (length, length + tail))
+    times = np.unique([np.linspace(start, end, SAMPLES) for start, end in ends])
+    for _ in range(ZOOMS):
+        largest = int(np.abs(reading(times)).argmax())
+        start, end = times[max(largest - 1, 0)], times[min(largest + 1, len(times) - 1)]
+        # The time of the largest stays among them: it may be a corner, as at the end of a pulse.
+        times = np.sort(np.append(np.linspace(start, end, SAMPLES), times[largest]))
+    return float(np.abs(reading(times)).max()) * SHAPES[pulse.shape] / length
+
+
+def _convolution(pulse: Pulse, pole: complex, t: Array) -> ComplexArray:
+    """∫ exp(p (t − s)) a(s) ds from 0 to t (n,), of a pulse a with the peak 1 until its end."""
+    turn = 1.0j * math.pi / pulse.length
+    if pulse.shape == "half-sine":  # (exp(turn s) − exp(−turn s)) / 2i
+        return (_of_exponential(turn, pole, t) - _of_exponential(-turn, pole, t)) / 2.0j
+    if pulse.shape == "haversine":  # 1/2 − (exp(2 turn s) + exp(−2 turn s)) / 4
+        swings = _of_exponential(2.0 * turn, pole, t) + _of_exponential(-2.0 * turn, pole, t)
+        return _of_exponential(0.0j, pole, t) / 2.0 - swings / 4.0
+    if pulse.shape == "rectangle":
+        return _of_exponential(0.0j, pole, t)
+    # The saw-tooth s / T: (exp(p t) − 1 − p t) / (p² T), as a series where digits would cancel.
+    angle = pole * t
+    series = np.zeros_like(angle)
+    for k in range(TERMS, 1, -1):
+        series = series * angle + 1.0 / math.factorial(k)
+    closed = np.where(np.abs(angle) < 1.0, series * angle**2, np.expm1(angle) - angle)
+    return np.asarray(closed / (pole**2 * pulse.length))
+
+
+def _of_exponential(rate: complex, pole: complex, t: Array) -> ComplexArray:
+    """∫ exp(p (t − s)) exp(λ s) ds from 0 to t (n,): (exp(λ t) − exp(p t)) / (λ − p)."""
+    return np.asarray(np.exp(rate * t) * np.expm1((pole - rate) * t) / (pole - rate))
 
 
 def peak_of(pulse: Pulse | None, low_pass: LowPass | None) -> float:

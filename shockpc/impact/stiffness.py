@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.core.filtered import filtered
 from shockpc.core.impulse import Solution
-from shockpc.core.low_pass import LowPass, filtered
+from shockpc.core.low_pass import LowPass
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.stiff_contacts import damper_restitution, simulate_landing
