@@ -115,7 +115,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
             "the robot's centre of mass is at rest before the impact, so it cannot normalise "
             'shock; use v_in = "contact"'
         )
-    if landing.scene.friction is not None or landing.scene.contact_stiffness is not None:
+    if landing.scene.friction is not None or landing.scene.yields:
         with (
             one_thread(landing.robot.model.nv),
             trace.stage("ground: friction, or finite stiffness"),

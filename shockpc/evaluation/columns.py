@@ -11,6 +11,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
+from shockpc.impact.motion import motion_of
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import separating
@@ -445,16 +446,14 @@ def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[st
         SolveError: the motion cannot be followed.
         StudyError: the scene gives no contact stiffness.
     """
-    from shockpc.impact.stiffness import CompliantLanding
-
-    if landing.scene.contact_stiffness is None:
+    timed = [column for column in wanted if column.time is not None]
+    times = sorted({column.time for column in timed if column.time is not None})
+    motion, computed = motion_of(landing, times[-1] / 1e3), dict[str, float]()
+    if motion is None:
         raise StudyError(
             "a quantity at a time after the impact needs a contact stiffness; give "
             "contact_stiffness"
         )
-    timed = [column for column in wanted if column.time is not None]
-    times = sorted({column.time for column in timed if column.time is not None})
-    motion, computed = CompliantLanding(landing, times[-1] / 1e3), dict[str, float]()
     for time in times:
         at_time = {
             column._replace(time=None).name: column for column in timed if column.time == time

@@ -185,7 +185,7 @@ def refuse(landing: PosedLanding) -> None:
             "leave it out, or give the contact the directions in which it stops",
         ),
         (
-            scene.contact_stiffness is not None,
+            scene.yields,
             "has a contact stiffness, with which forces are integrals over time,",
             "leave it out",
         ),

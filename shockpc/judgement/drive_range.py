@@ -307,13 +307,13 @@ def _possible_extremes(landing: PosedLanding) -> list[Array]:
 def _is_motion(landing: PosedLanding, selection: Selection) -> bool:
     """Whether a number is of the motion on contacts of finite stiffness."""
     scene = landing.scene
-    return selection.quantity.of_ground(scene) and scene.contact_stiffness is not None
+    return selection.quantity.of_ground(scene) and scene.yields
 
 
 def _follows(landing: PosedLanding, selection: Selection) -> bool:
     """Whether a number of samples follows from the jumps of Eq. 4, which are linear in the drives."""
     scene, wanted = landing.scene, selection.quantity
-    bonded = scene.friction is None and scene.contact_stiffness is None and not scene.stops
+    bonded = scene.friction is None and not scene.yields and not scene.stops
     return bonded and (wanted.of, wanted.key) in OF_JUMPS
 
 

@@ -14,7 +14,7 @@ def lost_margin(profile: ShockProfile) -> MarginLost | None:
     """The contact stiffness from which on a margin is lost; None without parts, or without limits
     and a contact stiffness.
     """
-    if profile.landing.parts or profile.scene.contact_stiffness is not None:
+    if profile.landing.parts or profile.scene.yields:
         return margin_lost(profile.landing)
     return None
 

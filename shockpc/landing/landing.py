@@ -207,7 +207,7 @@ class Landing:
             (self.scene.pulse is None, "peak accelerations", "no pulse is given"),
             (self.scene.friction is None, "contacts that slide", "no friction is given"),
             (
-                self.scene.contact_stiffness is None,
+                not self.scene.yields,
                 "forces and their times",
                 "no contact stiffness is given",
             ),

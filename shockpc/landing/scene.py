@@ -466,6 +466,18 @@ class Scene(Record):
             ground_tolerance: float = 0.005,
         ) -> None: ...
 
+    @property
+    def yields(self) -> bool:
+        """Whether something gives way under the impact, so that the landing lasts."""
+        return self.contact_stiffness is not None
+
+    @property
+    def yielding(self) -> str:
+        """What gives way, in words, such as "contacts of 100000 N/m"; empty without it."""
+        return (
+            "" if self.contact_stiffness is None else f"contacts of {self.contact_stiffness:g} N/m"
+        )
+
     def __post_init__(self) -> None:
         """Make the contacts a tuple of `Contact` and paths text, and refuse paths that no file can
         have.

@@ -14,6 +14,7 @@ from shockpc.core.pulse import Pulse, peak_acceleration
 from shockpc.core.spatial import Array, in_body_axes
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.landed import solved
+from shockpc.impact.motion import motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.ratings import (
@@ -25,7 +26,6 @@ from shockpc.landing.ratings import (
 )
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.of_joints import MULTIAXIAL, REDUNDANT
 from shockpc.quantities.of_points import (
     DELTA_V,
@@ -36,6 +36,8 @@ from shockpc.quantities.of_points import (
     point_velocity,
     readings,
 )
+from shockpc.quantities.on_finite_stiffness import PEAK_TORQUE
+from shockpc.quantities.peaks import ALONG, point_peaks
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
 from shockpc.text.errors import SceneError, SolveError
 
@@ -139,7 +141,7 @@ def pulse_of_parts(landing: PosedLanding) -> Pulse | None:
     """The scene's pulse, by which parts and torques are judged; None on contacts of finite
     stiffness, which give the peaks.
     """
-    return landing.pulse if landing.scene.contact_stiffness is None else None
+    return landing.pulse if not landing.scene.yields else None
 
 
 def _peak(impact: Impact, places: Places) -> Any:
@@ -147,10 +149,8 @@ def _peak(impact: Impact, places: Places) -> Any:
     doubles [g].
     """
     landing = impact.landing
-    if landing.scene.contact_stiffness is not None:
-        from shockpc.impact.stiffness import compliant_landing
-
-        return point_peaks(compliant_landing(landing), places)[0][None, None] / GRAVITY
+    if (motion := motion_of(landing)) is not None:
+        return point_peaks(motion, places)[0][None, None] / GRAVITY
     speed = norm(point_velocity(impact, places))
     return (
         np.full(speed.shape, np.nan)
@@ -199,7 +199,7 @@ def _torque(impact: Impact, places: Places, durations: Array) -> Any:
         durations: (n,) for which a part says that a joint withstands its torque [s]; NaN where none
             does.
     """
-    if impact.landing.scene.contact_stiffness is not None:
+    if impact.landing.scene.yields:
         return PEAK_TORQUE.compute(impact, places)
     impulse, rates = ALONG.compute(impact, places), _rates(impact, durations)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))

@@ -13,6 +13,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
+from shockpc.impact.motion import motion_of
 from shockpc.landing.bandwidths import (
     low_pass_of_part,
     low_passes_of,
@@ -104,20 +105,19 @@ def readings(impact: Impact, places: Places, parts: bool = False, along: bool = 
     """
     landing = impact.landing
     every = low_passes(landing, places, parts)
-    if landing.scene.contact_stiffness is None:
+    motion = motion_of(landing)
+    if motion is None:
         jumps = np.abs(_delta_v(impact, places)) if along else norm(point_velocity(impact, places))
         scale = np.array(
             [np.nan if one is None else peak_of(landing.pulse, one) / GRAVITY for one in every]
         )
         scale = scale[:, None] if along else scale
         return np.where(np.isnan(scale), np.nan, jumps * impact.exact(np.nan_to_num(scale)))
-    from shockpc.impact.stiffness import compliant_landing
-
     peaks, shape = np.full((len(places), 3 if along else 1), np.nan), (3,) * along
     for low_pass in {one for one in every if one is not None}:
         chosen = [k for k, one in enumerate(every) if one == low_pass]
         compute = axis_jumps if along else point_velocity
-        found = compliant_landing(landing).peaks(compute, [places[k] for k in chosen], low_pass)[0]
+        found = motion.peaks(compute, [places[k] for k in chosen], low_pass)[0]
         peaks[chosen] = found.reshape(len(chosen), -1) / GRAVITY
     return peaks.reshape(1, 1, len(places), *shape)
 

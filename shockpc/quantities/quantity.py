@@ -101,13 +101,13 @@ class Quantity(NamedTuple):
 
     def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""
-        return self.needs_posture or (self.with_stiffness and scene.contact_stiffness is not None)
+        return self.needs_posture or (self.with_stiffness and scene.yields)
 
     def of_ground(self, scene: Scene) -> bool:
         """Whether it depends on the friction or on the contact stiffness of a scene: it is then
         computed in double precision.
         """
-        return self.unproven or (self.with_stiffness and scene.contact_stiffness is not None)
+        return self.unproven or (self.with_stiffness and scene.yields)
 
     def title_at(self, place: str, component: str = "") -> str:
         """The title with the name of a place, such as "largest shock over base" or "shock at imu".

@@ -15,12 +15,13 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.impact.landed import LandingProof
+from shockpc.impact.motion import motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.ground import solved_on
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
 from shockpc.quantities.quantity import Places, Quantity, evaluate
+from shockpc.quantities.with_friction import friction_result
 
 AXES = "x", "y", "z"
 
@@ -65,23 +66,19 @@ def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
         known = np.array([place.name not in _without_axes(landing) for place in places])
         return np.where(known[:, None], np.abs(components), lengths[..., None])
 
-    if scene.contact_stiffness is not None:
-        compliant = solved_on(landing, "contact_stiffness")
-        components = compliant.peaks(axis_jumps, places)[0].reshape(1, -1, 3)
-        raw = along(components, compliant.peaks(DELTA_V.compute, places)[0][None]) / GRAVITY
+    if (motion := motion_of(landing)) is not None:
+        components = motion.peaks(axis_jumps, places)[0].reshape(1, -1, 3)
+        raw = along(components, motion.peaks(DELTA_V.compute, places)[0][None]) / GRAVITY
         read = (
             along(readings(impact, places, along=True)[0], readings(impact, places)[0])
             if behind.any()
             else raw
         )
-        yield f"on contacts of {scene.contact_stiffness:g} N/m", np.where(behind, read, raw)
+        yield f"on {scene.yielding}", np.where(behind, read, raw)
     elif pulse is not None or behind.any():
         scale = np.array([peak_of(pulse, one) for one in filters])[:, None] / GRAVITY
         jumps = [("", impact)]
-        if (
-            scene.friction is not None
-            and (sliding := solved_on(landing, "friction").impact) is not None
-        ):
+        if scene.friction is not None and (sliding := friction_result(landing).impact) is not None:
             jumps.append((f" with friction {scene.friction:g}", sliding))
         what = (
             "at most, for a pulse of any length" if pulse is None else f"for a pulse {scene.pulse}"

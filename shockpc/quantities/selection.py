@@ -11,15 +11,16 @@ import numpy as np
 from shockpc.core.percussion import norm
 from shockpc.landing.places import PlaceKind
 from shockpc.quantities.bending import BENDING
-from shockpc.quantities.ground import GROUND
 from shockpc.quantities.of_bodies import BODIES
 from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_parts import PARTS
 from shockpc.quantities.of_points import POINTS
 from shockpc.quantities.of_robot import ROBOT
+from shockpc.quantities.on_finite_stiffness import ON_FINITE_STIFFNESS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.ranges import RANGES
+from shockpc.quantities.with_friction import WITH_FRICTION
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
 
@@ -29,7 +30,8 @@ QUANTITIES: tuple[Quantity, ...] = (
     *JOINTS,
     *CONTACTS,
     *ROBOT,
-    *GROUND,
+    *WITH_FRICTION,
+    *ON_FINITE_STIFFNESS,
     *RANGES,
     *PARTS,
     *BENDING,

@@ -450,7 +450,7 @@ class ShockProfile(OfLanding):
     @property
     def lasts(self) -> bool:
         """Whether the scene says how long the contact lasts, by a pulse or a contact stiffness."""
-        return self.landing.pulse is not None or self.scene.contact_stiffness is not None
+        return self.landing.pulse is not None or self.scene.yields
 
     @property
     def friction(self) -> "FrictionResult | None":
@@ -464,7 +464,7 @@ class ShockProfile(OfLanding):
     @property
     def stiffness(self) -> "CompliantLanding | None":
         """The landing on contacts of the scene's stiffness; None if it gives none."""
-        if self.scene.contact_stiffness is None:
+        if not self.scene.yields:
             return None
         from shockpc.impact.stiffness import compliant_landing
 

@@ -232,7 +232,7 @@ def _histories_and_scene(number: int, profile: ShockProfile) -> Iterator[str]:
     """Room for the histories of a landing, if its contacts are of finite stiffness, and its scene
     with relative paths.
     """
-    if profile.scene.contact_stiffness is not None:
+    if profile.scene.yields:
         yield '<h2 class="screen">Histories for the strike of the scene</h2>'
         yield from (f'<div class="screen" id="history-{number}-{k}"></div>' for k in range(2))
     lines = map(_text, scene_text(profile.scene, Path()).splitlines())

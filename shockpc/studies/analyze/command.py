@@ -70,7 +70,7 @@ def analyze(
             "out"
         )
     shown = output.out is not None or output.format == "json"
-    if spectrum and not (shown and all(scene.contact_stiffness is not None for scene in scenes)):
+    if spectrum and not (shown and all(scene.yields for scene in scenes)):
         missing = "--contact-stiffness" if shown else "--out, or --format json,"
         raise StudyError(
             f"--spectrum is in the files of a landing on contacts of finite stiffness; give "

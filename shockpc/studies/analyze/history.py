@@ -16,8 +16,8 @@ from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
 from shockpc.impact.stiffness import CompliantLanding, compliant_landing
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.ground import ALONG
 from shockpc.quantities.of_points import DELTA_V, low_passes
+from shockpc.quantities.peaks import ALONG
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name

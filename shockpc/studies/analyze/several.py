@@ -228,13 +228,7 @@ def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
     None without either.
     """
     scene, place = profiles[0].scene, first_place(profiles[0])
-    key = (
-        "peak_acceleration"
-        if scene.contact_stiffness is not None
-        else "peak_g"
-        if scene.pulse is not None
-        else ""
-    )
+    key = "peak_acceleration" if scene.yields else "peak_g" if scene.pulse is not None else ""
     if not key or not profiles[0].points:
         return None
     return [float(profile.values(quantity("point", key), [place])[0]) for profile in profiles]

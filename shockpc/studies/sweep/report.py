@@ -196,7 +196,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         for varied in sweep.variations
         if (text := beyond_limits(sweep.robot, varied))
     )
-    stiff = sweep.scene.contact_stiffness is not None or any(
+    stiff = sweep.scene.yields or any(
         varied.kind == "contact-stiffness" for varied in sweep.variations
     )
     if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):

@@ -96,7 +96,7 @@ def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
             "contacts that slide"
         )
         rest = f"friction {friction:g}" if friction is not None else sticks
-        if falls.results[0].profile.scene.contact_stiffness is not None:
+        if falls.results[0].profile.scene.yields:
             rest += (
                 "; with a contact stiffness, contacts that exist before a strike are left out of it"
             )
@@ -235,7 +235,7 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
     }
     scene = falls.results[0].profile.scene if falls.results else None
     bound = any(text.startswith("filtered_peak") for text in falls.quantities)
-    bound = bound and scene is not None and scene.pulse is None and scene.contact_stiffness is None
+    bound = bound and scene is not None and scene.pulse is None and not scene.yields
     notes = [
         "struck links: that meet the ground together, with their speeds if they differ; speed: of "
         "the fastest towards the ground",
@@ -306,7 +306,7 @@ def _margins(falls: Falls) -> Sheet:
             f"joints are not judged in {few(unjudged, 4)}, whose contacts or loops are redundant; "
             f"a contact stiffness decides there"
         )
-    if scene.pulse is not None and scene.contact_stiffness is None:
+    if scene.pulse is not None and not scene.yields:
         notes.append(
             f"torque: peak of one that has the pulse {scene.pulse} and the impulse along the axis"
         )

@@ -307,7 +307,7 @@ def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterato
         )
         if scene.plane == "auto":
             scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
-        if scene.contact_stiffness is not None:
+        if scene.yields:
             scene = replace(scene, contact=scene.contact[: len(struck)], stance=())
         strike = _landing(
             rigid,

@@ -358,7 +358,7 @@ def _judged(scene: Scene, robot: Robot) -> tuple[bool, bool]:
     part says how long they last.
     """
     limits, durations = torque_limits(robot, scene.part)
-    lasts = scene.pulse is not None or scene.contact_stiffness is not None
+    lasts = scene.pulse is not None or scene.yields
     efforts = bool(np.any(np.isfinite(limits) & (lasts | np.isfinite(durations))))
     return any(part.at or efforts for part in scene.part), efforts
 

@@ -242,7 +242,7 @@ def identify(
             f"when it was measured; name its "
             "columns after6ms_… for 6 ms"
         )
-    if scene.contact_stiffness is not None and chosen[0].time is None:
+    if scene.yields and chosen[0].time is None:
         raise StudyError(
             "the scene gives a contact stiffness, which has an effect only on velocities at a time "
             "after contact, and the table "

@@ -388,7 +388,7 @@ class RecordedLandings:
             for c, velocity in zip(scene.contact, velocities, strict=True)
         )
         joints, torque = scene.joints, landing.joint_model.torque
-        if np.isfinite(torque).any() and scene.contact_stiffness is not None:
+        if np.isfinite(torque).any() and scene.yields:
             of_axes = {
                 joint.name: float(torque[joint.v][0])
                 for joint in robot.single_joints

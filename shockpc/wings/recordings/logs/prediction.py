@@ -321,7 +321,7 @@ class Predictor:
     def _jumps(
         self, study: RecordedLandings, values: tuple[float, ...] | None
     ) -> tuple[Array, dict[int, str]]:
-        stiff = study.scene.contact_stiffness is not None and self.measured[0].time is not None
+        stiff = study.scene.yields and self.measured[0].time is not None
         if not stiff and not np.isnan(study.table.friction).all():
             return self._with_friction(study, values)
         keys = predicting(study, friction=False)

@@ -237,7 +237,7 @@ def _closing(
     if len(results.messages) < study.rows:
         empty = [column for column in results.computed if np.isnan(columns[column.name]).all()]
         yield from without_value((column.name, column.selection.quantity) for column in empty)
-    if study.first.scene.contact_stiffness is not None:
+    if study.first.scene.yields:
         yield LEFT_OUT
     compared = columns["double_error"][
         ~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])

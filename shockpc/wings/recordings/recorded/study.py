@@ -192,7 +192,7 @@ def refuse_unused(
     """
     compared = (
         rows.measured
-        if scene.contact_stiffness is None
+        if not scene.yields
         else [one for one in rows.measured if one.time is not None]
     )
     if not compared:
@@ -245,8 +245,8 @@ def compare_measured(
             )
         ]
         timed = tuple(column for column in rows.measured if column.time)
-        if scene.contact_stiffness is not None and timed:
-            name = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
+        if scene.yields and timed:
+            name = f"{model}, {scene.yielding}"
             predictions.append((name, timed, *predicted_later(study, by_key, timed)))
         W = mobilities(study)
         for name, measured, predicted, messages in predictions:

@@ -1,0 +1,68 @@
+"""A landing over time, where it lasts: what is asked of it without knowing what makes it last."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Protocol
+
+from shockpc.core.low_pass import LowPass
+from shockpc.core.spatial import Array
+from shockpc.impact.impact import DoubleImpact
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Place
+from shockpc.text.diagnostic import Diagnostic
+
+
+class Motion(Protocol):
+    """A landing over time; what is read from it is computed then.
+
+    Attributes:
+        landing: the landing.
+    """
+
+    landing: PosedLanding
+
+    @property
+    def duration(self) -> Array:
+        """How long each contact lasts (c,) [s]."""
+
+    @property
+    def stop_peaks(self) -> dict[str, float]:
+        """Peak force or torque of the end stops of each joint that is at one [N, N m]."""
+
+    def peaks(
+        self,
+        compute: Callable[[Any, Sequence[Place]], Any],
+        places: Sequence[Place] = (),
+        low_pass: LowPass | None = None,
+    ) -> tuple[Array, Array]:
+        """Largest lengths (n,) of the rates of a quantity of jumps, and their times (n,) [s].
+
+        Args:
+            compute: the quantity, n vectors linear in jumps and impulses.
+            places: its places.
+            low_pass: a filter that the rates go through.
+        """
+
+    def impact_at(self, time: float) -> DoubleImpact:
+        """Changes of velocity from the first touch until a time [s]."""
+
+    def warnings(self) -> Iterator[Diagnostic]:
+        """Warnings of this motion."""
+
+
+def motion_of(landing: PosedLanding, until: float | None = None) -> Motion | None:
+    """The landing over time; None where it is an impact of no duration.
+
+    Args:
+        landing: the landing.
+        until: end of the motion [s]; by default, when all contacts are open and stay so.
+
+    Raises:
+        SolveError: the motion cannot be followed.
+    """
+    if not landing.scene.yields:
+        return None
+    from shockpc.impact.stiffness import CompliantLanding, compliant_landing
+
+    if until is None:
+        return compliant_landing(landing)
+    return CompliantLanding(landing, until)

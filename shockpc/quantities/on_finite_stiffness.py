@@ -1,0 +1,161 @@
+"""What follows from a finite stiffness of the contacts; in double precision, without a proof."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import PlaceKind
+from shockpc.landing.strike import GRAVITY
+from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
+from shockpc.quantities.quantity import Places, Quantity, cached
+from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
+
+if TYPE_CHECKING:
+    from shockpc.impact.stiffness import CompliantLanding
+
+JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.also)
+"""Quantities of the jumps only, which a landing on finite stiffness has at each time."""
+
+
+def _solved(landing: PosedLanding) -> "CompliantLanding":
+    """The landing over time; what solves it is imported where a scene gives a stiffness."""
+    from shockpc.impact.stiffness import compliant_landing
+
+    return compliant_landing(landing)
+
+
+def _stiff(
+    key: str,
+    of: PlaceKind,
+    title: str,
+    unit: str,
+    read: "Callable[[CompliantLanding, Places], Array]",
+    missing: str = "",
+) -> Quantity:
+    """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
+    entry = Quantity(
+        key, of, title, unit, "neither" if unit == "s" else "greater", read, missing=missing
+    )
+    return where_given(
+        entry,
+        "contact_stiffness",
+        _solved,
+        lambda compliant, _, places: read(compliant, places)[None, None],
+    )
+
+
+def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
+    """A quantity of the jumps from the impact until one of the ends of a landing on contacts of
+    finite stiffness.
+    """
+    compute = cached(entry.compute)
+    named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
+    return where_given(
+        named,
+        "contact_stiffness",
+        _solved,
+        lambda compliant, _, places: compliant.ends(compute, places)[:, end : end + 1],
+    )
+
+
+def _of_contacts(values: Array, places: Places) -> Array:
+    """Values (n,) of contacts, and none of standing feet. Args: values (c,) of all contacts."""
+    return np.array(
+        [values[place.number] if place.number < len(values) else np.nan for place in places]
+    )
+
+
+PEAK_TORQUE = _stiff(
+    "peak_torque",
+    "joint",
+    "peak torque along the joint's axis",
+    "N m, N",
+    lambda found, places: joint_peaks(found, places)[2],
+    "the joint has more than one axis, or a spring before a rotor of unknown inertia",
+)
+
+ON_FINITE_STIFFNESS = (
+    _stiff(
+        "peak_acceleration",
+        "point",
+        "peak acceleration on contacts of finite stiffness",
+        "g",
+        lambda found, places: point_peaks(found, places)[0] / GRAVITY,
+    ),
+    _stiff(
+        "peak_acceleration_time",
+        "point",
+        "time of the peak acceleration",
+        "s",
+        lambda found, places: point_peaks(found, places)[1],
+    ),
+    _stiff(
+        "duration",
+        "contact",
+        "duration of 99 % of the normal impulse",
+        "s",
+        lambda found, places: _of_contacts(found.duration, places),
+    ),
+    _stiff(
+        "peak_force",
+        "contact",
+        "peak force",
+        "N",
+        lambda found, places: contact_peaks(found, places)[0],
+    ),
+    _stiff(
+        "peak_force_time",
+        "contact",
+        "time of the peak force",
+        "s",
+        lambda found, places: contact_peaks(found, places)[1],
+    ),
+    _stiff(
+        "peak_joint_force",
+        "joint",
+        "peak force through the joint",
+        "N",
+        lambda found, places: joint_peaks(found, places)[0],
+    ),
+    _stiff(
+        "peak_joint_moment",
+        "joint",
+        "peak moment through the joint",
+        "N m",
+        lambda found, places: joint_peaks(found, places)[1],
+    ),
+    PEAK_TORQUE,
+    _stiff(
+        "peak_stop",
+        "joint",
+        "peak torque of the joint's end stop",
+        "N m, N",
+        lambda found, places: np.array([found.stop_peaks.get(place.name, 0.0) for place in places]),
+    ),
+    _stiff(
+        "restitution",
+        "contact",
+        "restitution, with the contact's damping",
+        "1",
+        lambda found, places: _of_contacts(found.restitution, places),
+    ),
+    _stiff(
+        "stiffness_difference",
+        "robot",
+        "difference from the impulse model",
+        "1",
+        lambda found, places: np.array([found.difference]),
+    ),
+    _stiff(
+        "compression",
+        "robot",
+        "time at which the contacts are compressed",
+        "s",
+        lambda found, places: np.array([found.compressed]),
+    ),
+    *(_after(entry, "compressed", "at the end of compression", 0) for entry in JUMPS),
+    *(_after(entry, "separated", "at the end of contact", 1) for entry in JUMPS),
+)

@@ -1,0 +1,140 @@
+"""What follows from a coefficient of friction; in double precision, without a proof."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import PlaceKind
+from shockpc.quantities.of_bodies import BODIES
+from shockpc.quantities.of_contacts import CONTACTS
+from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.of_points import POINTS
+from shockpc.quantities.of_robot import ROBOT
+from shockpc.quantities.quantity import Places, Quantity
+
+if TYPE_CHECKING:
+    from shockpc.impact.friction import FrictionResult
+
+OF_THE_IMPACT = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
+"""Quantities of the impact on rigid ground, some of which exist for others as well."""
+
+
+def friction_result(landing: PosedLanding) -> "FrictionResult":
+    """The landing with friction; what solves it is imported where a scene gives friction."""
+    from shockpc.impact.friction import friction_of
+
+    return friction_of(landing)
+
+
+def where_given(
+    entry: Quantity,
+    key: str,
+    solve: Callable[[PosedLanding], Any],
+    read: Callable[[Any, Impact, Places], Any],
+) -> Quantity:
+    """A quantity that exists where the scene gives a key.
+
+    Args:
+        entry: the quantity.
+        key: of the scene.
+        solve: the landing with what the scene gives, such as `friction_result`.
+        read: its values as those of `Quantity.compute`, of what `solve` returns.
+    """
+
+    def compute(impact: Impact, places: Places) -> Array:
+        if getattr(impact.landing.scene, key) is None:
+            return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
+        return np.asarray(read(solve(impact.landing), impact, places))
+
+    missing = "; or ".join(
+        filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing])
+    )
+    derived = Quantity(
+        entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing
+    )
+    same = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
+    return derived._replace(**same, needs_posture=True, unproven=True)
+
+
+def _with_friction(entry: Quantity) -> Quantity:
+    """A quantity of the impact with friction, in many postures too; of a proven impact as that is
+    where all contacts stick.
+    """
+    named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
+    single = where_given(
+        named,
+        "friction",
+        friction_result,
+        lambda friction, impact, places: entry.compute(friction.impact or impact, places),
+    )
+
+    def compute(impact: Impact, places: Places) -> Array:
+        if not isinstance(impact, DoubleImpact) or impact.landing.scene.friction is None:
+            return np.asarray(single.compute(impact, places))
+        from shockpc.impact.friction import with_friction
+
+        slipping = with_friction(impact)
+        nothing = np.full((1, 1, len(places), *([3] if entry.vector else [])), np.nan)
+        return nothing if slipping is None else np.asarray(entry.compute(slipping, places))
+
+    return single._replace(compute=compute, in_doubles=True)
+
+
+def _sliding(
+    key: str,
+    of: PlaceKind,
+    title: str,
+    unit: str,
+    read: "Callable[[FrictionResult, Places], Any]",
+    vector: bool = False,
+) -> Quantity:
+    """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
+    entry = Quantity(key, of, title, unit, "greater", read, vector=vector)
+    return where_given(
+        entry,
+        "friction",
+        friction_result,
+        lambda friction, _, places: np.array(read(friction, places), dtype=float)[None, None],
+    )
+
+
+def _numbers(places: Places) -> list[int]:
+    return [place.number for place in places]
+
+
+WITH_FRICTION = (
+    *(_with_friction(entry) for entry in OF_THE_IMPACT if "friction" in entry.also),
+    _sliding(
+        "slip",
+        "contact",
+        "velocity after the impact with friction, world axes",
+        "m/s",
+        lambda found, places: found.velocity[_numbers(places)],
+        vector=True,
+    )._replace(size=lambda i, x: float(i.v_in.max())),
+    _sliding(
+        "energy_lost_friction",
+        "robot",
+        "kinetic energy lost, with friction",
+        "J",
+        lambda found, places: np.array([found.energy_lost]),
+    ),
+    _sliding(
+        "friction_solutions",
+        "robot",
+        "solutions found with friction",
+        "1",
+        lambda found, places: np.array([found.solutions]),
+    ),
+    _sliding(
+        "friction_residual",
+        "robot",
+        "residual of the laws of friction",
+        "1",
+        lambda found, places: np.array([found.residual]),
+    ),
+)
