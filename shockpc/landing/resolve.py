@@ -31,6 +31,7 @@ from shockpc.landing.scene_file import (
     with_paths,
     with_plane,
 )
+from shockpc.landing.stiffness_rules import check_holds_normal, check_stiffness
 from shockpc.landing.strike import Strike
 from shockpc.method.base import Base
 from shockpc.method.constraints import ConstraintBlock
@@ -133,98 +134,34 @@ def pulse_of(scene: Scene) -> Pulse | None:
 
 
 def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
-    """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for
-    the scene.
-    """
-    mu, k = scene.friction, scene.contact_stiffness
+    """Refuse a friction or a restitution of end stops that has no meaning for the scene."""
     if scene.stop_restitution is not None and not scene.stops:
         raise SceneError(
             "a restitution of end stops is given, but they are left out; give stops = true "
             "(--stops) too"
         )
-    strikes = any(block.kind == "stop" for block in blocks)
-    if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
+    check_stiffness(scene, blocks)
+    if scene.friction is not None:
+        for contact, block in zip(scene.contact, blocks, strict=True):
+            _check_friction_at(contact, block)
+
+
+def _check_friction_at(contact: Contact, block: ConstraintBlock) -> None:
+    """Refuse friction at an end stop, and at a contact that slides or is not held along the
+    normal.
+    """
+    if block.kind == "stop":
         raise SceneError(
-            "a stiffness of end stops needs stops = true (--stops) and the stiffness of the "
-            "contacts; give these too"
+            f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out'
         )
-    for value, what in (
-        (scene.tangential_stiffness, "a stiffness along the ground"),
-        (scene.contact_damping, "a contact damping"),
-        (scene.contact_law, "a contact law"),
-    ):
-        if k is None and value is not None:
-            raise SceneError(
-                f"{what} is given without the stiffness along the normal; give contact_stiffness "
-                f"too"
-            )
-    if k is None and (scene.joints.torque or scene.joints.motors):
-        what = "torque" if scene.joints.torque else f'motors = "{scene.joints.motors}"'
+    if np.linalg.matrix_rank(block.forces) == 1:
         raise SceneError(
-            f"{what} of joints: constant torques have an effect only on contacts of finite "
-            f"stiffness; give contact_stiffness too"
+            f'contact "{contact.frame}" slides without friction, and a friction is given; leave out '
+            "--slide (give it the directions x, y and z, or those along which it does not slide "
+            "freely), or the friction",
+            blocks=[contact.frame],
         )
-    # of which the stiffness is looked for that breaks one
-    if k is None and not scene.gravity and not scene.part:
-        raise SceneError(
-            "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; "
-            "give contact_stiffness too"
-        )
-    if k is None and scene.flex and not scene.part:
-        raise SceneError(
-            "flex: links that bend have an effect only on contacts of finite stiffness; give "
-            "contact_stiffness too, or leave it out"
-        )
-    if mu is None and k is None:
-        return
-    if mu is not None and k is not None:
-        raise SceneError(
-            "friction and a contact stiffness are given; contacts of finite stiffness stick, so "
-            "leave one of them out"
-        )
-    option = "a contact stiffness" if mu is None else "friction"
-    if scene.tangential_stiffness is not None and not scene.tangential_stiffness > 0.0:
-        raise SceneError(
-            f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}"
-        )
-    if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
-        raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
-    if scene.contact_damping is not None and scene.contact_law is not None:
-        raise SceneError(
-            "a contact damping and a contact law are given; the law takes its damping from the "
-            "restitution, so keep one"
-        )
-    for contact, block in zip(scene.contact, blocks, strict=True):
-        if block.kind == "stop" and mu is not None:
-            raise SceneError(
-                f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave '
-                f"it out"
-            )
-        if block.kind == "stop":
-            continue
-        rank = np.linalg.matrix_rank(block.forces)
-        if mu is not None and rank == 1:
-            raise SceneError(
-                f'contact "{contact.frame}" slides without friction, and a friction is given; '
-                f"leave out --slide (give it the "
-                "directions x, y and z, or those along which it does not slide freely), or the "
-                "friction",
-                blocks=[contact.frame],
-            )
-        if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
-            raise SceneError(
-                f'contact "{contact.frame}" has {option}, so the directions in which it is held '
-                f"have to span the ground's normal; "
-                "give directions along the normal and along the ground, such as x and z",
-                blocks=[contact.frame],
-            )
-    if k is None:
-        return
-    if (scene.stops or strikes) and scene.stop_stiffness is None:
-        raise SceneError(
-            "contacts of finite stiffness are given, and rigid end stops; give the stops a "
-            "stop_stiffness too"
-        )
+    check_holds_normal(contact, block, "friction")
 
 
 @checked

@@ -1,0 +1,120 @@
+"""What options of finite stiffness of a scene mean nothing, and are refused."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.landing.scene import Contact, Scene
+from shockpc.method.constraints import ConstraintBlock
+from shockpc.text.errors import SceneError
+
+
+class _Idle(NamedTuple):
+    """An option that has no effect on rigid contacts.
+
+    Attributes:
+        given: whether the scene gives it.
+        message: the refusal.
+    """
+
+    given: bool
+    message: str
+
+
+def check_stiffness(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
+    """Refuse options of finite stiffness that have no meaning for the scene.
+
+    Args:
+        scene: the scene.
+        blocks: the constraints of its contacts, in their order.
+    """
+    stops = scene.stops or any(block.kind == "stop" for block in blocks)
+    if not scene.yields:
+        for idle in _idle_on_rigid_contacts(scene):
+            if idle.given:
+                raise SceneError(idle.message)
+        return
+    if scene.stop_stiffness is not None and not stops:
+        raise SceneError(STOPS_NEEDED)
+    if scene.friction is not None:
+        raise SceneError(
+            "friction and a contact stiffness are given; contacts of finite stiffness stick, so "
+            "leave one of them out"
+        )
+    _check_laws(scene)
+    for contact, block in zip(scene.contact, blocks, strict=True):
+        if block.kind != "stop":
+            check_holds_normal(contact, block, "a contact stiffness")
+    if stops and scene.stop_stiffness is None:
+        raise SceneError(
+            "contacts of finite stiffness are given, and rigid end stops; give the stops a "
+            "stop_stiffness too"
+        )
+
+
+STOPS_NEEDED = (
+    "a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give "
+    "these too"
+)
+
+
+def _idle_on_rigid_contacts(scene: Scene) -> tuple[_Idle, ...]:
+    """Options that have an effect on contacts of finite stiffness alone, in the order in which they
+    are refused.
+    """
+    without = "is given without the stiffness along the normal; give contact_stiffness too"
+    joints = scene.joints
+    torque = "torque" if joints.torque else f'motors = "{joints.motors}"'
+    # With parts, the stiffness is looked for on which one breaks.
+    breakable = bool(scene.part)
+    return (
+        _Idle(scene.stop_stiffness is not None, STOPS_NEEDED),
+        _Idle(scene.tangential_stiffness is not None, f"a stiffness along the ground {without}"),
+        _Idle(scene.contact_damping is not None, f"a contact damping {without}"),
+        _Idle(scene.contact_law is not None, f"a contact law {without}"),
+        _Idle(
+            bool(joints.torque or joints.motors),
+            f"{torque} of joints: constant torques have an effect only on contacts of finite "
+            f"stiffness; give contact_stiffness too",
+        ),
+        _Idle(
+            not scene.gravity and not breakable,
+            "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; "
+            "give contact_stiffness too",
+        ),
+        _Idle(
+            bool(scene.flex) and not breakable,
+            "flex: links that bend have an effect only on contacts of finite stiffness; give "
+            "contact_stiffness too, or leave it out",
+        ),
+    )
+
+
+def _check_laws(scene: Scene) -> None:
+    """Refuse a stiffness along the ground that is not positive, and two laws of the losses."""
+    along = scene.tangential_stiffness
+    if along is not None and not along > 0.0:
+        raise SceneError(f"tangential_stiffness must be > 0 N/m, got {along:g}")
+    if scene.contact_damping is None:
+        return
+    if any(contact.restitution for contact in scene.contact):
+        raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
+    if scene.contact_law is not None:
+        raise SceneError(
+            "a contact damping and a contact law are given; the law takes its damping from the "
+            "restitution, so keep one"
+        )
+
+
+def check_holds_normal(contact: Contact, block: ConstraintBlock, option: str) -> None:
+    """Refuse a contact whose directions do not span the normal of the ground, which an option
+    needs.
+    """
+    rank = np.linalg.matrix_rank(block.forces)
+    if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
+        raise SceneError(
+            f'contact "{contact.frame}" has {option}, so the directions in which it is held have to '
+            "span the ground's normal; give directions along the normal and along the ground, such "
+            "as x and z",
+            blocks=[contact.frame],
+        )
