@@ -1,8 +1,6 @@
 from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.designs import Design as Design
 from .evaluation.evaluate import Evaluation as Evaluation
-from .evaluation.symbolic import SymbolicLanding as SymbolicLanding
-from .evaluation.symbolic import symbolic as symbolic
 from .evaluation.table import Table as Table
 from .evaluation.varied import VariedLandings as VariedLandings
 from .landing.joint_options import Joints as Joints
@@ -43,8 +41,6 @@ from .studies.check.study import Check as Check
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare.study import Comparison as Comparison
 from .studies.compare.study import compare as compare
-from .studies.export.study import Export as Export
-from .studies.export.study import export as export
 from .studies.improve.study import Improvement as Improvement
 from .studies.improve.study import improve as improve
 from .studies.limits.study import JointLimits as JointLimits
@@ -73,5 +69,9 @@ from .wings.recordings.logs.landings import RecordedLandings as RecordedLandings
 from .wings.recordings.recorded.study import recorded as recorded
 from .wings.recordings.touchdowns.study import Touchdowns as Touchdowns
 from .wings.recordings.touchdowns.study import touchdowns as touchdowns
+from .wings.symbols.export.study import Export as Export
+from .wings.symbols.export.study import export as export
+from .wings.symbols.symbolic import SymbolicLanding as SymbolicLanding
+from .wings.symbols.symbolic import symbolic as symbolic
 
 __version__: str

@@ -20,12 +20,12 @@ from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import cost
 from shockpc.bench.methods import Prepared, System, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import batch_in_mujoco
-from shockpc.core.program import BLOCK
 from shockpc.core.spatial import Array
-from shockpc.evaluation.symbolic import ACCURACY, SymbolicLanding
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.show.tables import Cell, Column, Sheet
-from shockpc.studies.export.code import Samples, code_files
+from shockpc.wings.symbols.export.code import Samples, code_files
+from shockpc.wings.symbols.programs import BLOCK
+from shockpc.wings.symbols.symbolic import ACCURACY, SymbolicLanding
 
 STRUCK = {
     "anymal_b": "LF_FOOT",

@@ -21,10 +21,13 @@ class Wing(NamedTuple):
     Attributes:
         formats: formats of robot files, `FORMATS` as of `robot.reading`; opened at import.
         inputs: what its studies read, `INPUTS` as of `cli.study_command`.
+        sliders: those of a page for the posture, `posture_of(landing, surfaces, joints)`, which
+            returns a `Posture` of `show.html.posture`.
     """
 
     formats: str = ""
     inputs: str = ""
+    sliders: str = ""
 
 
 @functools.cache

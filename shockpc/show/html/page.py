@@ -37,12 +37,13 @@ from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
-from shockpc.show.html.posture_sliders import Posture, posture_of
+from shockpc.show.html.posture import Posture
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
 from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable
+from shockpc.text.wings import doors
 
 MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
 """Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
@@ -94,11 +95,11 @@ def page(
     blocks.append(("", None, list(report.body(True)), report))
     scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
     drawn = _surfaces(shown)
-    postures = {
-        name: posture_of(profile.landing, drawn[id(profile.robot)], report.live)
-        for name, profile in shown.items()
-        if report.live is not None
-    }
+    postures: dict[str, Posture] = {}
+    for door in doors("sliders") if report.live is not None else ():
+        for name, profile in shown.items():
+            surfaces_of_robot = drawn[id(profile.robot)]
+            postures[name] = door.posture_of(profile.landing, surfaces_of_robot, report.live)
     if library is not None:
         data = json.dumps(
             _data(shown, drawn, postures), allow_nan=False, separators=(",", ":")

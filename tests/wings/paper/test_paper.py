@@ -8,7 +8,6 @@ import pytest
 from commands import good, run, says
 
 from shockpc import Point
-from shockpc.quantities.live import live_landing
 from shockpc.robot.catalogue import catalogue, project_robots_folder
 from shockpc.robot.load import load_robot
 from shockpc.wings.paper.beam import beam
@@ -19,6 +18,7 @@ from shockpc.wings.paper.quadruped import ANGLES, quadruped
 from shockpc.wings.paper.report import LIVE, paper_picture
 from shockpc.wings.paper.skippy import ASSUMED, above_contact, skippy
 from shockpc.wings.paper.study import FIGURES
+from shockpc.wings.symbols.posture_formulas import live_landing
 
 # The dimensioned models against maximal coordinates in the plane. Points and vectors are complex: x
 # to the right, i up.

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from shockpc.core.program import OPERATIONS, UNARY, Program
+from shockpc.wings.symbols.programs import OPERATIONS, UNARY, Program
 
 C = {
     "add": "{}+{}",

@@ -15,8 +15,8 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import robot_from
 
 from shockpc import Contact, Scene, StudyError, export, symbolic
-from shockpc.studies.export import code
-from shockpc.studies.export.report import export_report
+from shockpc.wings.symbols.export import code
+from shockpc.wings.symbols.export.report import export_report
 
 LEG = urdf(
     link("trunk", "3"),
@@ -152,7 +152,7 @@ def test_without_room_for_temporary_files_a_command_says_so(capfd, monkeypatch, 
 @pytest.mark.parametrize("wrong", [1e-8, float("nan")])
 def test_wrong_code_is_not_written(leg, monkeypatch, wrong):
     scene, robot = leg
-    monkeypatch.setattr("shockpc.studies.export.study._tested", lambda lang, files: wrong)
+    monkeypatch.setattr("shockpc.wings.symbols.export.study._tested", lambda lang, files: wrong)
     with pytest.raises(StudyError, match="is off by"):
         export(scene, ["shock_com@trunk"], robot=robot, lang="js", sample=2)
     monkeypatch.undo()

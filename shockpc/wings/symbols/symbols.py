@@ -16,7 +16,6 @@ import numpy as np
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import norm
-from shockpc.core.program import OPERATIONS, Program
 from shockpc.core.spatial import Array, cross
 from shockpc.impact.exact_impact import ExactImpact
 from shockpc.impact.impact import Impact
@@ -26,6 +25,7 @@ from shockpc.method.constraints import row_terms
 from shockpc.method.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
 from shockpc.method.exact.solution import ExactSolution
 from shockpc.robot.robot import Robot
+from shockpc.wings.symbols.programs import OPERATIONS, Program
 
 
 class Symbol:

@@ -13,8 +13,6 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column
 from shockpc.evaluation.declare import QuantityOption, study
-from shockpc.evaluation.symbolic import ACCURACY, SymbolicLanding, identifiers
-from shockpc.impact.graph import Before
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.record import Option
@@ -24,9 +22,11 @@ from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.method.approach import Motion
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.robot.robot import Robot
-from shockpc.studies.export.code import MOST_ERROR, Samples, code_files
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.shown import brief, shown_by
+from shockpc.wings.symbols.export.code import MOST_ERROR, Samples, code_files
+from shockpc.wings.symbols.landing_programs import Before
+from shockpc.wings.symbols.symbolic import ACCURACY, SymbolicLanding, identifiers
 
 Language = Literal["c", "js", "casadi"]
 
@@ -69,7 +69,7 @@ class Export:
     error: float
     tested: float | None
 
-    _repr_html_ = shown_by("studies.export.report:export_report")
+    _repr_html_ = shown_by("wings.symbols.export.report:export_report")
 
     def __repr__(self) -> str:
         return brief(self, self.lang, *self.files)

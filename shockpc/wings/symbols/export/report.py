@@ -10,7 +10,7 @@ from shockpc.profile import ILL_CONDITIONED
 from shockpc.show.report import Report
 from shockpc.show.tables import Lines, Sheet
 from shockpc.show.wording import count
-from shockpc.studies.export.study import RUNS, Export
+from shockpc.wings.symbols.export.study import RUNS, Export
 
 LANGUAGES = {"c": "C99", "js": "JavaScript", "casadi": "a function of CasADi"}
 

@@ -11,8 +11,8 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Posture, Scene, SceneError, Strike, resolve
 from shockpc.profile import profile_of
-from shockpc.quantities.live import live_landing
 from shockpc.robot.changes import Change, changed
+from shockpc.wings.symbols.posture_formulas import live_landing
 
 LANDINGS = {
     "geared leg": on("go2", "FL_foot"),

@@ -3,35 +3,21 @@ that computes what they change.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.quantities.live import LiveLanding, Slider, live_landing
+from shockpc.show.html.posture import Posture
 from shockpc.show.html.surfaces import Surface
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import printable
+from shockpc.wings.symbols.posture_formulas import LiveLanding, Slider, live_landing
 
 TILT = np.pi / 3
 """Largest angle by which a slider tilts the base [rad]."""
-
-
-class Posture(NamedTuple):
-    """The sliders of one landing.
-
-    Attributes:
-        sliders: kind, name, unit, value, low and high of each; none where the posture cannot
-            change.
-        code: a function of JavaScript, or "null".
-        note: what the sliders mean, or why there are none.
-    """
-
-    sliders: list[dict[str, Any]]
-    code: str
-    note: str
 
 
 def posture_of(landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence[str]) -> Posture:

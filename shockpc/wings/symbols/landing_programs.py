@@ -12,7 +12,6 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from shockpc.core.frozen import frozen
-from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.impact.landed import solved, without_inertia
@@ -23,6 +22,7 @@ from shockpc.method.exact.arithmetic import SingularError
 from shockpc.method.exact.kinematics import data_of
 from shockpc.text.cache import cached, version_of_code
 from shockpc.text.errors import SceneError, StudyError
+from shockpc.wings.symbols.programs import Program
 
 Before: TypeAlias = Literal["strike", "velocity"]
 """What is given of the motion before the impact: the base's velocity (3,), world axes, or that of
@@ -37,7 +37,7 @@ FEW = 128
 all rows.
 """
 
-ROOMS = ("core", "method", "landing", "impact", "quantities")
+ROOMS = ("core", "method", "landing", "impact", "quantities", "wings/symbols")
 """Folders whose code decides what a program computes."""
 
 
@@ -155,7 +155,7 @@ def symbols_module() -> Any:
     """
     if not has_symbols():
         raise StudyError('symbols need the package "casadi"; install it with: pip install casadi')
-    from shockpc.impact import symbols
+    from shockpc.wings.symbols import symbols
 
     return symbols
 

@@ -6,10 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.core.program import Program
 from shockpc.core.spatial import Array
-from shockpc.core.statements import JAVASCRIPT, pieces
-from shockpc.impact.graph import kept, refuse, singular_landing, symbols_module
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
 from shockpc.method.constraints import ConstraintBlock
@@ -19,6 +16,9 @@ from shockpc.quantities.selection import quantity
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
+from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, pieces
+from shockpc.wings.symbols.landing_programs import kept, refuse, singular_landing, symbols_module
+from shockpc.wings.symbols.programs import Program
 
 RANGE = np.pi
 """Largest angle of a slider of a joint without limits [rad]."""

@@ -25,13 +25,13 @@ from shockpc import (
     shock_maps,
     symbolic,
 )
-from shockpc.core.program import OPERATIONS, Program
-from shockpc.evaluation.symbolic import SymbolicLanding
-from shockpc.impact.symbols import SymbolImpact, compiled
 from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.quantities.selection import QUANTITIES, WITHOUT_SYMBOLS
 from shockpc.text.cache import cache_folder
+from shockpc.wings.symbols.programs import OPERATIONS, Program
+from shockpc.wings.symbols.symbolic import SymbolicLanding
+from shockpc.wings.symbols.symbols import SymbolImpact, compiled
 
 MOVING = Strike(
     strike_angle_deg=20.0, angular_velocity=(0.2, -0.4, 0.1), joint_velocities={"LF_KFE": 1.5}
@@ -299,7 +299,7 @@ def test_programs_are_kept_and_made_again_where_a_file_is_wrong(tmp_path, monkey
     first = SymbolicLanding(landing, ["v_in", "shock_com@trunk"])
     (file,) = cache_folder().iterdir()
     monkeypatch.setattr(
-        "shockpc.impact.symbols.traced", lambda *_: pytest.fail("a graph is made again")
+        "shockpc.wings.symbols.symbols.traced", lambda *_: pytest.fail("a graph is made again")
     )
     again = SymbolicLanding(landing, ["v_in", "shock_com@trunk"])
     np.testing.assert_array_equal(again.program.operands, first.program.operands)
@@ -337,7 +337,7 @@ def test_without_casadi(monkeypatch):
     """
     landing = landing_of("sliding")
     before = SymbolicLanding(landing, ["v_in"]).value(landing.q[None])
-    monkeypatch.setattr("shockpc.impact.graph.has_symbols", lambda: False)
+    monkeypatch.setattr("shockpc.wings.symbols.landing_programs.has_symbols", lambda: False)
     kept = SymbolicLanding(landing, ["v_in"]).value(landing.q[None])
     assert kept["condition"] == pytest.approx(before["condition"], rel=1e-12)
     with pytest.raises(StudyError, match="pip install casadi"):

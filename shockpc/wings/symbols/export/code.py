@@ -7,9 +7,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.core.program import Program
 from shockpc.core.spatial import Array
-from shockpc.core.statements import JAVASCRIPT, C, digits, pieces
+from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, C, digits, pieces
+from shockpc.wings.symbols.programs import Program
 
 
 class Samples(NamedTuple):

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected
-from shockpc.impact.graph import Before, Graph, inputs_of, refuse, symbols_module
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import check_rotations
@@ -25,6 +23,8 @@ from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError, StudyError
+from shockpc.wings.symbols.landing_programs import Before, Graph, inputs_of, refuse, symbols_module
+from shockpc.wings.symbols.programs import Program
 
 ACCURACY = ("condition", "pivot")
 """What says how far a posture is from a singular one, beside the numbers."""
