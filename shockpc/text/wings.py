@@ -23,11 +23,13 @@ class Wing(NamedTuple):
         inputs: what its studies read, `INPUTS` as of `cli.study_command`.
         sliders: those of a page for the posture, `posture_of(landing, surfaces, joints)`, which
             returns a `Posture` of `show.html.posture`.
+        beyond: what the rigid answer of the paper is off by: `beyond_report`.
     """
 
     formats: str = ""
     inputs: str = ""
     sliders: str = ""
+    beyond: str = ""
 
 
 @functools.cache

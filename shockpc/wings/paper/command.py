@@ -25,14 +25,18 @@ def paper(
     from shockpc.cli.output import emit
     from shockpc.cli.progress import shown_trace
     from shockpc.text.errors import SceneError
-    from shockpc.wings.paper.beyond_report import beyond_report
+    from shockpc.text.wings import doors
     from shockpc.wings.paper.report import paper_report
     from shockpc.wings.paper.study import paper_figures
 
     if beyond:
         if figures:
             raise SceneError("--beyond is of no figure of the paper; leave one of them out")
-        emit(beyond_report(), output)
+        studies = doors("beyond")
+        if not studies:
+            raise SceneError("--beyond needs the studies of bodies that bend, which are not here")
+        for study in studies:
+            emit(study.beyond_report(), output)
         return
     chosen = paper_figures(figures)
     with shown_trace().stage("claims of the paper"):

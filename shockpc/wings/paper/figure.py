@@ -1,28 +1,16 @@
 """Landings side by side in the plane, on one scale."""
 
-import math
-from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Sequence
 
-from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import FOOT, draw_row
-from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import angle_text, joint_model_text
 from shockpc.text.printed import printable
-
-Curves: TypeAlias = Mapping[str, tuple[Sequence[float], Sequence[float]]]
-
-TICKS = 0.3, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0
-"""Of durations of contact, in first bending periods."""
-
-STYLES, MARKS = ("-", (0, (5, 2)), (0, (1.5, 1.2))), "os^"
-"""Of the curves of a panel, which have to be told apart without their colours."""
 
 GAP, BAR = 0.15, 4.6
 """Room between panels, and smallest width of the bar under them [inches]."""
@@ -115,47 +103,3 @@ def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
                 "CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0)
             )
     return lines
-
-
-def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit: float) -> Figure:
-    """Draw errors over the duration of contact times the first bending frequency, in panels beside
-    and below each other.
-
-    Args:
-        title: of the figure.
-        panels: a title, what is drawn as lines, and what as dots; abscissas and ordinates by name.
-        limit: error up to which an answer counts as right.
-    """
-    columns = min(len(panels), 2 if len(panels) == 4 else 3)
-    figure = new_chart(3.2 * columns + 2.6, 3.0 * math.ceil(len(panels) / columns) + 0.8, title)
-    grid = figure.subplots(
-        math.ceil(len(panels) / columns), columns, sharex=True, sharey=True, squeeze=False
-    )
-    named: dict[str, Artist] = {}
-    for axes, (text, lines, dots) in zip(grid.flat, panels, strict=True):
-        axes.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
-        axes.set_title(text, fontsize=8.0)
-        axes.axhline(limit, color=INK, linewidth=1.2, label=f"{100.0 * limit:g} %")
-        for colour, style, (name, values) in zip(CURVES, STYLES, lines.items(), strict=False):
-            axes.plot(*values, linestyle=style, color=colour, label=name)
-        for colour, mark, (name, values) in zip(CURVES, MARKS, dots.items(), strict=False):
-            axes.plot(
-                *values, mark, color=colour, markersize=4.0, markerfacecolor="none", label=name
-            )
-        named |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        axes.grid(True)
-    low, high = grid[0, 0].get_xbound()
-    for axes in grid.flat:
-        axes.set_xticks(
-            ticks := [tick for tick in TICKS if low <= tick <= high],
-            [f"{tick:g}" for tick in ticks],
-        )
-        axes.minorticks_off()
-        axes.yaxis.set_major_formatter("{x:g}")
-    figure.supxlabel(
-        "duration of contact over the period of the first bending mode, Tc f1 = Tc/T1 [-]",
-        fontsize=8.0,
-    )
-    figure.supylabel("error [-]", fontsize=8.0)
-    figure.legend(list(named.values()), list(named), loc="outside right upper")
-    return figure

@@ -39,8 +39,8 @@ from shockpc.robot.load import load_robot
 from shockpc.studies.analyze.report import document
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
-from shockpc.wings.paper.beyond_leg import leg_scene
-from shockpc.wings.paper.frame_leg import urdf as tubes_urdf
+from shockpc.wings.compliant.beyond.frame_leg import urdf as tubes_urdf
+from shockpc.wings.compliant.beyond.leg import leg_scene
 
 ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)

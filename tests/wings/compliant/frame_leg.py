@@ -5,7 +5,7 @@ together, sampled.
 import numpy as np
 from scipy.linalg import eigh
 
-from shockpc.wings.paper.frame_leg import ROTOR, frame_leg
+from shockpc.wings.compliant.beyond.frame_leg import ROTOR, frame_leg
 
 
 def modes(K, M):

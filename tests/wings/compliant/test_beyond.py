@@ -12,7 +12,7 @@ from commands import good, run
 from scipy.sparse.linalg import eigsh
 from skfem.helpers import ddot, dot, eye, sym_grad, trace
 
-from shockpc.wings.paper.beyond import (
+from shockpc.wings.compliant.beyond.beam import (
     RATIOS,
     Beam,
     beam_study,
@@ -21,8 +21,8 @@ from shockpc.wings.paper.beyond import (
     segmented_beam,
     struck,
 )
-from shockpc.wings.paper.beyond_leg import Peaks, leg_modes, leg_study, struck_frames
-from shockpc.wings.paper.beyond_robots import LAWS, robot_study
+from shockpc.wings.compliant.beyond.leg import Peaks, leg_modes, leg_study, struck_frames
+from shockpc.wings.compliant.beyond.robots import LAWS, robot_study
 
 
 @pytest.mark.parametrize(

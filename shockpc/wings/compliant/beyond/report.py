@@ -10,9 +10,16 @@ import numpy as np
 
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Sheet
-from shockpc.wings.paper.beyond import HINGES, LIMIT, STRIKES, Struck, beam_study, holds_from
-from shockpc.wings.paper.beyond_leg import LINKS, Peaks, leg_modes, leg_study
-from shockpc.wings.paper.beyond_robots import LAWS, Errors, robot_study
+from shockpc.wings.compliant.beyond.beam import (
+    HINGES,
+    LIMIT,
+    STRIKES,
+    Struck,
+    beam_study,
+    holds_from,
+)
+from shockpc.wings.compliant.beyond.leg import LINKS, Peaks, leg_modes, leg_study
+from shockpc.wings.compliant.beyond.robots import LAWS, Errors, robot_study
 
 Curves: TypeAlias = dict[str, tuple[list[float], list[float]]]
 
@@ -130,7 +137,10 @@ def _beam_picture() -> Picture:
     }
     title = "A beam that bends: error of the rigid answer"
     return Picture(
-        "beam", title, "wings.paper.figure:draw_errors", (title, [("", lines, dots)], LIMIT)
+        "beam",
+        title,
+        "wings.compliant.beyond.figure:draw_errors",
+        (title, [("", lines, dots)], LIMIT),
     )
 
 
@@ -176,7 +186,9 @@ def _leg_picture() -> Picture:
     with_rotors, without = (one.rotors for one in leg_modes())
     title = "A leg of two tubes: error against frame elements"
     panels = [(name, curves(with_rotors, k), curves(without, k)) for k, name in enumerate(OF_LEG)]
-    return Picture("leg", title, "wings.paper.figure:draw_errors", (title, panels, LIMIT))
+    return Picture(
+        "leg", title, "wings.compliant.beyond.figure:draw_errors", (title, panels, LIMIT)
+    )
 
 
 def _robots_sheet() -> Sheet:
@@ -222,4 +234,6 @@ def _robots_picture() -> Picture:
         (f"{name}, {law}", curves(law, k), no_dots)
         for (k, name), law in itertools.product(chosen, LAWS)
     ]
-    return Picture("robots", title, "wings.paper.figure:draw_errors", (title, panels, LIMIT))
+    return Picture(
+        "robots", title, "wings.compliant.beyond.figure:draw_errors", (title, panels, LIMIT)
+    )

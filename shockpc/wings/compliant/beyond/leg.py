@@ -23,7 +23,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
-from shockpc.wings.paper.frame_leg import ANGLES, EA, EI, ROTOR, frame_leg, urdf
+from shockpc.wings.compliant.beyond.frame_leg import ANGLES, EA, EI, ROTOR, frame_leg, urdf
 
 ROTORS = {"with": ROTOR, "without": 0.0}
 """Inertia of the rotors behind their gears [kg m²]."""

@@ -1,0 +1,1 @@
+"""Contacts and links that give way: studies of where the rigid answer ceases to hold."""
