@@ -45,12 +45,14 @@ def test_every_row_is_a_single_analysis(dogs):
             "ropc": profile.ropc[trunk],
             "shock_max": profile.shock_max[trunk],
             "shock_com": profile.shock_com[trunk],
-            "mass_sticking": max(contact.mass_sticking for contact in profile.contacts),
+            "effective_mass_sticking": max(
+                contact.effective_mass_sticking for contact in profile.contacts
+            ),
             "friction_needed": max(contact.friction_needed for contact in profile.contacts),
             "feasible": float(allowed and len(profile.contacts) == 4),
             "error_bound": profile.health.error_bound,
         }
-        assert row.needs_tilt == (allowed and len(profile.contacts) < 4)
+        assert row.feasible_if_tilted == (allowed and len(profile.contacts) < 4)
         assert row.sensors == {point.frame: point.shock for point in profile.points}
 
 

@@ -67,7 +67,10 @@ def test_a_rod_of_metal_has_the_frequency_of_a_beam(tmp_path):
 def test_what_a_contact_asks_for_follows_from_its_duration(go2):
     """Tc = π √(m/k), or the length of a pulse where that is shorter; f1 = α √EI."""
     (contact,) = go2.contacts
-    Tc, modes = math.pi * math.sqrt(contact.mass_sticking / 1e6), leg_modes(go2.landing, 0)
+    Tc, modes = (
+        math.pi * math.sqrt(contact.effective_mass_sticking / 1e6),
+        leg_modes(go2.landing, 0),
+    )
     wanted = [
         3.0 / Tc,
         7.0 / Tc,
@@ -101,7 +104,7 @@ def test_from_where_not_even_metal_is_stiff_enough(robot, contact, words):
     assert words in " ".join(page.read_text(encoding="utf-8").split())
     stiffest = float(re.search(r" from (\S+)", words)[1])
     profile = shock_profile(Scene(robot=robot, contact=contact))
-    masses = profile.value("mass_sticking", "contact")
+    masses = profile.value("effective_mass_sticking", "contact")
     assert bending(profile.landing, masses, 1e5).stiffest(3.0) == pytest.approx(stiffest, rel=0.02)
     warned = [
         list(bends(bending(profile.landing, masses, factor * stiffest))) for factor in (0.7, 1.4)
@@ -204,7 +207,7 @@ def test_parts_are_judged_where_their_margin_is_lost():
     profile = shock_profile(scene)
     lost = lost_margin(profile).contact_stiffness
     assert rigid_links(profile).contact_time == pytest.approx(
-        math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost)
+        math.pi * math.sqrt(profile.contacts[0].effective_mass_sticking / lost)
     )
 
 
@@ -220,9 +223,13 @@ def test_contacts_stop_the_mass_of_the_landing(contact, model):
     slides stops less too.
     """
     profile = shock_profile(replace(GO2, contact=contact, joints=Joints(model=model)))
-    mass = profile.robot.mass / 4.0 if model == "locked" else profile.contacts[0].mass_frictionless
+    mass = (
+        profile.robot.mass / 4.0
+        if model == "locked"
+        else profile.contacts[0].effective_mass_frictionless
+    )
     assert rigid_links(profile).mass == pytest.approx(mass, rel=1e-9)
-    assert mass < 0.9 * profile.value("mass_sticking", "contact").min()
+    assert mass < 0.9 * profile.value("effective_mass_sticking", "contact").min()
 
 
 @pytest.mark.parametrize(("stiffness", "bent"), [("1e4,1e5", False), ("1e5,1e7", True)])

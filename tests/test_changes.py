@@ -165,8 +165,8 @@ def test_uniform_scaling_of_all_masses_changes_no_shock(dog):
     heavy = shock_profile(scene, changed(dog, read_changes("mass:*=2x")))
     light = shock_profile(scene, dog)
     np.testing.assert_allclose(heavy.maps, light.maps, rtol=1e-9, atol=1e-12)
-    assert heavy.contacts[0].mass_sticking == pytest.approx(
-        2.0 * light.contacts[0].mass_sticking, rel=1e-9
+    assert heavy.contacts[0].effective_mass_sticking == pytest.approx(
+        2.0 * light.contacts[0].effective_mass_sticking, rel=1e-9
     )
 
 
@@ -216,8 +216,8 @@ def test_a_moved_joint_is_that_of_the_edited_file(tmp_path, text, old, new):
         np.testing.assert_allclose(mine.maps, other.maps, rtol=1e-12, atol=1e-14)
         np.testing.assert_allclose(mine.position, other.position, atol=1e-14)
         np.testing.assert_allclose(a.coms, b.coms, atol=1e-15)
-        assert mine.contacts[0].mass_sticking == pytest.approx(
-            other.contacts[0].mass_sticking, rel=1e-12
+        assert mine.contacts[0].effective_mass_sticking == pytest.approx(
+            other.contacts[0].effective_mass_sticking, rel=1e-12
         )
 
 

@@ -206,7 +206,11 @@ def test_a_body_is_its_centre_of_mass_where_a_point_is_needed(here):
         shock, contact = profile.shock_com[0], profile.contacts[0]
         peak, speed = np.pi / 2 * shock * profile.v_in / 5e-3 / 9.80665, shock * profile.v_in
         foot = float(profile.shock_at("shin", np.array([0.0, 0.0, -0.3])))
-        mass = contact.mass_sticking if landing is scene else contact.mass_frictionless
+        mass = (
+            contact.effective_mass_sticking
+            if landing is scene
+            else contact.effective_mass_frictionless
+        )
         assert [outcome.value for outcome in outcomes] == pytest.approx(
             [shock, peak, speed, foot, mass], rel=1e-15
         )
@@ -273,7 +277,7 @@ def test_strike_angles_superpose(here):
         ("friction_needed", "*", ["foot"]),
         ("effective_mass", "shin", None),
         ("energy_lost", "*", ["stick"]),
-        ("off_plane", "imu*", ["body"]),
+        ("out_of_plane_share", "imu*", ["body"]),
     ],
 )
 def test_places_by_name_and_glob(here, metric, at, expected):
@@ -1409,8 +1413,8 @@ def test_a_mass_at_the_contact_point_changes_the_effective_mass_alone(here):
         np.testing.assert_allclose(
             heavy.value(key, "joint"), light.value(key, "joint"), rtol=1e-12, atol=1e-15
         )
-    assert heavy.contacts[0].mass_sticking == pytest.approx(
-        light.contacts[0].mass_sticking + 0.3, rel=1e-13
+    assert heavy.contacts[0].effective_mass_sticking == pytest.approx(
+        light.contacts[0].effective_mass_sticking + 0.3, rel=1e-13
     )
 
 

@@ -217,7 +217,7 @@ def test_bodies_of_other_names_are_partners_as_given(dog):
         rows["shock_com", "FR_thigh / rf_upperleg"].values[1]
         == hyq.shock_com[hyq.bodies.index("rf_upperleg")]
     )
-    assert ("mass_sticking", "FL_foot / lf_foot") in rows
+    assert ("effective_mass_sticking", "FL_foot / lf_foot") in rows
 
 
 def test_new_names_change_nothing(tmp_path):

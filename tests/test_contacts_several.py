@@ -88,7 +88,7 @@ def test_a_sticking_contact_rebounds_along_its_normal_alone(normal):
             needed = np.linalg.norm(profile.contacts[0].impulse - along * n) / along
             assert profile.contacts[0].friction_needed == pytest.approx(needed, rel=1e-12)
         else:
-            assert profile.contacts[0].pull == pytest.approx(-along, rel=1e-12)
+            assert profile.contacts[0].tensile_impulse == pytest.approx(-along, rel=1e-12)
 
 
 def test_a_normal_needs_a_length():
@@ -192,7 +192,7 @@ def test_the_effective_mass_of_a_flat_contact_is_its_impulse_for_a_unit_strike()
         model, data, model.getFrameId("left_sole_link"), pin.LOCAL_WORLD_ALIGNED
     )
     mass = np.linalg.inv(J @ np.linalg.solve(dense.inertia(model, q), J.T))[2, 2]
-    assert contact.mass_sticking == pytest.approx(mass, rel=1e-10)
+    assert contact.effective_mass_sticking == pytest.approx(mass, rel=1e-10)
     assert contact.effective_mass == pytest.approx(float(contact.impulse[2]), rel=1e-12)
 
 

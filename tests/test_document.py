@@ -243,7 +243,7 @@ def test_nulls_stand_where_things_do_not_exist():
     """
     names = "beam that translates", "dog on all feet, locked", "beam that is pulled"
     beam, dog, pulled = (document(shock_profile(SCENES[name])) for name in names)
-    keys = ("copc_x", "copc_world_x", "ropc", "pitch", "shock_max")
+    keys = ("copc_x", "copc_world_x", "ropc", "screw_pitch", "shock_max")
     assert [beam["tables"]["bodies"][0].get(key) for key in keys] == [None, None, "inf", None, 1.0]
     assert (
         dog["loads_unique"],

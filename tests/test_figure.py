@@ -468,7 +468,7 @@ def test_a_centre_of_percussion_that_says_little_is_faint():
     """
     profile = landing("go2", "FL_foot")
     trunk, thigh = (profile.bodies.index(name) for name in ("base", "FL_thigh"))
-    assert profile.off_plane[trunk] > 0.5 > profile.off_plane[thigh]
+    assert profile.out_of_plane_share[trunk] > 0.5 > profile.out_of_plane_share[thigh]
     figure = draw_landing(profile)
     written = words(figure)
     assert f"({profile.ropc[trunk]:.2f})" in written

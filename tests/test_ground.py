@@ -587,7 +587,7 @@ def test_one_direction_is_the_impulse_times_a_half_sine(changes):
         replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K, "gravity": False} | changes)
     )
     found, (contact,), (sensor,) = profile.stiffness, profile.contacts, profile.points
-    length = math.pi * math.sqrt(contact.mass_frictionless / K)
+    length = math.pi * math.sqrt(contact.effective_mass_frictionless / K)
     assert found.difference < 1e-9
     assert profile.value("duration", "contact")[0] == pytest.approx(
         loaded(1.0) / math.pi * length, rel=1e-9

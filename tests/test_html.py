@@ -339,7 +339,9 @@ def test_the_page_doubts_other_postures_as_the_command_does(joints, low, limits,
     assert bool(found["below"]) == bool(low)
     if low == "depth":
         posture = Posture(joints_deg=joints)
-        depth = float(shock_profile(replace(scene, posture=posture)).value("depth", "robot")[0])
+        depth = float(
+            shock_profile(replace(scene, posture=posture)).value("depth_below_contacts", "robot")[0]
+        )
         (shown,) = re.findall(
             r"lies (\S+) m below the contact, so flat ground meets it first", found["below"][0]
         )
@@ -480,7 +482,7 @@ def test_browser_draws_anymal(here, tmp_path_factory):
             "[...document.querySelectorAll('#body-rows tbody tr')].map((row) => "
             "row.cells[10].textContent == 'mostly out of plane')"
         )
-        assert mostly == ((other.off_plane > 0.5) & ~other.translates).tolist()
+        assert mostly == ((other.out_of_plane_share > 0.5) & ~other.translates).tolist()
         x, y = page.evaluate(
             "(({x, y, width, height}) => [x + width / 2, y + height / "
             "2])(view.getBoundingClientRect())"

@@ -33,7 +33,7 @@ from shockpc import (
 from shockpc.evaluation.columns import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scene_file import read_scene
-from shockpc.quantities.of_robot import NEEDS_TILT
+from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.studies.improve.report import improve_report
 from shockpc.studies.improve.search import RUNS, search
 
@@ -147,7 +147,7 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_gro
     assert first.values[0][1] <= random[allowed].min()
     assert cost.feasible(first.x)
     ground = [
-        profile.value("feasible", "robot")[0] + profile.values(NEEDS_TILT)[0]
+        profile.value("feasible", "robot")[0] + profile.values(FEASIBLE_IF_TILTED)[0]
         for profile in first.after.values()
     ]
     assert any_ground or ground == [1.0] * len(ground)
@@ -176,10 +176,12 @@ def test_a_constraint_holds_the_optimum_and_is_named():
         vary={"LF_HFE": "40:50"},
         robot=robot,
         starts=0,
-        keep="depth<=0",
+        keep="depth_below_contacts<=0",
         any_ground=True,
     )
-    assert exactly.after[""].value("depth", "robot")[0] == 0.0  # which is never below zero
+    assert (
+        exactly.after[""].value("depth_below_contacts", "robot")[0] == 0.0
+    )  # which is never below zero
     with pytest.raises(StudyError, match="no point meets the constraints"):
         improve(
             scene,

@@ -122,9 +122,9 @@ def test_where_the_robot_stands_does_not_matter(away, landing):
         "delta_v",
         "copc",
         "ropc",
-        "pitch",
+        "screw_pitch",
         "shock_com",
-        "off_plane",
+        "out_of_plane_share",
     ):
         np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
     # places need more digits near the origin
@@ -201,7 +201,7 @@ def test_a_planar_landing_stays_in_its_plane(landing):
     """
     free, planar = land(landing), land(landing, base="planar")
     moved = trees.motion(landing.mechanism, trees.twists(free)) > 1e-6 * free.v_in
-    np.testing.assert_array_less(trees.in_order(free, free.off_plane)[moved], 1e-8)
+    np.testing.assert_array_less(trees.in_order(free, free.out_of_plane_share)[moved], 1e-8)
     assert_same_jump(landing.mechanism, trees.twists(planar), trees.twists(free))
 
 

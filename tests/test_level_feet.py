@@ -16,7 +16,7 @@ from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.scene import Contact, Posture
 from shockpc.landing.strike import Strike
-from shockpc.quantities.of_robot import NEEDS_TILT
+from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.robot.load import load_robot
 from shockpc.text.errors import SceneError
 
@@ -225,7 +225,10 @@ def test_feasible_is_a_drop_on_all_level_feet():
 
     def values(feet: str, **scene) -> list[float]:
         profile = shock_profile(Scene(robot="go2", contact=tuple(feet.split("+")), **scene))
-        return [float(profile.value("feasible", "robot")[0]), float(profile.values(NEEDS_TILT)[0])]
+        return [
+            float(profile.value("feasible", "robot")[0]),
+            float(profile.values(FEASIBLE_IF_TILTED)[0]),
+        ]
 
     assert values("FL_foot+FR_foot+RL_foot+RR_foot") == [1.0, 0.0]
     assert values(PAIR[0]) == values("FL_foot") == [0.0, 1.0]
@@ -246,7 +249,7 @@ def test_a_sweep_over_attitudes_keeps_named_feet_that_a_tilt_makes_land_alone():
     name = "go2_description"
     assert table.columns["row"].tolist() == [0, 1, 3, 4]
     assert table.columns[f"feasible@{name}"].tolist() == [0.0, 0.0, 0.0, 1.0]
-    assert table.columns[f"needs_tilt@{name}"].tolist() == [1.0, 1.0, 1.0, 0.0]
+    assert table.columns[f"feasible_if_tilted@{name}"].tolist() == [1.0, 1.0, 1.0, 0.0]
 
 
 def test_several_landings_are_one_table_with_the_worst_marked(capfd):

@@ -130,7 +130,7 @@ def test_check_computes_each_robot_of_an_mjcf(tmp_path: Path):
     for case in cases:
         profile = shock_profile(case.landings[0][1], load_robot(path, frames=[f"{case.name}_foot"]))
         (value,) = [value for key, value in check.values.items() if key.case == case.name]
-        assert value == profile.contacts[0].mass_sticking
+        assert value == profile.contacts[0].effective_mass_sticking
     with pytest.raises(StudyError, match='"a" and "b" are of different robots'):
         shockpc.place({case.name: case.landings[0][1] for case in cases})
 

@@ -36,7 +36,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.method.constraints import block_point
 from shockpc.method.dynamics import dynamics
 from shockpc.quantities.heights import levels
-from shockpc.quantities.of_robot import NEEDS_TILT
+from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.robot import geometry
 from shockpc.robot.feet_and_sensors import each_foot, feet
 from shockpc.robot.geometry import inflated_inertias
@@ -520,11 +520,20 @@ def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
     sweep and in one landing.
     """
     scene = Scene(robot=dog.label, contact="FL")
-    made = sweep(scene, {"FL_knee": [0.0, 30.0, 70.0]}, robot=dog, quantities=["depth"], prove=0)
+    made = sweep(
+        scene,
+        {"FL_knee": [0.0, 30.0, 70.0]},
+        robot=dog,
+        quantities=["depth_below_contacts"],
+        prove=0,
+    )
     expected = 0.2 * (1.0 - np.cos(np.radians([0.0, 30.0, 70.0])))
-    np.testing.assert_allclose(made.chunk(0).columns["depth@dog"], expected, atol=1e-12)
+    np.testing.assert_allclose(
+        made.chunk(0).columns["depth_below_contacts@dog"], expected, atol=1e-12
+    )
     assert [
-        float(shock_profile(*made.landings.case(k)).value("depth", "robot")[0]) for k in range(3)
+        float(shock_profile(*made.landings.case(k)).value("depth_below_contacts", "robot")[0])
+        for k in range(3)
     ] == pytest.approx(expected, abs=1e-12)
 
 
@@ -558,14 +567,16 @@ def test_feasible_is_a_landing_whose_lowest_points_agree_to_the_tolerance(
     nothing = [0.0] * len(rise)
     allowed = rise <= (0.005 if tolerance is None else tolerance)
     found = made.chunk(0)
-    assert [found.columns[f"{key}@dog"].tolist() for key in ("feasible", "needs_tilt")] == [
+    assert [found.columns[f"{key}@dog"].tolist() for key in ("feasible", "feasible_if_tilted")] == [
         nothing,
         allowed.tolist(),
     ]
     assert found.feasible.tolist() == allowed.tolist()
     profiles = [shock_profile(*made.landings.case(k)) for k in range(len(rise))]
     assert [float(profile.value("feasible", "robot")[0]) for profile in profiles] == nothing
-    assert [float(profile.values(NEEDS_TILT)[0]) for profile in profiles] == allowed.tolist()
+    assert [
+        float(profile.values(FEASIBLE_IF_TILTED)[0]) for profile in profiles
+    ] == allowed.tolist()
     assert [
         not any(one.kind == "height" for one in profile.health.warnings) for profile in profiles
     ] == allowed.tolist()
@@ -630,14 +641,14 @@ def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
     expected, allowed = np.maximum(made, 0.0), made <= 0.0
     assert allowed.tolist() == [False, False, True, True]
     for profile, energy, feasible in zip(profiles, expected, allowed, strict=True):
-        found = [profile.value(key, "robot")[0] for key in ("energy_made", "feasible")]
+        found = [profile.value(key, "robot")[0] for key in ("energy_gained", "feasible")]
         assert found == pytest.approx([energy, float(feasible)], rel=1e-9)
         assert [one.kind for one in profile.health.warnings if one.kind == "energy"] == [
             "energy"
         ] * (not feasible)
     swept = sweep(scene, {"strike-angle": angles.tolist()}, robot=robot, at=["imu_link"], prove=0)
     rows = swept.table
-    np.testing.assert_allclose(rows.values("energy_made"), expected, rtol=1e-9)
+    np.testing.assert_allclose(rows.values("energy_gained"), expected, rtol=1e-9)
     assert rows.feasible.tolist() == allowed.tolist()
     summary = summarise(swept, rows)
     assert summary.refused._asdict() == {"rows": 2, "pulled": 0, "gained": 2, "below": 0}
@@ -645,7 +656,7 @@ def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
     columns = {"vx": np.sin(np.radians(angles)), "vz": -np.cos(np.radians(angles))}
     evaluation = recorded(columns, scene, robot=robot, prove=0)
     table = evaluation.table
-    np.testing.assert_allclose(table.values("energy_made"), expected, rtol=1e-9)
+    np.testing.assert_allclose(table.values("energy_gained"), expected, rtol=1e-9)
     (line,) = recorded_report("log", evaluation.landings, table).warnings
     assert "2 of 4" in line
     assert "energy" in line

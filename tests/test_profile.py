@@ -152,7 +152,7 @@ def test_a_straight_column_struck_along_its_axis_only_translates(base):
     np.testing.assert_allclose(profile.shock_com, 1.0, rtol=1e-12)
     np.testing.assert_allclose(profile.shock_min, 1.0, rtol=1e-12)
     np.testing.assert_allclose(profile.shock_max, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(profile.off_plane, 0.0, atol=1e-12)
+    np.testing.assert_allclose(profile.out_of_plane_share, 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("knee", [1e-9, 1e-6, 1e-3])
@@ -196,15 +196,15 @@ def test_only_what_does_not_exist_is_nan(name, base, angle, e, plane):
         "rotation",
         "delta_omega",
         "delta_v",
-        "off_plane",
+        "out_of_plane_share",
         "shock_com",
     ):
         assert np.isfinite(getattr(profile, part)).all(), part
     np.testing.assert_array_equal(np.isnan(profile.copc).any(axis=1), profile.translates)
     np.testing.assert_array_equal(np.isnan(profile.copc_world).any(axis=1), profile.translates)
     np.testing.assert_array_equal(np.isinf(profile.ropc), profile.translates)
-    assert np.isfinite(profile.pitch[~profile.translates]).all()
-    assert np.all((profile.off_plane >= 0.0) & (profile.off_plane <= 1.0 + 1e-12))
+    assert np.isfinite(profile.screw_pitch[~profile.translates]).all()
+    assert np.all((profile.out_of_plane_share >= 0.0) & (profile.out_of_plane_share <= 1.0 + 1e-12))
     assert profile.health.error_bound <= 2.3e-16
 
 

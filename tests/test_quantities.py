@@ -1,12 +1,14 @@
 """The table of quantities: one formula in two arithmetics, names, and what the document holds."""
 
 import itertools
+import json
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from commands import good, run
 from random_landings import random_landing
 from robot_texts import link, urdf
 
@@ -24,10 +26,12 @@ from shockpc import (
     sweep,
 )
 from shockpc.core.spatial import in_body_axes
+from shockpc.evaluation.budgets import Budget
 from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
 from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.renamed import RenamedQuantity
 from shockpc.quantities.selection import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
 
@@ -217,6 +221,36 @@ def test_a_name_that_is_not_known_is_answered_with_the_nearest():
     assert profile.shock_at("imu_link", np.zeros(3)) == pytest.approx(
         profile.points[0].shock, rel=1e-14
     )
+
+
+def test_former_keys_mean_the_renamed_quantities(capfd):
+    """In Python, in JSON, in a command with one note for each key, and in budgets."""
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"))
+    for record, former, current in (
+        (profile.contacts[0], "mass_sticking", "effective_mass_sticking"),
+        (profile.contacts[0], "pull", "tensile_impulse"),
+        (profile, "off_plane", "out_of_plane_share"),
+    ):
+        with pytest.warns(RenamedQuantity, match=f'"{former}" is now "{current}"'):
+            np.testing.assert_array_equal(getattr(record, former), getattr(record, current))
+        with pytest.raises(AttributeError, match="no_such_key"):
+            record.no_such_key  # noqa: B018
+    tables = json.loads(
+        good(capfd, "analyze", "anymal_b", "--contact", "LF_FOOT", "--format", "json")
+    )["tables"]
+    for table, former, current in (
+        ("bodies", "pitch", "screw_pitch"),
+        ("contacts", "mass_frictionless", "effective_mass_frictionless"),
+        ("landing", "needs_tilt", "feasible_if_tilted"),
+        ("landing", "depth", "depth_below_contacts"),
+    ):
+        assert all(row[former] == row[current] for row in tables[table])
+    landings = "sweep", "anymal_b", "--contact", "LF_FOOT", "--vary", "strike-angle=0,5"
+    swept = run(capfd, *landings, "--quantity", "pull", "--quantity", "contact.pull")
+    assert "tensile_impulse" in swept.out
+    assert swept.err.count('"pull" is now "tensile_impulse"') == 1
+    with pytest.warns(RenamedQuantity, match="energy_gained"):
+        assert Budget(metric="energy_made", max=1.0).metric == "energy_gained"
 
 
 def test_the_rate_after_the_impact_is_that_before_and_its_jump():

@@ -133,10 +133,10 @@ def test_effective_masses_while_stance_and_closures_hold(name, stance, loop):
     if loop:
         held.append(dense.point_rows(model, q, loop[0]) - dense.point_rows(model, q, loop[1]))
     A = response(H, J, np.concatenate(held)) if held else free
-    assert contact.mass_frictionless == pytest.approx(1.0 / A[2, 2], rel=1e-9)
+    assert contact.effective_mass_frictionless == pytest.approx(1.0 / A[2, 2], rel=1e-9)
     # Skippy is planar: nothing moves along y.
     moving = np.abs(A).max(axis=0) > 1e-12 * np.abs(A).max()
-    assert contact.mass_sticking == pytest.approx(
+    assert contact.effective_mass_sticking == pytest.approx(
         np.linalg.inv(A[np.ix_(moving, moving)])[-1, -1], rel=1e-7
     )
     if held:
@@ -186,14 +186,18 @@ def test_the_impulse_of_a_single_contact_is_its_effective_mass_times_the_speed(d
             Scene(robot="r", contact=(contact,), posture=posture), robot_from(text)
         )
         (found,) = profile.contacts
-        mass = found.mass_frictionless if directions == ("z",) else found.mass_sticking
+        mass = (
+            found.effective_mass_frictionless
+            if directions == ("z",)
+            else found.effective_mass_sticking
+        )
         assert found.impulse[2] == pytest.approx(mass, rel=1e-14)
 
 
 def test_effective_masses_of_an_anymal_c():
     """0.46 kg if the foot slides, 2.71 kg if it sticks."""
     contact = struck("anymal_c").contacts[0]
-    assert (contact.mass_frictionless, contact.mass_sticking) == pytest.approx(
+    assert (contact.effective_mass_frictionless, contact.effective_mass_sticking) == pytest.approx(
         (0.46, 2.71), abs=0.006
     )
 
@@ -226,7 +230,7 @@ def test_impact_mitigation_factors(name, factor):
     if name == "go2":
         assert profile.contacts[0].mitigation_frictionless == pytest.approx(0.948, abs=6e-4)
     locked = struck(name, joints=Joints(model="locked")).contacts[0]
-    masses = profile.contacts[0].mass_frictionless / locked.mass_frictionless
+    masses = profile.contacts[0].effective_mass_frictionless / locked.effective_mass_frictionless
     assert profile.contacts[0].mitigation_frictionless == pytest.approx(1.0 - masses, rel=1e-9)
     assert locked.mitigation_frictionless == 0.0
     fixed = struck(name, base="fixed").contacts[0]
@@ -246,7 +250,9 @@ def test_impact_mitigation_factor_of_a_slider(rotor, mass, factor):
     robot = robot_from(urdf(link("trunk", "10"), link("foot", "1"), slide))
     joints = Joints(armature={} if rotor is None else {"slide": rotor})
     (contact,) = shock_profile(Scene(robot="r", contact="foot", joints=joints), robot).contacts
-    assert (contact.mass_sticking, contact.mitigation) == pytest.approx((mass, factor), rel=1e-12)
+    assert (contact.effective_mass_sticking, contact.mitigation) == pytest.approx(
+        (mass, factor), rel=1e-12
+    )
     assert contact.mitigation_frictionless == pytest.approx(factor, rel=1e-12)
 
 

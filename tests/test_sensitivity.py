@@ -815,8 +815,8 @@ def test_a_group_changes_by_one_factor():
 
 
 RESISTANCES = (
-    "mass_sticking",
-    "mass_frictionless",
+    "effective_mass_sticking",
+    "effective_mass_frictionless",
     "effective_mass",
     "mitigation",
     "mitigation_frictionless",

@@ -13,6 +13,7 @@ from trees import known_robot
 
 from shockpc import Scene, shock_profile
 from shockpc.bench.report import bench_report
+from shockpc.quantities.renamed import former_key
 from shockpc.show.tables import SHOWN, Sheet, as_csv, as_markdown, as_records, as_text, escaped
 from shockpc.studies.analyze.report import analyze_report
 from shockpc.studies.batch.report import batch_report
@@ -74,9 +75,11 @@ def check(report):
         header, *lines = csv.reader(io.StringIO(as_csv(sheet)))
         assert header == headings
         records = written["tables"][name] if written else json.loads(json.dumps(as_records(sheet)))
-        assert [list(row) for row in records] == [keys] * len(lines)
+        former = [former_key(key) for key in keys if former_key(key) != key]
+        assert [list(row) for row in records] == [[*keys, *former]] * len(lines)
         for row, line in zip(records, lines, strict=True):
-            for value, cell in zip(row.values(), line, strict=True):
+            assert all(row[former_key(key)] == row[key] for key in keys)
+            for value, cell in zip([row[key] for key in keys], line, strict=True):
                 if isinstance(value, str):
                     assert cell.removeprefix("'") == value
                 else:
@@ -89,7 +92,10 @@ def check(report):
                     )
         if written:
             assert written["units"][name] == {
-                one.key: one.exact_unit for one in sheet.columns if one.unit
+                key: one.exact_unit
+                for one in sheet.columns
+                for key in (one.key, former_key(one.key))
+                if one.unit
             }
         assert not {one.exact_unit for one in sheet.columns} & SHOWN.keys()
     blocks = [*report.body(True), *report.body(False), *(report.brief() if report.brief else ())]

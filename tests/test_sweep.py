@@ -346,7 +346,7 @@ def test_inertias_of_rows_equal_the_single_analysis_of_the_changed_robot(
         "energy_share",
         "total_moment",
         "delta_v_com",
-        "off_plane",
+        "out_of_plane_share",
         "joint_impulse",
         "delta_qd",
     )
@@ -639,13 +639,13 @@ def test_quantities_by_name_are_those_of_the_single_analysis(anymal):
         "delta_v.x@LF_SHANK:0,0,-0.1",
         "effective_mass",
         "energy_lost",
-        "depth",
+        "depth_below_contacts",
         "body.delta_v@RH_THIGH",
     ]
     made = sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=asked, prove=0)
     names = [column.name for column in made.computed if column.requested]
     assert names == [
-        "depth@anymal",
+        "depth_below_contacts@anymal",
         *(f"joint_impulse@{leg}_KFE" for leg in ("LF", "LH", "RF", "RH")),
         "delta_v.x@LF_SHANK:0,0,-0.1",
         "effective_mass@LF_FOOT",
@@ -736,7 +736,7 @@ def test_the_centre_of_mass_is_that_of_the_changed_robot():
         scene,
         robot=known_robot("go2"),
         vary={"com-x:base": [0.0, 0.2]},
-        quantities=("delta_v_com@base", "mass_sticking"),
+        quantities=("delta_v_com@base", "effective_mass_sticking"),
     )
     assert check(made) == 2
 

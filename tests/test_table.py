@@ -243,7 +243,10 @@ def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
         row.contact for row in batch.rows
     ]
     assert table.ranked("shock_max")[-1] == len(batch.rows)  # the robot that is none
-    assert (np.diff(table.values("mass_sticking")[table.worst(4, "mass_sticking")]) <= 0.0).all()
+    assert (
+        np.diff(table.values("effective_mass_sticking")[table.worst(4, "effective_mass_sticking")])
+        <= 0.0
+    ).all()
     falls = shockpc.fall(Scene(robot=str(BLOCKS)), drop=0.5, attitudes=4)
     assert falls.table.values("delta_v_max")[falls.table.worst(4, "delta_v_max")].tolist() == [
         one.values["delta_v_max"] for one in falls.results

@@ -212,7 +212,7 @@ def test_the_mass_of_a_contact_is_that_of_the_rows_that_act(capfd, directions, w
     )
     impulse = -float(profile.proof.impulse[-1, 2])
     assert f"effective mass {rounded(impulse)} kg" in line
-    normal = profile.contacts[0].mass_frictionless
+    normal = profile.contacts[0].effective_mass_frictionless
     assert (f"{rounded(normal)} kg along the normal, without friction" in line) == (
         directions != "z"
     )

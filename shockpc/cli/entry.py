@@ -12,9 +12,11 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import TextIO
 
 from shockpc.cli.completion import ASKED, words_typed
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
+from shockpc.quantities.renamed import RenamedQuantity
 from shockpc.text.arguments import typed
 from shockpc.text.diagnostic import ShockWarning
 from shockpc.text.errors import DefectError, ShockError, SolveError
@@ -78,6 +80,7 @@ def main(words: Sequence[str]) -> int:
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)
+            _report_renamed()
             try:
                 code: int = (
                     app_for(words)(
@@ -103,6 +106,31 @@ def main(words: Sequence[str]) -> int:
     print_error("interrupted; no incomplete file was left")
     # As shells count: 130 after Ctrl-C and 143 after SIGTERM.
     return 128 + received[0] if received else INTERRUPTED
+
+
+def _report_renamed() -> None:
+    """Print each former name of a quantity once on standard error, until Python's warnings are
+    restored.
+    """
+    reported: set[str] = set()
+    show_other = warnings.showwarning
+
+    def show(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        if not issubclass(category, RenamedQuantity):
+            show_other(message, category, filename, lineno, file, line)
+        elif str(message) not in reported:
+            reported.add(str(message))
+            print_error(f"warning: {message}")
+
+    warnings.simplefilter("always", RenamedQuantity)
+    warnings.showwarning = show
 
 
 def _complete() -> int:

@@ -19,6 +19,7 @@ from shockpc.landing.record import CHECKED
 from shockpc.landing.scene import Part, Scene
 from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table
 from shockpc.landing.strike import replaced_ways
+from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError
 from shockpc.text.paths import read_file, usable_path
@@ -170,6 +171,7 @@ class Budget:
 
     def __post_init__(self) -> None:
         """Refuse what no landing can meet, or every landing meets."""
+        object.__setattr__(self, "metric", current_name(self.metric))
         if self.max is None and self.min is None and self.baseline_tolerance is None:
             raise StudyError(
                 f"{self.metric} at {printable(self.at)} has no limit; give max, min or "

@@ -22,6 +22,7 @@ from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.method.equation import Equation
 from shockpc.profile import needs_proof
 from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import Selection, select, selections
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import ShockError, SolveError, StudyError, UnknownName
@@ -160,7 +161,9 @@ def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
     one of the scenes has it.
     """
     friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
-    return f"shock{friction}@{target.label}" if isinstance(target, Point) else target
+    if isinstance(target, Point):
+        return f"shock{friction}@{target.label}"
+    return current_name(target)
 
 
 def column(profile: ShockProfile, text: str) -> Column:
@@ -175,6 +178,7 @@ def column(profile: ShockProfile, text: str) -> Column:
         StudyError: no place is named, it does not move, or redundant contacts leave the number
             undetermined.
     """
+    text = current_name(text)
     entry = selections().get(text.partition("@")[0])
     if entry is not None and (entry.quantity.decided_by_ground or entry.quantity.on != "scene"):
         why = (
@@ -208,7 +212,7 @@ def column(profile: ShockProfile, text: str) -> Column:
 def ground_columns(landing: PosedLanding) -> tuple[Column, ...]:
     """Whether flat ground allows a landing, and whether only a small tilt makes it so."""
     (robot,) = landing.places("robot")
-    return Column(select("feasible"), robot), Column(select("needs_tilt"), robot)
+    return Column(select("feasible"), robot), Column(select("feasible_if_tilted"), robot)
 
 
 class Postures(NamedTuple):

@@ -116,7 +116,7 @@ class ShockCost:
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its
             magnitude counts.
-        ground: whether flat ground has to allow the landings, as `feasible` says, or `needs_tilt`
+        ground: whether flat ground has to allow the landings, as `feasible` says, or `feasible_if_tilted`
             where other feet are level. Links without a foot then keep clear of it by its tolerance,
             and of a robot on its feet these carry the centre of mass.
 

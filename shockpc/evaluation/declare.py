@@ -11,11 +11,13 @@ for others is declared by `reads` and `passed`. An argument that is not of the t
 parameter, or beyond the bounds of its option, is a StudyError.
 """
 
+import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, TypeVar, cast, get_args
 
 from shockpc.landing.record import Option, describe
+from shockpc.quantities.renamed import current_name
 from shockpc.text.arguments import checked, is_numeric
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -137,13 +139,38 @@ def study(
         faults = {
             name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)
         }
-        call = checked(function, signature.replace(parameters=plain), faults)
+        quantities = [name for name, one in parameters.items() if one.option.holds == "quantity"]
+        run = _with_current_names(function, quantities) if quantities else function
+        call = checked(run, signature.replace(parameters=plain), faults)
         vars(call)["study"] = Study(
             parameters, examples, more, typed, without, uses, reads, passed, fails
         )
         return call
 
     return declare
+
+
+def _with_current_names(function: F, names: Sequence[str]) -> F:
+    """The function, with the current keys of quantities in the arguments that name some.
+
+    Args:
+        function: a study.
+        names: of its parameters that hold a text, or several, each of which names a quantity.
+    """
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        bound = signature.bind(*args, **kwargs)
+        for name in names:
+            value = bound.arguments.get(name)
+            if isinstance(value, str):
+                bound.arguments[name] = current_name(value)
+            elif value is not None:
+                bound.arguments[name] = tuple(map(current_name, value))
+        return function(*bound.args, **bound.kwargs)
+
+    return cast(F, call)
 
 
 def declaration(function: Callable[..., Any]) -> Study:

@@ -12,6 +12,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
+from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, StudyError
@@ -151,7 +152,7 @@ class Table:
         Raises:
             StudyError: it names none, or several.
         """
-        key, _, place = text.partition("@")
+        key, _, place = current_name(text).partition("@")
         named = [
             column
             for column in self.computed

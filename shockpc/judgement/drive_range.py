@@ -39,8 +39,8 @@ An end that is nearer than this share of the range is no end that joints decide.
 
 GROWING = {
     ("contact", "effective_mass"),
-    ("contact", "mass_sticking"),
-    ("contact", "mass_frictionless"),
+    ("contact", "effective_mass_sticking"),
+    ("contact", "effective_mass_frictionless"),
     ("contact", "mitigation_frictionless"),
     ("robot", "energy_lost"),
 }

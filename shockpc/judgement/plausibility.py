@@ -165,7 +165,7 @@ def masses(profile: ShockProfile) -> Iterator[Diagnostic]:
 def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of contacts and standing feet that the ground would have to pull."""
     friction = profile.friction
-    for number, size in enumerate(profile.value("pull", "contact").tolist()):
+    for number, size in enumerate(profile.value("tensile_impulse", "contact").tolist()):
         if size > 0.0:
             name, end = (
                 profile.landing.blocks[number].name,
@@ -200,7 +200,7 @@ def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 def gained(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where restitution would make kinetic energy, which no impact does."""
-    (made,) = profile.value("energy_made", "robot").tolist()
+    (made,) = profile.value("energy_gained", "robot").tolist()
     if made > 0.0:
         text = (
             f"this impact would make {made:.3g} J of kinetic energy: contacts have unequal "

@@ -139,7 +139,7 @@ def _copc_world(impact: Impact, places: Places) -> Any:
     return np.where(translations(impact, places)[0][..., None], np.nan, world)
 
 
-def _off_plane(impact: Impact, places: Places) -> Any:
+def _out_of_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
     inertias, bodies = impact.inertias, [place.body for place in places]
     v_com = velocity_at(omega, v, impact.exact(inertias.com[:, None, bodies]))
@@ -281,9 +281,9 @@ BODIES = (
         "translates", "body", "no rotation in the plane", "1", "neither", _translates, flag=True
     ),
     Quantity(
-        "pitch",
+        "screw_pitch",
         "body",
-        "pitch of the screw",
+        "pitch of the screw motion, v along the axis over ω",
         "m/rad",
         "neither",
         lambda i, p: _percussion(i, p).pitch,
@@ -292,7 +292,13 @@ BODIES = (
         signed=True,
     ),
     Quantity(
-        "off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0
+        "out_of_plane_share",
+        "body",
+        "share of the motion out of the plane",
+        "1",
+        "neither",
+        _out_of_plane,
+        lambda i, x: 1.0,
     ),
     Quantity(
         "shock_com",

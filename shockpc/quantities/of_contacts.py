@@ -543,7 +543,7 @@ CONTACTS = (
         strikes=True,
     ),
     Quantity(
-        "mass_sticking",
+        "effective_mass_sticking",
         "contact",
         "effective mass if it sticks",
         "kg",
@@ -555,7 +555,7 @@ CONTACTS = (
         strikes=True,
     ),
     Quantity(
-        "mass_frictionless",
+        "effective_mass_frictionless",
         "contact",
         "effective mass if it slides",
         "kg",
@@ -635,7 +635,7 @@ CONTACTS = (
         f"{PULLED}; or it is a point, or a sole that is not known",
     ),
     Quantity(
-        "pull",
+        "tensile_impulse",
         "contact",
         "impulse with which the ground would have to pull",
         "N s",

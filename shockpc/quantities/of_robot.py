@@ -65,7 +65,7 @@ def _energy_lost(impact: Impact, places: Places) -> Any:
     return np.where(_motors_work(impact), np.nan, lost)
 
 
-def _energy_made(impact: Impact, places: Places) -> Array:
+def _energy_gained(impact: Impact, places: Places) -> Array:
     """Kinetic energy (N, S, 1) that the impact would make [J]; 0 where it loses some, or gains no
     more than rounding.
     """
@@ -148,7 +148,7 @@ def _feasible(impact: Impact, places: Places) -> Array:
     return np.asarray(_allowed(impact) * (1.0 - _others_level(impact)))
 
 
-def _needs_tilt(impact: Impact, places: Places) -> Array:
+def _feasible_if_tilted(impact: Impact, places: Places) -> Array:
     """Whether (N, S, 1) flat ground allows the landing, and other feet are level with its contacts;
     0 or 1.
     """
@@ -189,7 +189,7 @@ def _allowed(impact: Impact) -> Array:
     """
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) | (
-        _energy_made(impact, ())[..., 0] > 0.0
+        _energy_gained(impact, ())[..., 0] > 0.0
     )
     refused = refused & (landing.scene.friction is None)
     if (here := _levels(impact)) is not None:
@@ -229,13 +229,13 @@ ENERGY_LOST = Quantity(
     DRIVEN,
 )
 
-NEEDS_TILT = Quantity(
-    "needs_tilt",
+FEASIBLE_IF_TILTED = Quantity(
+    "feasible_if_tilted",
     "robot",
-    "whether it is one if the robot is tilted a little, as other feet are level",
+    "whether a drop on flat ground is this landing if the robot is tilted slightly",
     "1",
     "neither",
-    _needs_tilt,
+    _feasible_if_tilted,
     missing=GAINS,
     role="tilt",
 )
@@ -287,17 +287,17 @@ ROBOT = (
         UNKNOWN,
     ),
     Quantity(
-        "energy_made",
+        "energy_gained",
         "robot",
-        "kinetic energy that the impact would make",
+        "kinetic energy that the impact would gain",
         "J",
         "greater",
-        _energy_made,
+        _energy_gained,
         missing=DRIVEN,
         role="gain",
     ),
     Quantity(
-        "depth",
+        "depth_below_contacts",
         "robot",
         "depth of other geometry below the contacts",
         "m",
@@ -315,7 +315,7 @@ ROBOT = (
         missing=GAINS,
         role="feasible",
     ),
-    NEEDS_TILT,
+    FEASIBLE_IF_TILTED,
     _health("rank", "independent contact and closure rows", worse="neither"),
     _health("rows", "contact and closure rows", worse="neither"),
     _health("error_bound", "proven error of the jumps, for the robot as loaded"),

@@ -13,6 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength
 from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import quantities_of, quantity
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few
@@ -30,6 +31,8 @@ def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
         record.__doc__ = f"{record.__doc__}" + "".join(
             f"    {entry.key}: {entry.text}.\n    " for entry in entries
         )
+        # The type checker does not see former keys, so that it reports them.
+        record.__getattr__ = renamed_attribute  # type: ignore[attr-defined]
         return record
 
     return described
@@ -103,14 +106,14 @@ class ContactImpulse(NamedTuple):
     moment: Array | None
     friction_needed: float | None
     approach: Array
-    mass_sticking: float
-    mass_frictionless: float
+    effective_mass_sticking: float
+    effective_mass_frictionless: float
     effective_mass: float
     mitigation: float | None
     mitigation_frictionless: float | None
     centre_of_pressure: Array | None
     twist_needed: float | None
-    pull: float | None
+    tensile_impulse: float | None
 
 
 @_record_of("contact")
@@ -125,7 +128,7 @@ class StanceImpulse(NamedTuple):
     point: Array
     impulse: Array | None
     friction_needed: float | None
-    pull: float | None
+    tensile_impulse: float | None
 
 
 @_record_of("joint")

@@ -20,6 +20,7 @@ from shockpc.quantities.of_robot import ROBOT
 from shockpc.quantities.on_finite_stiffness import ON_FINITE_STIFFNESS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.ranges import RANGES
+from shockpc.quantities.renamed import current_name
 from shockpc.quantities.with_friction import WITH_FRICTION
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
@@ -129,6 +130,8 @@ def quantity(kind: PlaceKind, key: str) -> Quantity:
         UnknownName: there is none.
     """
     if (kind, key) not in _BY_KEY:
+        key = current_name(key)
+    if (kind, key) not in _BY_KEY:
         known = [f"{of}.{name}" for of, name in _BY_KEY]
         raise UnknownName(
             "quantity", f"{kind}.{key}", known, "the table of quantities", "shockpc quantities"
@@ -145,6 +148,8 @@ def select(text: str) -> Selection:
         UnknownName: there is none; the text names the nearest, and the command that lists all.
     """
     names = selections()
+    if text not in names:
+        text = current_name(text)
     if text not in names:
         raise UnknownName("quantity", text, names, "the table of quantities", "shockpc quantities")
     return names[text]

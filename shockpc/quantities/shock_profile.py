@@ -37,6 +37,7 @@ from shockpc.quantities.records import (
     Unknown,
     records,
 )
+from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.shown import show_page, shown_by
@@ -265,14 +266,20 @@ class ShockProfile(OfLanding):
         """Names of the bodies."""
         return tuple(body.name for body in self.robot.bodies)
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """A quantity by its former key."""
+            return renamed_attribute(self, name)
+
     v_in = _Of("robot", _one)
     position = _Of("body", _each)
     copc = _Of("body", _each)
     copc_world = _Of("body", _each)
     ropc = _Of("body", _each)
     translates = _Of("body", lambda values: np.asarray(values > 0.0))
-    pitch = _Of("body", _each)
-    off_plane = _Of("body", _each)
+    screw_pitch = _Of("body", _each)
+    out_of_plane_share = _Of("body", _each)
     shock_com = _Of("body", _each)
     shock_min = _Of("body", _each)
     shock_max = _Of("body", _each)

@@ -18,6 +18,7 @@ from shockpc.show.tables import (
     escaped,
     joined,
     sheet_of,
+    units_of,
 )
 from shockpc.text.printed import json_text
 
@@ -158,10 +159,7 @@ class Report(NamedTuple):
         document = self.document()
         if self.tables:
             sheets = {name: sheet() for name, sheet in self.sheets.items()}
-            units = {
-                name: {one.key: one.exact_unit for one in sheet.columns if one.unit}
-                for name, sheet in sheets.items()
-            }
+            units = {name: units_of(sheet) for name, sheet in sheets.items()}
             return headed(
                 self.name,
                 {

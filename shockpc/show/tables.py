@@ -7,8 +7,9 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from shockpc.quantities.renamed import former_key
 from shockpc.show.wording import count
 from shockpc.text.printed import message, printable
 
@@ -19,6 +20,8 @@ Cell = str | float | bool | None
 """Content of a table: a text, a number, yes or no, or nothing, for which NaN stands as well."""
 
 Row = tuple[Cell, ...]
+
+T = TypeVar("T")
 
 
 _MARKUP = (
@@ -383,9 +386,24 @@ def as_csv(sheet: Sheet) -> str:
 
 
 def as_records(sheet: Sheet) -> list[dict[str, Cell]]:
-    """The rows for JSON, with the cells of `as_csv` by key; nothing where a cell is empty."""
+    """The rows for JSON, with the cells of `as_csv` by key; nothing where a cell is empty.
+
+    A renamed quantity has its former key too.
+    """
     keys = [column.key for column in sheet.columns]
-    return [dict(zip(keys, map(_plain, row), strict=True)) for row in sheet.rows]
+    records = [dict(zip(keys, map(_plain, row), strict=True)) for row in sheet.rows]
+    return [_with_former_keys(record) for record in records]
+
+
+def units_of(sheet: Sheet) -> dict[str, str]:
+    """The units of the keys of `as_records` that have one."""
+    units = {column.key: column.exact_unit for column in sheet.columns if column.unit}
+    return _with_former_keys(units)
+
+
+def _with_former_keys(values: Mapping[str, T]) -> dict[str, T]:
+    """Values by key, those of renamed quantities also by the former key."""
+    return dict(values) | {former_key(key): value for key, value in values.items()}
 
 
 def _plain(cell: Cell) -> Cell:

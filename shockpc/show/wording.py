@@ -24,7 +24,7 @@ def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
     """For each body (n,), whether so much of its motion is out of the plane that CoPc and RoPc say
     little of it.
     """
-    return np.asarray(profile.off_plane > BRACKETED)
+    return np.asarray(profile.out_of_plane_share > BRACKETED)
 
 
 def number_text(number: int) -> str:

@@ -203,9 +203,9 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     """
     notes = ["CoPc in world axes, as in the picture; report and CSV have it in those of the body."]
     share = {
-        number: float(profile.off_plane[i])
+        number: float(profile.out_of_plane_share[i])
         for i, number in view.numbers.items()
-        if profile.off_plane[i] > OUT_OF_PLANE
+        if profile.out_of_plane_share[i] > OUT_OF_PLANE
     }
     if share:
         notes.append(

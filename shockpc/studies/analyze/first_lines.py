@@ -169,7 +169,9 @@ def mass_text(profile: ShockProfile, contact: ContactImpulse, block: ConstraintB
     if len(profile.contacts) == 1 and np.isfinite(profile.effective_mass):
         acting = profile.effective_mass
     text = f"effective mass {rounded(acting)} kg"
-    normal = f" ({rounded(contact.mass_frictionless)} kg along the normal, without friction)"
+    normal = (
+        f" ({rounded(contact.effective_mass_frictionless)} kg along the normal, without friction)"
+    )
     return text if slides_freely(block) else text + normal
 
 

@@ -591,7 +591,7 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
             )
             mitigation = f"impact mitigation factor {factors}"
         masses = (
-            f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg "
+            f"{contact.effective_mass_sticking:.4g} kg sticking, {contact.effective_mass_frictionless:.4g} kg "
             f"frictionless"
         )
         if block.kind == "stop":

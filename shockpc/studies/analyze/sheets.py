@@ -29,7 +29,7 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "shock_com": "shock at CoM [-]",
         "shock_min": "minimum [-]",
         "shock_max": "maximum [-]",
-        "off_plane": "out of plane [%]",
+        "out_of_plane_share": "out of plane [%]",
     },
     "point": {
         "delta_v": "Δv {} [m/s]",
@@ -173,7 +173,7 @@ def _motion(profile: ShockProfile, i: int) -> str | None:
     rotates in the plane.
     """
     if profile.translates[i]:
-        return "translates" if math.isnan(profile.pitch[i]) else "out of plane"
+        return "translates" if math.isnan(profile.screw_pitch[i]) else "out of plane"
     return "mostly out of plane" if mostly_off_plane(profile)[i] else None
 
 

@@ -98,7 +98,7 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     matching = range(len(profile.bodies)) if bodies is None else bodies
     shown = [i for i in matching if profile.moved[i]]
     notes = []
-    if any(profile.off_plane[i] > OUT_OF_PLANE for i in shown):
+    if any(profile.out_of_plane_share[i] > OUT_OF_PLANE for i in shown):
         notes.append(
             f"out of plane above {100.0 * OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the "
             f"body's motion in the plane, "
@@ -124,7 +124,7 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         "shock_com",
         "shock_min",
         "shock_max",
-        "off_plane",
+        "out_of_plane_share",
     )
     sheet = bodies_sheet(profile, shown).only(*columns, "motion")._replace(notes=notes)
     return sheet if any(row[-1] for row in sheet.rows) else sheet.without("motion")

@@ -370,7 +370,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     refused = [
         f"{short.get(row.robot, row.robot)} {row.contact}"
         for row in rows
-        if row.values["feasible"] == 0.0 and not row.needs_tilt
+        if row.values["feasible"] == 0.0 and not row.feasible_if_tilted
     ]
     if refused:
         yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"

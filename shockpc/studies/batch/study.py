@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,8 @@ from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
-from shockpc.quantities.of_robot import NEEDS_TILT
+from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
+from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import each_foot
@@ -42,7 +43,7 @@ STANDARD = (
     "ropc",
     "shock_max",
     "shock_com",
-    "mass_sticking",
+    "effective_mass_sticking",
     "mitigation",
     "friction_needed",
     "feasible",
@@ -81,7 +82,7 @@ class BatchRow:
         marks: why the robot does not stand on bent legs, in a few words each; empty if it does.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
         warnings: of the landing.
-        needs_tilt: whether flat ground allows it only if the robot is tilted a little, as other
+        feasible_if_tilted: whether flat ground allows it only if the robot is tilted a little, as other
             feet are level.
         scene: what was computed, with every default filled in.
         picture: what the caller's `look` made of the profile; None without it.
@@ -103,9 +104,15 @@ class BatchRow:
     marks: tuple[str, ...]
     sensors: Mapping[str, float]
     warnings: tuple[Diagnostic, ...]
-    needs_tilt: bool
+    feasible_if_tilted: bool
     scene: Scene = field(repr=False)
     picture: Any = field(default=None, repr=False)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """A quantity by its former key."""
+            return renamed_attribute(self, name)
 
 
 @dataclass(frozen=True)
@@ -338,7 +345,7 @@ def _row(
         marks=posture_marks(profile.scene, profile.health.warnings),
         sensors={point.frame: point.shock for point in profile.points},
         warnings=profile.health.warnings,
-        needs_tilt=bool(profile.values(NEEDS_TILT)[0] == 1.0),
+        feasible_if_tilted=bool(profile.values(FEASIBLE_IF_TILTED)[0] == 1.0),
         scene=profile.scene,
         picture=None if look is None else look(profile),
     )

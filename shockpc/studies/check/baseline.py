@@ -19,6 +19,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_table, with_paths
 from shockpc.method.dynamics import PINOCCHIO
+from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import select
 from shockpc.studies.check.design_record import design_record, read_design, six_digits
 from shockpc.text.errors import StudyError
@@ -156,8 +157,8 @@ def read_baseline(path: Path) -> Baseline:
             )
         values = _unique(
             (
-                OutcomeKey(*(entry[key] for key in OutcomeKey._fields)),
-                _number(entry["value"], entry["metric"]),
+                _outcome_key(entry),
+                _number(entry["value"], _outcome_key(entry).metric),
             )
             for entry in document["values"]
         )
@@ -172,6 +173,12 @@ def read_baseline(path: Path) -> Baseline:
         )
     except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError):
         raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None
+
+
+def _outcome_key(entry: Mapping[str, Any]) -> OutcomeKey:
+    """What an entry of a baseline belongs to, with the current key of its metric."""
+    key = OutcomeKey(*(entry[name] for name in OutcomeKey._fields))
+    return key._replace(metric=current_name(key.metric))
 
 
 def _unique(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:

@@ -330,7 +330,7 @@ def check_budgets(
                 f"warning of {printable(plan.case.name)}: {warning}"
                 for warning in result.health.warnings
             ]
-        if designs is not None and (gaining := int((designs.values("energy_made") > 0.0).sum())):
+        if designs is not None and (gaining := int((designs.values("energy_gained") > 0.0).sum())):
             many = f"{gaining} of {len(designs)} designs"
             notes.append(
                 f"warning of {printable(plan.case.name)}: the impact would make energy in {many}, "
@@ -472,7 +472,7 @@ def _designs(
         keep_joints=True,
     )
     wanted = [Column(selection, place) for selection, places in chosen for place in places]
-    wanted.append(Column(select("energy_made"), source.first.places("robot")[0]))
+    wanted.append(Column(select("energy_gained"), source.first.places("robot")[0]))
     return Evaluation(
         source, tuple({column.name: column for column in wanted}.values()), prove=0, elsewhere=asked
     )

@@ -27,7 +27,7 @@ DRAWN_QUANTITIES = (
     "shock",
     "shock_com",
     "joint_impulse",
-    "mass_sticking",
+    "effective_mass_sticking",
     *WITH_FRICTION[:2],
     "joint_impulse_friction",
 )

@@ -29,8 +29,8 @@ STANDARD = (
     "shock_com",
     "shock_max",
     "ropc",
-    "mass_sticking",
-    "mass_frictionless",
+    "effective_mass_sticking",
+    "effective_mass_frictionless",
     "joint_impulse",
     "joint_moment",
 )

@@ -181,7 +181,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"
     if summary.tilted:
         left = f"{summary.tilted} of {summary.rows} landings leave out feet that are level"
-        yield f"{left}, which only a small tilt does (column needs_tilt)"
+        yield f"{left}, which only a small tilt does (column feasible_if_tilted)"
     yield from (
         f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings
     )

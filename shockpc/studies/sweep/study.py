@@ -19,7 +19,13 @@ from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
-FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible")
+FEASIBILITY = (
+    "friction_needed",
+    "tensile_impulse",
+    "energy_gained",
+    "depth_below_contacts",
+    "feasible",
+)
 """Quantities of every row that tell whether flat ground allows the landing."""
 
 

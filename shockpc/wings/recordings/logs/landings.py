@@ -517,7 +517,7 @@ def recorded_landings(
         (entry := column.selection.quantity).decided_by_ground or entry.unproven
         for column in computed
     )
-    flag = Column(select("energy_made"), source.first.places("robot")[0])
+    flag = Column(select("energy_gained"), source.first.places("robot")[0])
     wanted = {flag.name: flag} | {column.name: column for column in computed}
     wanted[flag.name] = wanted.pop(flag.name)  # the last, unless it was asked for
     return Evaluation(replace(source, by_friction=by_friction), tuple(wanted.values()), prove)
