@@ -101,9 +101,9 @@ def test_mitigation_and_effective_mass_are_those_of_a_profile():
     M, J = equation.H, equation.J_c[:, None]
     (contact,) = profile.contacts
     assert mitigation(np, M, J)[0, 0] == pytest.approx(contact.mitigation, rel=1e-12)
-    sticking = profile.value("mass_sticking", "contact")[0]
+    sticking = profile.value("effective_mass_sticking", "contact")[0]
     assert effective_mass(np, M, J)[0, 0] == pytest.approx(sticking, rel=1e-12)
-    sliding = profile.value("mass_frictionless", "contact")[0]
+    sliding = profile.value("effective_mass_frictionless", "contact")[0]
     assert effective_mass(np, M, J[:, :, 2:])[0, 0] == pytest.approx(sliding, rel=1e-12)
 
 
@@ -114,6 +114,35 @@ def test_numbers_of_16_bits_are_computed_with_in_32():
     found = batched_shock(np, *short)
     assert found.shock.dtype == np.float32
     np.testing.assert_allclose(found.shock, exact.shock, rtol=0.05)
+
+
+def test_the_impulse_does_not_depend_on_the_time_step():
+    impulses = []
+    for step in (1e-4, 1e-2):
+        model, every = states()
+        model.opt.timestep = step
+        for data in every:
+            mujoco.mj_forward(model, data)
+        M, J, v = arrays(model, every)
+        impulses.append(batched_shock(np, M, J[:, :2, :3], J[:, 2:, :3], v).impulse)
+    np.testing.assert_array_equal(*impulses)
+
+
+@pytest.mark.skipif(not TORCH, reason="PyTorch is not installed")
+@pytest.mark.parametrize("kind", ["float16", "bfloat16"])
+def test_tensors_of_16_bits_are_computed_with_in_32(kind):
+    import torch
+
+    import shockpc.torch
+
+    M, J, v = arrays(*states())
+    exact = batched_shock(np, M, J[:, :2, :3], J[:, 2:, :3], v)
+    short = (
+        torch.tensor(part).to(getattr(torch, kind)) for part in (M, J[:, :2, :3], J[:, 2:, :3], v)
+    )
+    found = shockpc.torch.shock(*short)
+    assert found.shock.dtype == torch.float32
+    np.testing.assert_allclose(found.shock.numpy(), exact.shock, rtol=0.05)
 
 
 @pytest.mark.skipif(not TORCH, reason="PyTorch is not installed")
@@ -131,14 +160,19 @@ def test_the_reward_of_isaac_lab():
         c = data.body("trunk").xipos - data.body("trunk").xpos
         cross = np.array([[0, -c[2], c[1]], [c[2], 0, -c[0]], [-c[1], c[0], 0]])
         T = np.eye(model.nv)
-        T[:3, 3:6] = cross @ R
-        T[3:6, 3:6] = R.T
+        T[:3, 3:6] = -cross @ R
+        T[3:6, 3:6] = R
         to_physx.append(T)
     T = np.array(to_physx)
-    T[:, 3:6, 3:6] = T[:, 3:6, 3:6].transpose(0, 2, 1)
     of_coms = arrays(model, every, mujoco.mj_jacBodyCom)[1] @ np.linalg.inv(T)[:, None]
     inertia = np.linalg.inv(T).transpose(0, 2, 1) @ M @ np.linalg.inv(T)
     velocity = (T @ v[..., None])[..., 0]
+    # The penalty is the same in all coordinates, so the stub's velocity is compared by itself.
+    trunk = model.body("trunk").id
+    for data, moved in zip(every, velocity, strict=True):
+        J_com = np.zeros((3, model.nv))
+        mujoco.mj_jacBodyCom(model, data, J_com, None, trunk)
+        np.testing.assert_allclose(moved[:3], J_com @ data.qvel, rtol=1e-12, atol=1e-12)
     bodies = [model.body(name).id for name in (*FEET, IMU)]
     jacobians = np.zeros((len(every), model.nbody, 6, model.nv))
     jacobians[:, bodies] = of_coms

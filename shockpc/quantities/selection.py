@@ -41,11 +41,11 @@ QUANTITIES: tuple[Quantity, ...] = (
 
 WITHOUT_SYMBOLS = frozenset(
     {
-        "energy_made",
-        "depth",
+        "energy_gained",
+        "depth_below_contacts",
         "feasible",
-        "needs_tilt",
-        "off_plane",
+        "feasible_if_tilted",
+        "out_of_plane_share",
         "shock_min",
         "shock_max",
         "delta_v_max",
@@ -56,7 +56,7 @@ WITHOUT_SYMBOLS = frozenset(
         "least_severe",
         "least_severe_direction",
         "friction_needed",
-        "pull",
+        "tensile_impulse",
         "centre_of_pressure",
         "twist_needed",
         "translates",
