@@ -211,7 +211,9 @@ def _show_citation(wanted: bool) -> None:
 def _before_the_command(
     version: Annotated[
         bool,
-        typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True),
+        typer.Option(
+            "--version", "-V", help="Print the version.", callback=_show_version, is_eager=True
+        ),
     ] = False,
     cite: Annotated[
         bool,

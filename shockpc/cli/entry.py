@@ -77,6 +77,8 @@ def main(words: Sequence[str]) -> int:
     try:
         from shockpc.cli.app import app_for
 
+        if words and words[0] == "help":
+            words = command[1:] = [*words[1:], "--help"]
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)

@@ -23,6 +23,9 @@ from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import ShockError
 from shockpc.text.paths import read_file
 
+MOST_KEYS = 10
+"""Valid keys that a message lists."""
+
 _DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}"""
 
 
@@ -43,6 +46,7 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
     import tomllib
 
     data = read_file(path, f"{what} file", error)
+    text = ""
     try:
         text = data.decode("utf-8-sig")
         if re.search(_DEEP_KEY, text):
@@ -51,14 +55,68 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
             )
         yield tomllib.loads(text)
     except error as refusal:
-        raise error(f"{path}: {refusal}", **refusal.data) from None
+        raise error(_located(str(refusal), path, text), **refusal.data) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
-        raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
+        at = re.search(r"\(at line (\d+)", str(refusal))
+        place = f"{path}:{at[1]}" if at else f"{path}"
+        raise error(f"{place} is not TOML, as a {what} file has to be: {refusal}") from None
     except (ValueError, RecursionError):
         raise error(
             f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; "
             f"shorten it"
         ) from None
+
+
+def _located(message: str, path: Path, text: str) -> str:
+    """A message about keys of a file, each with its line: "scene.toml:3: …; line 7: …"."""
+    lines = _lines_of_keys(text)
+    parts = re.split(r"; (?=\S+(?: has to be|: no such key| is missing))", message)
+    located = []
+    for number, part in enumerate(parts):
+        key = re.match(r"\S+?(?= has to be|: no such key| is missing)", part)
+        line = _line(key[0], lines) if key else 0
+        if number == 0:
+            located.append(f"{path}:{line}: {part}" if line else f"{path}: {part}")
+        else:
+            located.append(f"line {line}: {part}" if line else part)
+    return "; ".join(located)
+
+
+def _line(key: str, lines: Mapping[str, int]) -> int:
+    """The line of a key, or of the table that should have it; 0 if neither is in the file."""
+    while key and key not in lines:
+        key = re.sub(r"(\.[^.\[\]]*|\[\d+\]|^[^.\[\]]*)$", "", key)
+    return lines.get(key, 0)
+
+
+_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_HEADER = re.compile(rf"\s*(\[\[?)\s*({_PART}(?:\s*\.\s*{_PART})*)\s*\]")
+_KEY = re.compile(rf"\s*({_PART}(?:\s*\.\s*{_PART})*)\s*=")
+
+
+def _lines_of_keys(text: str) -> dict[str, int]:
+    """The line of each key and each table of a TOML file, by its position, such as
+    "contact[0].frame".
+    """
+    lines: dict[str, int] = {}
+    last: dict[str, int] = {}  # of each array of tables, the number of the present one
+    table = ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        header, key = _HEADER.match(line), _KEY.match(line)
+        if header:
+            table = ""
+            parts = re.findall(_PART, header[2])
+            for place, part in enumerate(parts):
+                table = f"{table}.{part}" if table else part
+                if header[1] == "[[" and place == len(parts) - 1:
+                    last[table] = last.get(table, -1) + 1
+                if table in last:
+                    table = f"{table}[{last[table]}]"
+            lines.setdefault(table, number)
+        elif key:
+            name = ".".join(re.findall(_PART, key[1]))
+            lines.setdefault(f"{table}.{name}" if table else name, number)
+    return lines
 
 
 def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
@@ -125,8 +183,20 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
         elif item.default is item.default_factory is dataclasses.MISSING:
             faults.append(f"{key}{item.name} is missing; every {_words(kind)} needs it")
     known = [item.name for item in fields(kind)]
-    faults += [unknown_key(f"{key}{name}", name, known) for name in table if name not in known]
+    for name in table:
+        if name not in known:
+            faults.append(_misplaced(key, name, kind) or unknown_key(f"{key}{name}", name, known))
     return None if faults else kind(**values)
+
+
+def _misplaced(key: str, name: str, kind: type) -> str:
+    """The message for a key of a table in this one, such as a drive outside [joints]; else empty."""
+    for item in fields(kind):
+        inner = [part for part in (item.type, *get_args(item.type)) if is_dataclass(part)]
+        if inner and name in [part.name for part in fields(inner[0])]:
+            table = re.sub(r"\[\d+\]", "", f"{key}{item.name}")
+            return f"{key}{name}: no such key; it belongs into [{table}]"
+    return ""
 
 
 def _words(kind: type) -> str:
@@ -138,8 +208,13 @@ def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
     """The message for a key that no record has: its position, and the nearest valid key or all of
     them.
     """
+    known = list(known)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
-    hint = f"nearest: {near[0]}" if near else f"valid here: {', '.join(known)}"
+    if near:
+        return f"{key}: no such key; nearest: {near[0]}"
+    hint = f"valid here: {', '.join(known[:MOST_KEYS])}"
+    if len(known) > MOST_KEYS:
+        hint += f" and {len(known) - MOST_KEYS} more, which shockpc schema lists"
     return f"{key}: no such key; {hint}"
 
 
