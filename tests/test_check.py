@@ -658,7 +658,7 @@ def test_budgets_in_a_pyproject(capfd, here):
             STUCK + budget(at="body", metric="peak_g", max=1),
             ("peak_g needs the duration of the impact", "half-sine:5ms"),
         ),
-        ("[[case]\n", ("budgets.toml is not TOML, as a budgets file has to be",)),
+        ("[[case]\n", ("budgets.toml:1 is not TOML, as a budgets file has to be",)),
     ],
 )
 def test_bad_budgets(capfd, here, text, said):

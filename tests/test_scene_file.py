@@ -311,7 +311,18 @@ def test_mistakes_are_named(here):
     ).items():
         message = mistake(here, text)
         assert message.startswith("HERE/landing.toml"), text
-        assert expected in message
+        assert expected in re.sub(r"; line \d+: ", "; ", message)
+
+
+def test_mistakes_have_their_lines(here):
+    """Of a key, of a table of an array, and of the table in which a drive is not."""
+    text = 'robot = "leg"\nfrictoin = 1\n[[contact]]\nframe = "a"\n[[contact]]\nofset = [0]\n'
+    message = mistake(here, text)
+    assert message.startswith("HERE/landing.toml:5: contact[1].frame is missing")
+    assert "; line 6: contact[1].ofset: no such key; nearest: offset" in message
+    assert "; line 2: frictoin: no such key; nearest: friction" in message
+    drive = mistake(here, 'robot = "leg"\narmature = 0.1\n')
+    assert drive == "HERE/landing.toml:2: armature: no such key; it belongs into [joints]"
 
 
 @pytest.mark.parametrize("text", EXTREMES, ids=lambda text: text[:20])
