@@ -14,6 +14,7 @@ from commands import good
 
 import shockpc
 from shockpc.bench.found_touchdowns import FEET, quadruped
+from shockpc.wings.recordings.recorded.study import STATISTICS
 
 GUIDE = Path(shockpc.__file__).parent / "guide" / "logs.md"
 CORNERS = {
@@ -144,8 +145,9 @@ def test_the_experiment_of_the_guide(here, capfd):
     good(capfd, *shlex.split(compare))
     measured = json.loads((here / "decided" / "recorded.json").read_text())["tables"]["measured"]
     found = {
-        (row["joint_model"], row["statistic"]): row["value"]
+        (row["joint_model"], name): row[name.replace(" (", "_").removesuffix(")")]
         for row in measured
+        for name in STATISTICS
         if row["quantity"] == "delta_v" and row["after"] == pytest.approx(6e-3) and row["n"] == 16
     }
     table = re.findall(

@@ -19,6 +19,9 @@ from shockpc.studies.check.study import MOST_CHANGES, Check, Outcome, Status
 from shockpc.text.errors import OutputError
 from shockpc.text.printed import cause_lines, causes, few, printable
 
+LIMITS = ("max", "min", "baseline_tolerance", "percentile")
+"""Keys of a budget that limit it."""
+
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""
 
@@ -262,8 +265,12 @@ def _junit(check: Check) -> str:
             angle = (
                 "" if outcome.strike_angle_deg is None else f", {outcome.strike_angle_deg:g} deg"
             )
-            name = f"{outcome.budget.metric} at {outcome.at}{angle}: {_limit_text(outcome.budget)}"
-            named = {"classname": case, "name": name, "time": "0", **_line(check, outcome)}
+            # The limits are not part of the name, which stays the same when they change.
+            limits = [key for key in LIMITS if getattr(outcome.budget, key) is not None]
+            name = f"{outcome.budget.metric} at {outcome.at}{angle}: {', '.join(limits)}"
+            share = check.seconds.get(case, 0.0) / len(outcomes)
+            time = f"{share:.4f}"
+            named = {"classname": case, "name": name, "time": time, **_line(check, outcome)}
             test = ET.SubElement(
                 suite, "testcase", {key: printable(value) for key, value in named.items()}
             )

@@ -9,6 +9,7 @@ import itertools
 import math
 import os
 import shlex
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -163,6 +164,7 @@ class Check:
         profiles: the first landing of each case that was computed; its other strike angles are
             products with its maps.
         defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
+        seconds: that the landings of each case took, by name [s].
     """
 
     path: Path | None
@@ -174,6 +176,7 @@ class Check:
     notes: tuple[str, ...]
     profiles: dict[str, ShockProfile] = field(default_factory=dict, repr=False)
     defects: tuple[str, ...] = field(default=(), repr=False)
+    seconds: dict[str, float] = field(default_factory=dict, repr=False)
 
     _repr_html_ = shown_by("studies.check.report:check_report")
 
@@ -309,11 +312,18 @@ def check_budgets(
     outcomes: list[Outcome] = []
     profiles: dict[str, ShockProfile] = {}
     bound = 0.0
-    results = proven(
-        {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)},
-        None,
-        done=lambda k: done(planned[int(k)].case.name),
-    )
+    seconds: dict[str, float] = {}
+    start = time.perf_counter()
+
+    def landed(k: str) -> None:
+        nonlocal start
+        now, name = time.perf_counter(), planned[int(k)].case.name
+        seconds[name] = seconds.get(name, 0.0) + now - start
+        start = now
+        done(name)
+
+    landings = {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)}
+    results = proven(landings, None, done=landed)
     defects = traces(results.values())
     for plan, result in zip(planned, results.values(), strict=True):
         designs = (
@@ -353,6 +363,7 @@ def check_budgets(
         notes=tuple(dict.fromkeys(notes)),
         profiles=profiles,
         defects=tuple(defects),
+        seconds=seconds,
     )
 
 

@@ -209,11 +209,11 @@ def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
             "json",
         )
     )
-    rates = {
-        row["statistic"]: row["value"]
+    (rates,) = (
+        row
         for row in found["tables"]["measured"]
         if row["quantity"] == "joint rates" and row["after"] == pytest.approx(6e-3)
-    }
+    )
     assert rates["r"] > 0.7
     words = ("touchdowns", "walk.npz", dog_scene.robot, "--contact", "*_foot", "--map", "tau=")
     printed = good(capfd, *words, "--format", "csv")

@@ -12,7 +12,7 @@ from shockpc.profile import profile_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, unknown_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet
+from shockpc.show.tables import Cell, Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
@@ -35,9 +35,9 @@ MEASURED_NOTES = (
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean "
     "of the other landings; "
     "below 0 is worse than these",
-    "n: number of landings that were both measured and predicted; low, high: 95 % interval, by "
-    "drawing landings with "
-    f"replacement; with fewer than {FEWEST} landings there is neither an interval nor r",
+    "n: number of landings that were both measured and predicted; CSV and JSON have 95 % intervals "
+    f"(low, high), by drawing landings with replacement; with fewer than {FEWEST} landings there "
+    "is neither an interval nor r",
     "gravity and the drives act between the two measurements, but are not in the prediction",
 )
 
@@ -198,32 +198,29 @@ def _shown(results: Table) -> list[Computed]:
 
 
 def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
-    """How well measured and predicted jumps agree.
+    """How well measured and predicted jumps agree: a row for each quantity, a column for each
+    statistic.
 
-    Args: full, whether single quantities are listed besides their groups.
+    Args:
+        validation: the comparison.
+        full: whether single quantities are listed besides their groups, and the statistics have
+            their intervals.
     """
+    header: list[str | Column] = ["joint model", "after [ms]", "quantity", "unit", "n"]
+    for name in STATISTICS:
+        key = name.replace(" (", "_").removesuffix(")")
+        header.append(Column(key, name))
+        if full:
+            header += [Column(f"{key}_low", f"{name} low"), Column(f"{key}_high", f"{name} high")]
     rows: list[Row] = []
     for one in validation.agreements:
         if full or one.group:
-            named = (
-                one.model,
-                None if one.time is None else 1e-3 * one.time,
-                one.name,
-                one.unit,
-                one.n,
-            )
-            rows += [(*named, key, *one.statistics[key]) for key in STATISTICS]
-    header = (
-        "joint model",
-        "after [ms]",
-        "quantity",
-        "unit",
-        "n",
-        "statistic",
-        "value",
-        "low",
-        "high",
-    )
+            after = None if one.time is None else 1e-3 * one.time
+            row: list[Cell] = [one.model, after, one.name, one.unit, one.n]
+            for name in STATISTICS:
+                value, low, high = one.statistics[name]
+                row += [value, low, high] if full else [value]
+            rows.append(tuple(row))
     return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)
 
 
