@@ -58,7 +58,7 @@ def measured_landings(budget: float = 0.0) -> Sheet:
         read_table(folder / "cassie_landings.csv"), scenes, robot_of(scene), IGNORED
     )
     rates = tuple(one for one in comparison.agreements if one.name == "joint rates")
-    sheet = agreement_sheet(comparison._replace(agreements=rates))
+    sheet = agreement_sheet(comparison._replace(agreements=rates), intervals=True)
     return sheet._replace(
         title="measured landings of Cassie, 14 joint rates in each of 14 landings"
     )
@@ -85,7 +85,7 @@ def measured_tosses(budget: float = 0.0) -> Sheet:
         )
         for law, (e, mu) in LAWS.items()
     }
-    sheet = agreement_sheet(compare_measured(columns, scenes, robot))
+    sheet = agreement_sheet(compare_measured(columns, scenes, robot), intervals=True)
     title = (
         f"measured impacts of two hinged blocks, {clear.sum()} tosses with one clear corner, by "
         f"law of contact"
@@ -108,4 +108,4 @@ def measured_steps(budget: float = 0.0) -> Sheet:
         f"measured heel strikes of a compass-gait biped, rates of both legs in "
         f"{len(columns['contact'])} strikes"
     )
-    return agreement_sheet(comparison)._replace(title=title)
+    return agreement_sheet(comparison, intervals=True)._replace(title=title)

@@ -1104,13 +1104,12 @@ def statistics_of(sheet, k):
     """
     found = {}
     for row in sheet.rows:
-        value, low, high = row[-3:]
-        text = (
-            "–"
-            if np.isnan(value)
-            else f"{value:.2f}" + ("" if np.isnan(low) else f" ({low:.2f} … {high:.2f})")
-        )
-        found.setdefault((row[0], round(1e3 * row[k], 6) if k == 1 else row[k]), []).append(text)
+        texts = found.setdefault((row[0], round(1e3 * row[k], 6) if k == 1 else row[k]), [])
+        for value, low, high in zip(row[5::3], row[6::3], row[7::3], strict=True):
+            text = "–"
+            if not np.isnan(value):
+                text = f"{value:.2f}" + ("" if np.isnan(low) else f" ({low:.2f} … {high:.2f})")
+            texts.append(text)
     return found
 
 

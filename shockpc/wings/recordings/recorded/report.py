@@ -90,7 +90,7 @@ def recorded_report(
         "quantities": lambda: _extents(landings, results),
     }
     if validation is not None:
-        sheets["measured"] = lambda: agreement_sheet(validation, full=True)
+        sheets["measured"] = lambda: agreement_sheet(validation, full=True, intervals=True)
     return Report(
         name="recorded",
         title=f"Landings of {table}",
@@ -197,20 +197,20 @@ def _shown(results: Table) -> list[Computed]:
     ]
 
 
-def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
+def agreement_sheet(validation: Validation, full: bool = False, intervals: bool = False) -> Sheet:
     """How well measured and predicted jumps agree: a row for each quantity, a column for each
     statistic.
 
     Args:
         validation: the comparison.
-        full: whether single quantities are listed besides their groups, and the statistics have
-            their intervals.
+        full: whether single quantities are listed besides their groups.
+        intervals: whether the statistics have their intervals.
     """
     header: list[str | Column] = ["joint model", "after [ms]", "quantity", "unit", "n"]
     for name in STATISTICS:
         key = name.replace(" (", "_").removesuffix(")")
         header.append(Column(key, name))
-        if full:
+        if intervals:
             header += [Column(f"{key}_low", f"{name} low"), Column(f"{key}_high", f"{name} high")]
     rows: list[Row] = []
     for one in validation.agreements:
@@ -219,7 +219,7 @@ def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
             row: list[Cell] = [one.model, after, one.name, one.unit, one.n]
             for name in STATISTICS:
                 value, low, high = one.statistics[name]
-                row += [value, low, high] if full else [value]
+                row += [value, low, high] if intervals else [value]
             rows.append(tuple(row))
     return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)
 
