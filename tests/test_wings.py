@@ -88,6 +88,8 @@ def test_the_package_is_whole_without_a_wing(gone, tmp_path):
     for tool in (["ruff", "check", "shockpc"], ["mypy", "shockpc"]):
         done = python(top, "-m", *tool)
         assert done.returncode == 0, done.stdout
+    done = python(top, "-c", "from importlinter.cli import lint_imports_command as run; run()")
+    assert done.returncode == 0, done.stdout
     lost = set().union(*(KEYS.get(wing, set()) for wing in gone))
     for words in COMMANDS:
         assert without(document(TOP, words), lost) == without(document(top, words), lost)
