@@ -141,6 +141,18 @@ def test_a_notebook_of_the_guide_runs(path, capfd):
     assert capfd.readouterr().out
 
 
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_exercises_have_collapsed_solutions_that_check_the_answer(path):
+    """The solution is the last section; JupyterLab folds its heading, the site its code."""
+    headings = ["".join(cell["source"]).partition("\n")[0] for cell in cells(path)]
+    start = headings.index("## Solution")
+    assert any("## Exercise" in "".join(cell["source"]) for cell in cells(path)[:start])
+    assert cells(path)[start]["metadata"] == {"jp-MarkdownHeadingCollapsed": True}
+    code = [cell for cell in cells(path)[start:] if cell["cell_type"] == "code"]
+    assert any("assert " in "".join(cell["source"]) for cell in code)
+    assert all(cell["metadata"] == {"tags": ["hide-cell"]} for cell in code)
+
+
 def test_the_guide_lists_and_prints_notebooks(capfd):
     """Beside the pages; a notebook is printed as text, with all of its cells."""
     listed = good(capfd, "guide")
