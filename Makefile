@@ -63,6 +63,7 @@ check: .venv/.dev
 	@"$(BIN)/mypy"
 	@"$(BIN)/lint-imports"
 	@"$(BIN)/python" tests/row_path.py
+	@"$(BIN)/python" tests/readability.py
 
 # The site of the documentation, in out/docs: guide, notebooks, reference, quantities and figures. A warning is an error.
 docs: .venv/.docs

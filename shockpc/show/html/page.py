@@ -57,6 +57,9 @@ POLICY = (
 )
 """What a page may load: nothing."""
 
+VERDICTS = ("exceeded", "not computed", "undecided", "warning", "passed")
+"""Results of a budget, which have colours."""
+
 CONTROLS = (
     ("angle", "strike angle [deg]", "from the vertical, positive forward", -89, 89),
     ("heading", "heading [deg]", "of the horizontal part, from forward to the left", -180, 180),
@@ -289,13 +292,15 @@ def _head(columns: Sequence[Column], to_the_right: Sequence[bool]) -> str:
 
 
 def _cell(column: Column, cell: Cell, right: bool) -> str:
+    """A cell; a verdict has a colour, as its words have a class in `report.css`."""
     # The representation of a number of NumPy has the name of its type, which no script reads.
-    value = (
-        f' data-v="{float(cell)!r}"'
-        if isinstance(cell, float | int) and math.isfinite(cell)
-        else ""
-    )
-    return f"<td{value}{'' if right else ' class=name'}>{_breakable(column.shown(cell))}</td>"
+    value = ""
+    if isinstance(cell, float | int) and math.isfinite(cell):
+        value = f' data-v="{float(cell)!r}"'
+    look = "" if right else " class=name"
+    if column.key == "result" and cell in VERDICTS:
+        look = f' class="name {str(cell).replace(" ", "-")}"'
+    return f"<td{value}{look}>{_breakable(column.shown(cell))}</td>"
 
 
 def _view(shown: Mapping[str, ShockProfile], every: int, notes: Sequence[str]) -> str:
