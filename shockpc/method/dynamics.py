@@ -28,6 +28,9 @@ WHOLE_ARRAYS = 170_000
 # largest block that counts has 32 MiB.
 np.empty(2**22 - 2**10)
 
+NOT_ASKED = np.zeros(0)
+"""In place of numbers that are not computed."""
+
 LARGEST_DATA = 128
 """Joint velocities up to which Pinocchio's `Data` is used: its derivatives take 32 bytes times
 their cube, 4 GB for 500.
@@ -135,7 +138,7 @@ class Dynamics(NamedTuple):
 def dynamics(
     robot: Robot, Q: Array, joints: Rotors | None = None, inertias: Inertias | None = None
 ) -> Dynamics:
-    """Evaluate a robot in N postures.
+    """The inertia, Jacobians and placements of a robot in N postures.
 
     Args:
         robot: the robot; of one whose bodies are not in the order of the tree, Pinocchio's
@@ -145,97 +148,123 @@ def dynamics(
             default.
         inertias: the inertias in each posture, instead of the robot's and of the joints'.
     """
-    n, nv = len(Q), robot.model.nv
-    J, placed = np.empty((n, nv, 6)), np.empty((n, robot.model.njoints, 12))
+    nv = robot.model.nv
     joints = joints or NoRotors(np.zeros(nv), np.zeros(nv))
-    Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
+    as_momenta = len(Q) * nv**2 >= WHOLE_ARRAYS
+    too_large = nv > LARGEST_DATA or not robot.depth_first
+    if too_large and inertias is None:
+        inertias = Inertias.of(robot, joints)
+
+    # The base stands at the origin.
+    Q, origin = np.array(Q, dtype=float), np.zeros((len(Q), 3))
     if robot.free_base:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
-    inertia: Inertia
-    if nv > LARGEST_DATA or not robot.depth_first:
-        inertias = Inertias.of(robot, joints) if inertias is None else inertias
-        before = _place_joints(robot.model, Q, J, placed)
+
+    # Pinocchio's calls, in each posture.
+    if too_large:
+        evaluated = _by_joints(robot.model, Q)
     else:
-        model, data, J_view, F_view, com_view, placements, symmetric = _workspace(
-            robot, threading.get_ident()
-        )
-        model.armature, before = joints.armature, tuple(data.parents_fromRow)
+        workspace = _workspace(robot, threading.get_ident())
+        workspace.model.armature = joints.armature
         if inertias is not None:
-            for k, q in enumerate(Q):
-                pin.computeJointJacobians(model, data, q)
-                J[k] = J_view
-                placed[k] = placements
-        elif n * nv**2 < WHOLE_ARRAYS:
-            inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
-            for k, q in enumerate(Q):
-                inertia[k] = crba(model, data, q, world)
-                J[k] = J_view
-                placed[k] = placements
-            if not symmetric:
-                row, column = np.tril_indices(nv, -1)
-                inertia[:, row, column] = inertia[:, column, row]
+            evaluated = workspace.jacobians(Q)
+        elif as_momenta:
+            evaluated = workspace.momenta(Q)
         else:
-            F, com = np.empty((n, nv, 6)), np.empty((n, 3))
-            for k, q in enumerate(Q):
-                pin.computeCentroidalMap(model, data, q)
-                J[k], F[k], com[k] = J_view, F_view, com_view
-                placed[k] = placements
-    # Pinocchio writes the linear part first.
-    J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
-    if inertias is None and n * nv**2 >= WHOLE_ARRAYS:
-        about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
-        F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
-        inertia = CompositeInertia(J, F, np.array(joints.armature), before).with_rotors(
-            joints.coupling
-        )
-    elif inertias is None and joints.coupling.any():
-        none = CompositeInertia(J, np.zeros_like(J), np.zeros(nv), before)
-        inertia = matrix_of(inertia) + matrix_of(none.with_rotors(joints.coupling))
-    rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
+            evaluated = workspace.inertia(Q)
+
+    J = _angular_first(evaluated.J)
+    rotation, position = _body_frames(robot, evaluated.placed)
+    inertia: Inertia
+    if inertias is not None:
+        F = _momenta(robot, J, rotation, position, inertias)
+        momenta = CompositeInertia(J, F, inertias.armature, evaluated.before)
+        momenta = momenta.with_rotors(inertias.coupling)
+        inertia = momenta if as_momenta else matrix_of(momenta)
+    elif as_momenta:
+        F = _about_origin(evaluated.F, evaluated.com)
+        armature = np.array(joints.armature)
+        momenta = CompositeInertia(J, F, armature, evaluated.before)
+        inertia = momenta.with_rotors(joints.coupling)
+    else:
+        inertia = evaluated.H
+        if joints.coupling.any():
+            none = CompositeInertia(J, np.zeros_like(J), np.zeros(nv), evaluated.before)
+            inertia = matrix_of(inertia) + matrix_of(none.with_rotors(joints.coupling))
+    return Dynamics(inertia, J, rotation, position, origin, robot.ancestors, Q)
+
+
+def _angular_first(rows: Array) -> Array:
+    """Columns (N, 6, nv) with the angular part first, of rows (N, nv, 6) as Pinocchio has them."""
+    return np.concatenate([rows[:, :, 3:], rows[:, :, :3]], axis=2).swapaxes(1, 2)
+
+
+def _about_origin(F: Array, com: Array) -> Array:
+    """Momenta (N, 6, nv) about the base, of rows (N, nv, 6) about the centre of mass (N, 3)."""
+    linear, angular = F[:, :, :3], F[:, :, 3:]
+    about_origin = angular + np.cross(com[:, None], linear)
+    return np.concatenate([about_origin, linear], axis=2).swapaxes(1, 2)
+
+
+def _body_frames(robot: Robot, placed: Array) -> tuple[Array, Array]:
+    """Rotations (N, nb, 3, 3) and origins (N, nb, 3) of the bodies' frames, of those of the joints
+    (N, njoints, 12).
+    """
+    rotation = placed[:, 1:, :9].reshape(len(placed), -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
         body_rotation, offset = robot.body_frames
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ body_rotation
-    if inertias is not None:
-        F = _momenta(robot, J, rotation, position, inertias)
-        momenta = CompositeInertia(J, F, inertias.armature, before).with_rotors(inertias.coupling)
-        inertia = momenta if n * nv**2 >= WHOLE_ARRAYS else matrix_of(momenta)
-    return Dynamics(inertia, J, rotation, position, origin, robot.ancestors, Q)
+    return rotation, position
 
 
-def _place_joints(model: pin.Model, Q: Array, J: Array, placed: Array) -> tuple[int, ...]:
-    """Evaluate the joints of a robot that is too large for Pinocchio's `Data` in N postures.
+class _Evaluated(NamedTuple):
+    """What Pinocchio gives of a robot in N postures, linear parts first.
 
-    Args:
-        model: of the robot.
-        Q: (N, nq) configurations.
-        J: (N, nv, 6) for the twists of unit joint velocities about the origin, linear part first.
-        placed: (N, njoints, 12) for the columns of the rotation and the translation of each joint.
-
-    Returns: the joint velocity before each one, of its joint or of that which carries it; −1 for
-        the first.
+    Attributes:
+        J: (N, nv, 6) twists of unit joint velocities about the origin.
+        placed: (N, njoints, 12) columns of the rotation, then the translation, of each joint.
+        before: the joint velocity before each one, of its joint or of that which carries it; −1 for
+            the first.
+        H: (N, nv, nv) joint-space inertia; empty if it is not asked for.
+        F: (N, nv, 6) momenta of unit joint velocities about the centre of mass; empty likewise.
+        com: (N, 3) centre of mass; empty likewise.
     """
+
+    J: Array
+    placed: Array
+    before: tuple[int, ...]
+    H: Array = NOT_ASKED
+    F: Array = NOT_ASKED
+    com: Array = NOT_ASKED
+
+
+def _by_joints(model: pin.Model, Q: Array) -> _Evaluated:
+    """A robot that is too large for Pinocchio's `Data`, evaluated joint by joint."""
+    n = len(Q)
+    J, placed = np.empty((n, model.nv, 6)), np.empty((n, model.njoints, 12))
     joints = list(zip(model.joints, model.jointPlacements, model.parents, strict=True))[1:]
-    computed, first = [joint.createData() for joint, *_ in joints], np.eye(4)[:, :3].ravel()
+    computed = [joint.createData() for joint, *_ in joints]
+    world = np.eye(4)[:, :3].ravel()
     for k, q in enumerate(Q):
         places = [pin.SE3.Identity()]
-        placed[k, 0] = first
-        for i, ((joint, place, parent), data) in enumerate(
-            zip(joints, computed, strict=True), start=1
-        ):
+        placed[k, 0] = world
+        for (joint, rest, parent), data in zip(joints, computed, strict=True):
             joint.calc(data, q)
-            places.append(places[parent] * (place * data.M))
-            placed[k, i, :9], placed[k, i, 9:] = places[i].rotation.T.ravel(), places[i].translation
+            place = places[parent] * (rest * data.M)
+            i = len(places)
+            places.append(place)
+            placed[k, i, :9] = place.rotation.T.ravel()
+            placed[k, i, 9:] = place.translation
             columns = slice(joint.idx_v, joint.idx_v + joint.nv)
-            J[k, columns] = (places[i].toActionMatrix() @ np.reshape(data.S, (6, -1))).T
+            J[k, columns] = (place.toActionMatrix() @ np.reshape(data.S, (6, -1))).T
     ends = [-1, *(joint.idx_v + joint.nv - 1 for joint, *_ in joints)]
-    return tuple(
-        v - 1 if v > joint.idx_v else ends[parent]
-        for joint, _, parent in joints
-        for v in range(joint.idx_v, joint.idx_v + joint.nv)
-    )
+    before: list[int] = []
+    for joint, _, parent in joints:
+        before += [ends[parent], *range(joint.idx_v, joint.idx_v + joint.nv - 1)]
+    return _Evaluated(J, placed, tuple(before))
 
 
 def spatial_inertias(robot: Robot, state: Dynamics, inertias: Inertias) -> Array:
@@ -307,21 +336,74 @@ def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias:
     return np.concatenate([angular, m * v + np.cross(omega, h)], axis=-1).swapaxes(1, 2)
 
 
+class _Workspace(NamedTuple):
+    """A copy of a robot's model with its data, and views of these.
+
+    Attributes:
+        model: whose armature is that of the last call.
+        data: of the last posture.
+        J: (nv, 6) twists of unit joint velocities.
+        F: (nv, 6) momenta of these about the centre of mass.
+        com: (3,) centre of mass.
+        placements: (njoints, 12) columns of the rotation, then the translation, of each joint.
+        symmetric: whether crba fills both triangles, which depends on the version.
+    """
+
+    model: pin.Model
+    data: pin.Data
+    J: Array
+    F: Array
+    com: Array
+    placements: Array
+    symmetric: bool
+
+    def _empty(self, n: int) -> _Evaluated:
+        """Room for n postures, without inertias."""
+        J = np.empty((n, self.model.nv, 6))
+        placed = np.empty((n, self.model.njoints, 12))
+        return _Evaluated(J, placed, tuple(self.data.parents_fromRow))
+
+    def jacobians(self, Q: Array) -> _Evaluated:
+        """Twists and placements in N postures."""
+        out = self._empty(len(Q))
+        for k, q in enumerate(Q):
+            pin.computeJointJacobians(self.model, self.data, q)
+            out.J[k] = self.J
+            out.placed[k] = self.placements
+        return out
+
+    def inertia(self, Q: Array) -> _Evaluated:
+        """Twists, placements and the joint-space inertia in N postures."""
+        model, data, world, crba = self.model, self.data, pin.Convention.WORLD, pin.crba
+        out = self._empty(len(Q))._replace(H=np.empty((len(Q), model.nv, model.nv)))
+        for k, q in enumerate(Q):
+            out.H[k] = crba(model, data, q, world)
+            out.J[k] = self.J
+            out.placed[k] = self.placements
+        if not self.symmetric:
+            row, column = np.tril_indices(model.nv, -1)
+            out.H[:, row, column] = out.H[:, column, row]
+        return out
+
+    def momenta(self, Q: Array) -> _Evaluated:
+        """Twists, placements and momenta in N postures."""
+        n = len(Q)
+        out = self._empty(n)._replace(F=np.empty((n, self.model.nv, 6)), com=np.empty((n, 3)))
+        for k, q in enumerate(Q):
+            pin.computeCentroidalMap(self.model, self.data, q)
+            out.J[k] = self.J
+            out.F[k] = self.F
+            out.com[k] = self.com
+            out.placed[k] = self.placements
+        return out
+
+
 @memoized(most=16)
-def _workspace(
-    robot: Robot, thread: int
-) -> tuple[pin.Model, pin.Data, Array, Array, Array, Array, bool]:
-    """A copy of a robot's model with its data for one thread; preparing it costs more than using
-    it.
+def _workspace(robot: Robot, thread: int) -> _Workspace:
+    """The workspace of a robot for one thread; preparing it costs more than using it.
 
     Read one by one, J and the placements cost more than the algorithms. Both lie in one piece of
-    memory each, the placements as columns of the rotation followed by the translation, at equal
-    steps.
-
-    Returns: the model, whose armature is that of the last call; the data; views of these: the
-        Jacobian's columns (nv, 6), momenta of unit joint velocities (nv, 6) about the centre of
-        mass, the centre of mass (3,) and the joints' placements (njoints, 12); and whether crba
-        fills both triangles, which depends on the version.
+    memory each, the placements at equal steps.
     """
     del thread
     model = pin.Model(robot.model)
@@ -329,10 +411,12 @@ def _workspace(
     H = pin.crba(model, data, robot.start, pin.Convention.WORLD)
     first = data.oMi[0].rotation
     step = data.oMi[1].rotation.ctypes.data - first.ctypes.data
-    if data.oMi[0].translation.ctypes.data - first.ctypes.data != 72 or first.strides != (8, 24):
+    apart = data.oMi[0].translation.ctypes.data - first.ctypes.data
+    if apart != 72 or first.strides != (8, 24):
         raise ImportError(
             f"Pinocchio {PINOCCHIO} stores placements in another way than versions 4.0 and 4.1; "
             f"install one of those"
         )
     flat = np.lib.stride_tricks.as_strided(first.T, (model.njoints, 12), (step, 8), writeable=False)
-    return model, data, data.J.T, data.Ag.T, data.com[0], flat, np.array_equal(H, H.T)
+    symmetric = np.array_equal(H, H.T)
+    return _Workspace(model, data, data.J.T, data.Ag.T, data.com[0], flat, symmetric)
