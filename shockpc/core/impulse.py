@@ -145,57 +145,97 @@ def solve_impact(
     """
     n, nc = J_c.shape[:2]
     size = np.sqrt(np.abs(diagonal_of(H)))
-    # One more right-hand side of random signs estimates the norm of the inverse (Kenney and Laub
-    # 1994).
-    right = np.concatenate(
-        [np.swapaxes(J_c, -1, -2), (size * _signs(size.shape[1]))[..., None]], axis=-1
-    )
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        X = solve_inertia(H, right)
-        stiffness = np.sqrt(np.sum((X[..., nc] * size) ** 2, axis=-1))
-        X = X[..., :nc]
-        A = J_c @ X
-        mobility = np.einsum("nii->ni", A)
-        scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
-        scaled = A * (scale[:, :, None] * scale[:, None, :])
-        pivot = _minimum_pivot(scaled)
-        # Unit velocities of single joints say what a mobility is: of a row along which nothing can
-        # move, rounding leaves 1e-32.
-        natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
-        well = (
-            (pivot > CLEARLY_INDEPENDENT)
-            & (stiffness < INDISTINCT)
-            & (mobility.min(axis=-1) > 1e-20 * natural)
-        )
-        limits = {}
-        if most is not None:
-            # One or two rows may all be what rounding left, and then none is smaller than the
-            # others.
-            small = ~((pivot > SMALL) & (mobility.min(axis=-1) > SMALL * mobility.max(axis=-1))) | (
-                nc < 3
-            )
-            limits = {k: most(k) for k in np.flatnonzero(small).tolist()}
+        delassus = _delassus(H, J_c, size)
+        limits = {} if most is None else {k: most(k) for k in delassus.doubtful()}
+        well = delassus.clear(size)
         well[[k for k, (limit, _) in limits.items() if limit < nc]] = False
         unclear = np.flatnonzero(~well).tolist()
+        scaled = delassus.scaled
         if unclear:
             scaled[unclear] = np.eye(nc)
-        impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
-        delta_qd = X @ impulse
-        condition = stiffness / np.where(well, pivot, np.nan)
+        # With C the scale and S = C A C:   λ = −C S⁻¹ C b,   Δq̇ = H⁻¹ J_cᵀ λ
+        C = delassus.scale[:, :, None]
+        impulse = -C * np.linalg.solve(scaled, C * b)
+        delta_qd = delassus.X @ impulse
+        condition = delassus.stiffness / np.where(well, delassus.pivot, np.nan)
+
+    # Postures in which rows depend on others, or nearly do.
     choices, independent, rank = {}, {}, np.full(n, nc)
     sizes = terms() if unclear else J_c
     for k in unclear:
-        choices[k] = choice = independent_rows(
-            J_c[k], sizes[k], column_sizes(sizes[k]), scale[k], tolerance, *limits.get(k, ())
+        limit = limits.get(k, ())
+        of_columns = column_sizes(sizes[k])
+        choice = independent_rows(
+            J_c[k], sizes[k], of_columns, delassus.scale[k], tolerance, *limit
         )
-        r, rank[k] = choice.rows, len(choice.rows)
-        part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
-        condition[k] *= stiffness[k]
-        independent[k] = part
-        impulse[k], delta_qd[k] = choice.distribution @ part, X[k][:, r] @ part
-    return Solution(
-        delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices, independent
-    )
+        rows = choice.rows
+        part, of_rows = _least_squares(delassus.A[k][np.ix_(rows, rows)], b[k, rows])
+        choices[k], independent[k], rank[k] = choice, part, len(rows)
+        condition[k] = of_rows * delassus.stiffness[k]
+        impulse[k] = choice.distribution @ part
+        delta_qd[k] = delassus.X[k][:, rows] @ part
+    condition = condition * _light(size, delta_qd)
+    return Solution(delta_qd, impulse, delassus.scale, rank, condition, choices, independent)
+
+
+class _Delassus(NamedTuple):
+    """The Delassus matrices A = J_c H⁻¹ J_cᵀ of N postures.
+
+    Attributes:
+        X: (N, nv, nc) H⁻¹ J_cᵀ.
+        A: (N, nc, nc) them.
+        mobility: (N, nc) their diagonals.
+        scale: (N, nc) with which their diagonals are one; 0 of rows along which nothing moves.
+        scaled: (N, nc, nc) the same with a unit diagonal.
+        pivot: (N,) smallest pivot of these.
+        stiffness: (N,) estimated norm of the inverse of the inertia, scaled to a unit diagonal.
+    """
+
+    X: Array
+    A: Array
+    mobility: Array
+    scale: Array
+    scaled: Array
+    pivot: Array
+    stiffness: Array
+
+    def clear(self, size: Array) -> np.ndarray:
+        """In which postures (N,) all rows are independent, clearly.
+
+        Args: size (N, nv), square roots of the diagonal of the inertia.
+        """
+        # Unit velocities of single joints say what a mobility is: of a row along which nothing can
+        # move, rounding leaves 1e-32.
+        of_joints = 1.0 / np.min(size, axis=-1) ** 2
+        natural = np.maximum(self.mobility.max(axis=-1), of_joints)
+        moves = self.mobility.min(axis=-1) > 1e-20 * natural
+        well = (self.pivot > CLEARLY_INDEPENDENT) & (self.stiffness < INDISTINCT) & moves
+        return np.asarray(well)
+
+    def doubtful(self) -> list[int]:
+        """The postures in which some rows may be what rounding of a file left."""
+        # One or two rows may all be that, and then none is smaller than the others.
+        few = self.A.shape[1] < 3
+        alike = self.mobility.min(axis=-1) > SMALL * self.mobility.max(axis=-1)
+        small = ~((self.pivot > SMALL) & alike) | few
+        return [int(k) for k in np.flatnonzero(small)]
+
+
+def _delassus(H: Inertia, J_c: Array, size: Array) -> _Delassus:
+    """The Delassus matrices of N postures. Args: size as of `_Delassus.clear`."""
+    nc = J_c.shape[1]
+    # One more right-hand side of random signs estimates the norm of the inverse (Kenney and Laub
+    # 1994).
+    signs = (size * _signs(size.shape[1]))[..., None]
+    X = solve_inertia(H, np.concatenate([np.swapaxes(J_c, -1, -2), signs], axis=-1))
+    stiffness = np.sqrt(np.sum((X[..., nc] * size) ** 2, axis=-1))
+    X = X[..., :nc]
+    A = J_c @ X
+    mobility = np.einsum("nii->ni", A)
+    scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
+    scaled = A * (scale[:, :, None] * scale[:, None, :])
+    return _Delassus(X, A, mobility, scale, scaled, _minimum_pivot(scaled), stiffness)
 
 
 def _light(size: Array, delta_qd: Array) -> Array:
