@@ -7,7 +7,7 @@ in several segments.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -89,7 +89,7 @@ def read_log(
     rename: Mapping[str, str],
     topics: Sequence[str] = (),
 ) -> Log:
-    """Read a time series.
+    """The time series of a file or a table, with the state of a robot.
 
     Args:
         source: a table with a column of times (CSV, Parquet, NPZ), a bag (.bag, .mcap, .db3, or the
@@ -101,101 +101,166 @@ def read_log(
     Raises:
         StudyError: it cannot be read, has no times or none that rise, or no state of the robot.
     """
-    remarks, bag = list[str](), False
+    remarks: list[str] = []
+    columns, is_bag = _columns_of_source(source, topics, remarks)
+    positions, rates, others = state_columns(columns, robot, rename)
+    clock = _clock(columns, others)
+    _refuse_no_state(robot, columns, positions)
+    _refuse_lengths((positions, rates, others))
+    start, time, rows = _rising(clock, others.pop(clock), remarks)
+    sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
+    if is_bag:
+        sensors = _of_known_frames(sensors, robot, remarks)
+
+    # Numbers of the samples whose time rises, each sensor without the repeats of its last sample.
+    state = _State(
+        {name: _numbers(name, x)[rows] for name, x in positions.items()},
+        {name: _numbers(name, x)[rows] for name, x in rates.items()},
+        {name: _numbers(name, x)[rows] for name, x in sensors.items()},
+    )
+    remarks += without_repeats(_measured_together(robot, *state), time)
+    state.rates.update(_gyro_of_base(robot, state.sensors, state.rates))
+    period = {name: _period(time, values) for name, values in state.columns.items()}
+    empty = [name for name, between in period.items() if np.isinf(between)]
+    if empty:
+        remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
+        state = state.without(empty)
+    for part in state:
+        _fill(time, part, period)
+
+    # Samples with all that is needed.
+    whole = _whole_samples(state, robot, len(time), remarks)
+    if whole.sum() < 3 or not state.positions:
+        number = int(whole.sum()) if state.positions else 0
+        raise StudyError(
+            f"this log has {number} samples with a number for each of "
+            f"{listed(state.positions or empty, 12)}; at least 3 are needed"
+        )
+    time, rows = time[whole], rows[whole]
+    state = state.rows(whole)
+    broken = [name for name, x in state.rates.items() if not _known(x).all()]
+    if broken:
+        remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
+        state = state._replace(rates=state.without(broken).rates)
+    gaps = np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time))
+    return Log(
+        start + time[0],
+        time - time[0],
+        state.positions,
+        state.rates,
+        state.sensors,
+        {name: values[rows] for name, values in others.items()},
+        {name: period[name] for name in state.columns},
+        np.cumsum(gaps),
+        tuple(remarks),
+    )
+
+
+class _State(NamedTuple):
+    """Columns of a log by name: positions, rates, and accelerometers and gyros."""
+
+    positions: dict[str, np.ndarray]
+    rates: dict[str, np.ndarray]
+    sensors: dict[str, np.ndarray]
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """All of them."""
+        return self.positions | self.rates | self.sensors
+
+    def without(self, names: Container[str]) -> "_State":
+        """The others."""
+        parts = []
+        for part in self:
+            parts.append({name: values for name, values in part.items() if name not in names})
+        return _State(*parts)
+
+    def rows(self, chosen: np.ndarray) -> "_State":
+        """Some of the samples. Args: chosen (n,) of bool."""
+        return _State(*({name: x[chosen] for name, x in part.items()} for part in self))
+
+
+def _columns_of_source(
+    source: Path | Mapping[str, np.ndarray], topics: Sequence[str], remarks: list[str]
+) -> tuple[dict[str, np.ndarray], bool]:
+    """The columns of a log, and whether it is a bag."""
     if isinstance(source, Path):
-        source = usable_path(str(source))
-        if bag := source.suffix.casefold() in BAGS or source.is_dir():
-            columns = read_bag(source, topics, remarks)
-            topics = ()
-        else:
-            columns = read_table(source)
-    else:
-        columns = columns_of(source)
+        path = usable_path(str(source))
+        if path.suffix.casefold() in BAGS or path.is_dir():
+            return read_bag(path, topics, remarks), True
     if topics:
         raise StudyError(f"topics are those of a bag; leave out {listed(topics)}")
-    positions, rates, others = state_columns(columns, robot, rename)
-    clock = min((name for name in others if CLOCK.fullmatch(name)), key=_preference, default=None)
-    if clock is None:
+    columns = read_table(path) if isinstance(source, Path) else columns_of(source)
+    return columns, False
+
+
+def _clock(columns: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> str:
+    """The name of the column of times."""
+    clocks = [name for name in others if CLOCK.fullmatch(name)]
+    if not clocks:
         raise StudyError(
             f"a log has a column of times, called {listed(LABELS['time'])}, with the unit after it "
-            f"if it is not s, such as "
-            f"time_ms; this one has {listed(columns, 12)}; give it a new name with --map NAME=time"
+            f"if it is not s, such as time_ms; this one has {listed(columns, 12)}; give it a new "
+            f"name with --map NAME=time"
         )
+    return min(clocks, key=_preference)
+
+
+def _refuse_no_state(
+    robot: Robot, columns: Mapping[str, np.ndarray], positions: Mapping[str, np.ndarray]
+) -> None:
+    """Refuse a log without positions of the robot."""
     if not positions:
         raise StudyError(
             f'this log has no positions of robot "{robot.name}": its columns are '
-            f"{listed(columns, 12)}, and the robot's joints "
-            f"{listed(robot.joint_names, 12)}; give columns new names with --map"
+            f"{listed(columns, 12)}, and the robot's joints {listed(robot.joint_names, 12)}; give "
+            f"columns new names with --map"
         )
-    if (
-        len({len(values) for values in (*positions.values(), *rates.values(), *others.values())})
-        > 1
-    ):
+
+
+def _refuse_lengths(parts: Iterable[Mapping[str, np.ndarray]]) -> None:
+    """Refuse columns of several lengths."""
+    lengths: set[int] = set()
+    for part in parts:
+        lengths.update(map(len, part.values()))
+    if len(lengths) > 1:
         raise StudyError(
             "the columns of this log differ in length; each has to have a cell for every sample"
         )
-    start, time, rows = _rising(clock, others.pop(clock), remarks)
-    sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
-    if unknown := sorted({name[3:] for name in sensors if bag and name[3:] not in robot.frames}):
+
+
+def _of_known_frames(
+    sensors: dict[str, np.ndarray], robot: Robot, remarks: list[str]
+) -> dict[str, np.ndarray]:
+    """The sensors at frames of the robot."""
+    unknown = sorted({name[3:] for name in sensors if name[3:] not in robot.frames})
+    if unknown:
         remarks.append(
             f"gyro and accelerometer at {listed(unknown)} are left out, because the robot has no "
             f"such frame"
         )
-        sensors = {name: values for name, values in sensors.items() if name[3:] not in unknown}
-    positions, rates, sensors = (
-        {name: _numbers(name, x)[rows] for name, x in part.items()}
-        for part in (positions, rates, sensors)
-    )
-    remarks += without_repeats(_measured_together(robot, positions, rates, sensors), time)
-    rates |= _gyro_of_base(robot, sensors, rates)
-    period = {name: _period(time, values) for name, values in (positions | rates | sensors).items()}
-    if empty := [name for name, between in period.items() if np.isinf(between)]:
-        remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
-        positions, rates, sensors = (
-            {name: x for name, x in part.items() if name not in empty}
-            for part in (positions, rates, sensors)
-        )
-    for part in (positions, rates, sensors):
-        _fill(time, part, period)
-    of_base = {
-        name: x
-        for name, x in rates.items()
-        if (one := column_name(name, robot)) is not None and one.base
-    }
-    needed = positions | {name: x for name, x in of_base.items() if _known(x).mean() >= COMPLETE}
-    lacking = {name: ~_known(x) for name, x in needed.items() if not _known(x).all()}
-    whole = ~np.any([*lacking.values(), np.zeros(len(time), dtype=bool)], axis=0)
+    return {name: values for name, values in sensors.items() if name[3:] not in unknown}
+
+
+def _whole_samples(state: _State, robot: Robot, n: int, remarks: list[str]) -> np.ndarray:
+    """Which of n samples have all positions, and the rates of the base that most samples have."""
+    needed = dict(state.positions)
+    for name, x in state.rates.items():
+        column = column_name(name, robot)
+        if column is not None and column.base and _known(x).mean() >= COMPLETE:
+            needed[name] = x
+    whole, lacking = np.ones(n, dtype=bool), []
+    for name, x in needed.items():
+        known = _known(x)
+        if not known.all():
+            lacking.append(name)
+            whole &= known
     if lacking:
         remarks.append(
-            f"{np.sum(~whole)} of {len(whole)} samples are left out, with no number near them in "
+            f"{np.sum(~whole)} of {n} samples are left out, with no number near them in "
             f"{listed(lacking, 6)}"
         )
-    if whole.sum() < 3 or not positions:
-        number = int(whole.sum()) if positions else 0
-        raise StudyError(
-            f"this log has {number} samples with a number for each of "
-            f"{listed(positions or empty, 12)}; at least 3 are needed"
-        )
-    time, rows = time[whole], rows[whole]
-    positions, rates, sensors = (
-        {name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors)
-    )
-    if broken := [name for name, x in rates.items() if not _known(x).all()]:
-        remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
-    rates = {name: x for name, x in rates.items() if name not in broken}
-    others = {name: values[rows] for name, values in others.items()}
-    segment = np.cumsum(np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time)))
-    return Log(
-        start + time[0],
-        time - time[0],
-        positions,
-        rates,
-        sensors,
-        others,
-        {name: period[name] for name in (*positions, *rates, *sensors)},
-        segment,
-        tuple(remarks),
-    )
+    return whole
 
 
 def _measured_together(
