@@ -142,7 +142,8 @@ def rotor(text: str) -> Motor:
     gear = next((kind for kind in SENSE if kind == numbers[-1]), None)
     if gear is not None:
         numbers.pop()
-    if not 1 <= len(numbers) <= 3 or numbers[-1].isalpha():
+    no_gear = len(numbers) > 1 and numbers[-1].isalpha()
+    if no_gear or not 1 <= len(numbers) <= 3:
         raise typer.BadParameter(
             f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], such as '
             f'"*_knee=1.1e-4:9:planetary"; '
