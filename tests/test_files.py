@@ -349,3 +349,25 @@ def test_figures_are_also_written_as_pdf(capfd, here):
         written.append((here / name / "shock.pdf").read_bytes())
     assert written[0].startswith(b"%PDF")
     assert written[0] == written[1]
+
+
+@pytest.mark.parametrize("words", ["quantities", "robots", "robots go2", "batch go2"])
+def test_pdf_needs_a_figure(capfd, here, words):
+    """A result without a figure has no PDF, and nothing is written."""
+    before = sorted(here.rglob("*"))
+    code, out, err = run(capfd, *words.split(), "--format", "pdf", "--out", "folder")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "figure" in err
+    assert sorted(here.rglob("*")) == before
+
+
+def test_a_folder_is_not_named_like_a_pdf(capfd, here):
+    """--out is a folder, whatever the format."""
+    before = sorted(here.rglob("*"))
+    for more in ((), ("--format", "pdf")):
+        code, _, err = run(
+            capfd, "analyze", "go2", "--contact", "FL_foot", "--out", "go2.pdf", *more
+        )
+        assert code == 2
+        assert "--format pdf --out DIR" in err
+    assert sorted(here.rglob("*")) == before

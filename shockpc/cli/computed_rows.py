@@ -14,7 +14,7 @@ from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import executor
 from shockpc.evaluation.table import Table
 from shockpc.show.row_files import Format, RowFiles
-from shockpc.text.errors import StudyError
+from shockpc.text.errors import ShockError, StudyError
 
 
 @contextmanager
@@ -73,7 +73,7 @@ def computed(
                     done += count
                     advance(parts=count)
         yield files.table()
-    except BaseException:
+    except (ShockError, KeyboardInterrupt):
         if done and format_ == "parquet":
             print_error(
                 f"{done} of {rows} rows are complete in {folder}; the same command with --resume "

@@ -84,11 +84,14 @@ def emit(
         scenes: texts of scene files by path, of `scene_files`, which are written too.
 
     Raises:
-        OutputError: PDF is asked for without a folder, or a file cannot be written.
+        OutputError: PDF is asked for without a folder or of a result without a figure, or a file
+            cannot be written.
     """
     pdf = output.format == "pdf"
     if pdf and output.out is None:
         raise OutputError("--format pdf writes figures into a folder; name it with --out DIR")
+    if pdf and not report.has_figures():
+        raise OutputError("this result has no figure to write as PDF; leave --format pdf out")
     text = report.text("table" if pdf else output.format)
     if output.out is not None:
         write_report(report, output.out, pdf)

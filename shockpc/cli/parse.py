@@ -237,6 +237,11 @@ def out_folder(text: str) -> Path:
     from shockpc.show.files import check_folder
 
     folder = path(text)
+    if folder.suffix.casefold() == ".pdf":
+        raise typer.BadParameter(
+            f'"{text}" would be a folder, not a PDF file; for figures as PDF write --format pdf '
+            "--out DIR"
+        )
     check_folder(folder, "--out")
     return folder
 

@@ -200,6 +200,12 @@ class Report(NamedTuple):
         files.update(self.more(folder))
         return files
 
+    def has_figures(self) -> bool:
+        """Whether figures are among the files."""
+        if any(isinstance(section, Picture) for section in self.body(True)):
+            return True
+        return any(part.has_figures() for part in self.parts.values())
+
     def _markdown(self, body: Iterable[Section], figures: bool = False) -> str:
         """The Markdown document; of several results the part about all.
 

@@ -197,11 +197,11 @@ class RowFiles:
         try:
             with self._csv.open(encoding="utf-8", newline="") as file:
                 lines = csv.reader(file)
-                next(lines)  # the headings
+                next(lines, None)  # the headings
                 while block := list(itertools.islice(lines, LINES_PARSED_TOGETHER)):
                     cells = ([line[k] for line in block] for k in numbers)
                     yield list(map(_from_csv, cells, kinds))
-        except (OSError, ValueError, LookupError, StopIteration, csv.Error) as refusal:
+        except OSError as refusal:
             raise OutputError(f'"{self._csv}" cannot be read: {refusal}') from None
 
     @property
@@ -318,7 +318,8 @@ def _save(rows: Path, description: str, evaluation: Evaluation[Any], table: Tabl
 def _notes_of(path: Path) -> _Notes:
     """What a part in Parquet says of its chunk."""
     with _opened(path) as part:
-        notes = json.loads(part.schema_arrow.metadata[b"chunk"])
+        metadata = part.schema_arrow.metadata or {}
+        notes = json.loads(metadata[b"chunk"])
         pulled, gained, below = map(int, notes["refused"])
         return _Notes((pulled, gained, below), tuple(map(str, notes["defects"])))
 
@@ -334,7 +335,7 @@ def _opened(path: Path) -> Iterator[Any]:
         with path.open("rb") as content:  # a path with a colon would be read as an address
             # What reads whole data sets imports pandas where that is installed.
             yield arrow().parquet.ParquetFile(content)
-    except (OSError, ValueError, LookupError, TypeError, NotImplementedError):
+    except (OSError, KeyError, arrow().ArrowException):
         raise OutputError(
             f'"{path}" is damaged; delete it, and run the same command with --resume'
         ) from None

@@ -246,7 +246,7 @@ def batch(
     wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
     name = rank.removeprefix("robot.")
     found, defects = list[BatchRow | Failure](), list[str]()
-    done = progress(len(names))
+    advance = progress(len(names))
     for source, part in zip(
         names,
         in_order(executor, functools.partial(_landed, read, wanted, look, texts, name), names),
@@ -254,7 +254,7 @@ def batch(
     ):
         found += part[0]
         defects += part[1]
-        done(source)
+        advance(source)
     rows = [one for one in found if isinstance(one, BatchRow)]
     failures = [one for one in found if isinstance(one, Failure)]
     selection = select(rank.partition("@")[0])
