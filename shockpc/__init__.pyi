@@ -2,7 +2,7 @@ from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.designs import Design as Design
 from .evaluation.evaluate import Evaluation as Evaluation
 from .evaluation.table import Table as Table
-from .evaluation.varied import VariedLandings as VariedLandings
+from .evaluation.varied_landings import VariedLandings as VariedLandings
 from .landing.joint_options import Joints as Joints
 from .landing.joint_options import Rotor as Rotor
 from .landing.landing import Landing as Landing

@@ -12,9 +12,9 @@ from trees import known_robot
 import shockpc
 from shockpc import Contact, Design, Joints, Part, Posture, Scene, Strike, StudyError, shock_profile
 from shockpc.evaluation.budgets import Budget, Budgets, Case
-from shockpc.evaluation.columns import Column, places_at, selected
+from shockpc.evaluation.column import Column, places_at, selected
 from shockpc.evaluation.evaluate import Evaluation, proven
-from shockpc.evaluation.varied import varied_landings
+from shockpc.evaluation.varied_landings import varied_landings
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.studies.check.study import check_budgets
 

@@ -30,7 +30,7 @@ from shockpc import (
     shock_profile,
     symbolic,
 )
-from shockpc.evaluation.columns import ground_columns
+from shockpc.evaluation.column import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scene_file import read_scene
 from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED

@@ -28,7 +28,7 @@ from shockpc import (
     resolve,
     shock_profile,
 )
-from shockpc.evaluation.columns import Column, proven_columns
+from shockpc.evaluation.column import Column, proven_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place

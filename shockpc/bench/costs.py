@@ -29,7 +29,7 @@ from shockpc.core.percussion import translation
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import processes
-from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene

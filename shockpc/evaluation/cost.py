@@ -15,12 +15,12 @@ import numpy as np
 
 from shockpc.core.number import NUMBER, numbers_from
 from shockpc.core.spatial import Array, freeze
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import OFFSET, Vary, pairs
-from shockpc.evaluation.varied import VariedLandings, varied_landings
+from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place

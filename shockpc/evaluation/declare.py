@@ -44,7 +44,7 @@ QuantityOption: TypeAlias = Annotated[
         holds="quantity",
     ),
 ]
-"""Further columns of a table, as `shockpc.evaluation.columns.selected` takes them."""
+"""Further columns of a table, as `shockpc.evaluation.column.selected` takes them."""
 
 RenameOption: TypeAlias = Annotated[
     Mapping[str, str] | None,

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from shockpc.core.threads import one_thread
-from shockpc.evaluation.columns import (
+from shockpc.evaluation.column import (
     Column,
     columns,
     columns_at_times,
@@ -21,7 +21,7 @@ from shockpc.evaluation.columns import (
     proven_columns,
 )
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.source import Chunk, Group, Landings, Refusal, refuse_unused_ground
+from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal, refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import contact_name
 from shockpc.landing.scene import Scene

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix, in_body_axes
 from shockpc.core.threads import one_thread
-from shockpc.evaluation.columns import Column
+from shockpc.evaluation.column import Column
 from shockpc.impact.derivatives import derivatives
 from shockpc.impact.impact import ColumnImpact, DoubleImpact
 from shockpc.impact.landed import solved

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, percentile
+from shockpc.evaluation.column import Column, percentile
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked

@@ -12,7 +12,7 @@ from shockpc.robot.usual_base import usual_base
 from shockpc.text.printed import UNITS, few, printable
 
 if TYPE_CHECKING:
-    from shockpc.evaluation.columns import Column
+    from shockpc.evaluation.column import Column
 
 BRACKETED = 0.5
 """Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest,

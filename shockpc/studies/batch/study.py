@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from shockpc.evaluation.columns import selected
+from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.executor import in_order

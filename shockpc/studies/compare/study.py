@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple
 
-from shockpc.evaluation.columns import selected
+from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import End, at_drive_ends

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, ground_columns
+from shockpc.evaluation.column import Column, ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.varied import VariedLandings, varied_landings
+from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.selection import select

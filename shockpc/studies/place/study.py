@@ -13,7 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.source import (
+from shockpc.evaluation.landings import (
     common_robot,
     named_scenes,
     refuse_ground,

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column
+from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.variation import COMPONENT, DRIVEN, OF_A_LINK, OF_THE_GROUND, Variation
-from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import COMPONENTS

@@ -15,11 +15,11 @@ from typing import Annotated
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.evaluation.columns import Column, column, target_text
+from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.source import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import (
     OFFSET,

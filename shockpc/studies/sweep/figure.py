@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.show.figure.style import CURVES, INK, SHOCK, histogram, new_chart, shock_levels
 from shockpc.show.wording import robot_name, varied_text
 from shockpc.studies.sweep.summary import Extent, Summary

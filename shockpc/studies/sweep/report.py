@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.evaluation.columns import Column as Computed
+from shockpc.evaluation.column import Column as Computed
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
-from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.judgement.margins import rigid_links
 from shockpc.judgement.unknowns import CARRIES
 from shockpc.landing.scene import ORIGIN

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated
 
-from shockpc.evaluation.columns import Column, ground_columns, selected
+from shockpc.evaluation.column import Column, ground_columns, selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.variation import Vary
-from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
+from shockpc.evaluation.varied_landings import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene

@@ -8,7 +8,7 @@ from typing import Generic, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, percentile
+from shockpc.evaluation.column import Column, percentile
 from shockpc.evaluation.evaluate import Evaluation, L
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation

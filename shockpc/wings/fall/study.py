@@ -13,10 +13,10 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.evaluation.columns import selected
+from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.source import common_robot, named_scenes
+from shockpc.evaluation.landings import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.column import Column, selected
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import check_rotations

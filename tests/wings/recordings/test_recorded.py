@@ -26,7 +26,7 @@ from trees import known_robot, robot_from
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import IGNORED, LAWS, measured_landings, measured_steps, measured_tosses
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.column import Column, selected
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of, scene_text

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.source import ROWS, Chunk, Group, Refusal
+from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.contact import first_contact, landing_frames
 from shockpc.landing.landing import PosedLanding

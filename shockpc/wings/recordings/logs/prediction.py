@@ -12,9 +12,9 @@ import numpy as np
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, postures, selected
+from shockpc.evaluation.column import Column, postures, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
-from shockpc.evaluation.source import Refusal
+from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined

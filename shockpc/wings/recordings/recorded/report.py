@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from shockpc.evaluation.columns import Column as Computed
+from shockpc.evaluation.column import Column as Computed
 from shockpc.evaluation.table import Table
 from shockpc.profile import profile_of
 from shockpc.quantities.shock_profile import ShockProfile

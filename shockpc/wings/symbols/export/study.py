@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column
+from shockpc.evaluation.column import Column
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, set_many

@@ -17,7 +17,8 @@ import numpy as np
 
 from shockpc.core.permutation import permuted
 from shockpc.core.spatial import Array
-from shockpc.evaluation.source import GROUP, ROWS, Chunk, Group, Refusal
+from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
+from shockpc.evaluation.row_arrays import configurations, inertias, velocities
 from shockpc.evaluation.variation import (
     COMPONENT,
     INERTIAL,
@@ -31,7 +32,6 @@ from shockpc.evaluation.variation import (
     several_joints,
 )
 from shockpc.evaluation.variation import variation as read_variation
-from shockpc.evaluation.varied_arrays import configurations, inertias, velocities
 from shockpc.evaluation.varied_scene import (
     applied,
     armature_set,
