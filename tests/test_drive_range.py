@@ -11,7 +11,7 @@ import pytest
 from shockpc import load_robot
 from shockpc.core.drive_box import DriveBox
 from shockpc.evaluation.drive_ends import at_drive_ends
-from shockpc.evaluation.landings import with_default_landings
+from shockpc.evaluation.named_scenes import with_default_landings
 from shockpc.impact.drive_response import with_inertias
 from shockpc.judgement import drive_range
 from shockpc.judgement.drive_range import deciding_joints, effective_mass_range, range_of

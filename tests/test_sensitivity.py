@@ -16,7 +16,8 @@ from robot_texts import floating, mjcf
 from test_closures import CASES
 from trees import known_robot, robot_from
 
-from shockpc.evaluation.column import column, columns, proven_columns
+from shockpc.evaluation.column import column
+from shockpc.evaluation.column_values import columns, proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.joint_options import Joints

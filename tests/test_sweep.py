@@ -28,7 +28,8 @@ from shockpc import (
     resolve,
     shock_profile,
 )
-from shockpc.evaluation.column import Column, proven_columns
+from shockpc.evaluation.column import Column
+from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place

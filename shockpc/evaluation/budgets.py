@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple
 from shockpc.core.frozen import frozen
 from shockpc.core.number import number_from
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column import percentile
+from shockpc.evaluation.table import percentile
 from shockpc.landing.record import CHECKED
 from shockpc.landing.scene import Part, Scene
 from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table

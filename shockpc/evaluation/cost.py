@@ -18,7 +18,8 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.named_scenes import common_robot, named_scenes
+from shockpc.evaluation.unused_ground import refuse_ground
 from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value, with_offsets

@@ -12,8 +12,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from shockpc.core.threads import one_thread
-from shockpc.evaluation.column import (
-    Column,
+from shockpc.evaluation.column import Column
+from shockpc.evaluation.column_values import (
     columns,
     columns_at_times,
     double_difference,
@@ -21,8 +21,9 @@ from shockpc.evaluation.column import (
     proven_columns,
 )
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal, refuse_unused_ground
+from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal
 from shockpc.evaluation.table import Table
+from shockpc.evaluation.unused_ground import refuse_unused_ground
 from shockpc.landing.contact import contact_name
 from shockpc.landing.scene import Scene
 from shockpc.profile import profile_of_scene

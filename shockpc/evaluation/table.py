@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column import Column, percentile
+from shockpc.evaluation.column import Column
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked
@@ -333,6 +333,13 @@ class Table:
         pyarrow.
         """
         return self.to_arrow().__dataframe__(*args, **options)
+
+
+def percentile(values: Array, share: Any) -> Any:
+    """The smallest of some values that at least a share of them [%] do not exceed; they are sorted
+    in place.
+    """
+    return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)
 
 
 def _to_arrow(values: np.ndarray) -> Any:

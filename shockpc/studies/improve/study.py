@@ -14,12 +14,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.evaluation.column import proven_columns
+from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import DRIVEN, Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid

@@ -14,7 +14,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.evaluation.column import Column, column, columns, target_text
+from shockpc.evaluation.column import Column, column, target_text
+from shockpc.evaluation.column_values import columns
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles

@@ -13,13 +13,9 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import (
-    common_robot,
-    named_scenes,
-    refuse_ground,
-    with_default_landings,
-)
+from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
+from shockpc.evaluation.unused_ground import refuse_ground
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.bandwidths import scene_low_pass

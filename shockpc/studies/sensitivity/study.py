@@ -19,7 +19,7 @@ from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import (
     OFFSET,

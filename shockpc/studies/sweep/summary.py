@@ -8,9 +8,9 @@ from typing import Generic, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column import Column, percentile
+from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import Evaluation, L
-from shockpc.evaluation.table import Table
+from shockpc.evaluation.table import Table, percentile
 from shockpc.evaluation.variation import Variation
 from shockpc.text.printed import Cause, causes
 

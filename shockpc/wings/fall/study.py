@@ -16,7 +16,7 @@ import numpy as np
 from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import common_robot, named_scenes
+from shockpc.evaluation.named_scenes import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid

@@ -25,7 +25,7 @@ from shockpc import (
     sweep,
 )
 from shockpc.core.coulomb import solve_each, solve_friction
-from shockpc.evaluation.column import proven_columns
+from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of

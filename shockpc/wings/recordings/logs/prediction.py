@@ -12,7 +12,8 @@ import numpy as np
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column import Column, postures, selected
+from shockpc.evaluation.column import Column, selected
+from shockpc.evaluation.column_values import postures
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.variation import Variation

@@ -11,8 +11,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import QuantityOption, RenameOption, study
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.table import Table
+from shockpc.evaluation.unused_ground import refuse_unused_ground
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_of

@@ -1,0 +1,61 @@
+"""Landings by name: as a study takes them, with default contacts, and their one robot."""
+
+import reprlib
+from collections.abc import Mapping
+
+from shockpc.landing.contact import contact_name
+from shockpc.landing.level_feet import with_contacts
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
+
+
+def named_scenes(landings: Scene | str | Mapping[str, Scene | str]) -> dict[str, Scene]:
+    """One landing, or landings by name, as the latter, each as `scene_of`; the name of a single one
+    is empty.
+
+    Raises:
+        StudyError: there is no landing, or something else.
+    """
+    scenes = {"": landings} if isinstance(landings, Scene | str) else landings
+    if not isinstance(scenes, Mapping) or not all(
+        isinstance(scene, Scene | str) for scene in scenes.values()
+    ):
+        raise StudyError(
+            f"landings is {reprlib.repr(landings)}; give a scene or a robot, or several by name"
+        )
+    if not scenes:
+        raise StudyError("no landing is given; give at least one scene")
+    return {name: scene_of(scene) for name, scene in scenes.items()}
+
+
+def with_default_landings(landings: Mapping[str, Scene], robot: Robot) -> dict[str, Scene]:
+    """Landings by name, those of a scene without contacts by its name and what strikes.
+
+    Raises:
+        ShockError: as for `default_landings`.
+    """
+    return {
+        name if scene.contact else f"{name} {contact_name(one)}".strip(): one
+        for name, scene in landings.items()
+        for one in with_contacts(scene, robot)
+    }
+
+
+def common_robot(landings: Mapping[str, Scene]) -> Robot:
+    """The robot of all landings, which are given by name.
+
+    Raises:
+        StudyError: there is no landing, or they are of different robots.
+    """
+    robots = {name: robot_of(scene) for name, scene in named_scenes(landings).items()}
+    (first, robot), *_ = robots.items()
+    other = next((name for name, another in robots.items() if another is not robot), None)
+    if other is not None:
+        raise StudyError(
+            f'the landings "{first}" and "{other}" are of different robots; give scenes that have '
+            f"the file, xacro arguments, "
+            "packages and SRDF in common, and in an MJCF the robot that has the contact"
+        )
+    return robot

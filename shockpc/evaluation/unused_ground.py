@@ -1,0 +1,50 @@
+"""The refusal of a friction or a contact stiffness on which no number of a study depends."""
+
+from collections.abc import Iterable
+
+from shockpc.landing.scene import Scene
+from shockpc.quantities.selection import Selection
+from shockpc.text.errors import StudyError
+
+NAME_ONE = "name a quantity that depends on it, such as shock_friction or peak_force"
+"""What to do where none of the numbers of a study depends on the ground."""
+
+
+def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE) -> None:
+    """Refuse what a study of contacts that stick and are rigid would ignore.
+
+    Args:
+        scene: a landing of the study.
+        friction: whether a coefficient of friction has no effect either.
+        others: what else can be done.
+
+    Raises:
+        StudyError: the scene gives a contact stiffness, or a friction.
+    """
+    given = {
+        "contact stiffness": scene.contact_stiffness,
+        "friction": scene.friction if friction else None,
+    }
+    ignored = [name for name, value in given.items() if value is not None]
+    if ignored:
+        raise StudyError(
+            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: all "
+            f"numbers are of the impulse of "
+            f"contacts that stick; leave it out, or {others}"
+        )
+
+
+def refuse_unused_ground(scene: Scene, selections: Iterable[Selection]) -> None:
+    """Refuse a friction or a contact stiffness on which nothing depends that a study computes.
+
+    Args:
+        scene: a landing of the study.
+        selections: what is computed; whether flat ground allows the landing depends on the
+            friction.
+
+    Raises:
+        StudyError: the scene gives one.
+    """
+    entries = tuple(selection.quantity for selection in selections)
+    if not any(entry.of_ground(scene) for entry in entries):
+        refuse_ground(scene, friction=not any(entry.decided_by_ground for entry in entries))
