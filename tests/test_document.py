@@ -194,7 +194,7 @@ def test_tables_hold_every_quantity(profile):
         values, tables = profile.values(quantity), read["tables"]
         rows = (
             [read["health"]]
-            if (quantity.of, quantity.on) == ("robot", "health")
+            if (quantity.of, quantity.evaluation.on) == ("robot", "health")
             else tables.get(TABLES[quantity.of], [])
         )
         if quantity.key.startswith(("most_severe", "least_severe")):

@@ -35,7 +35,7 @@ from shockpc.quantities.renamed import RenamedQuantity
 from shockpc.quantities.selection import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
 
-COMMON = [entry for entry in QUANTITIES if not entry.needs_posture]
+COMMON = [entry for entry in QUANTITIES if entry.evaluation.postures == "many"]
 
 
 def in_doubles(landing, strikes=None):

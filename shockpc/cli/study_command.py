@@ -252,7 +252,10 @@ def refuse_unasked(
     of_sensors = any(entry.key.startswith(("filtered_peak", "range_share")) for entry in entries)
     wanted = {
         "imu-bandwidth": of_sensors,
-        "pulse": any(entry.with_stiffness or entry.key.startswith("peak_g") for entry in entries),
+        "pulse": any(
+            entry.evaluation.proven == "rigid" or entry.key.startswith("peak_g")
+            for entry in entries
+        ),
         "range-g": any(entry.key == "range_share" for entry in entries),
         "part": any(entry.of == "part" or entry.key == "joint_torque_share" for entry in entries),
     }

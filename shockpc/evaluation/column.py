@@ -57,7 +57,7 @@ class Column(NamedTuple):
     @property
     def shock(self) -> bool:
         """Whether it is a shock of the row's strike."""
-        return self.selection.quantity.most_severe is not None and self.time is None
+        return self.selection.quantity.relations.most_severe is not None and self.time is None
 
     def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""
@@ -114,18 +114,17 @@ def places_at(
         StudyError: a point is fixed to the world, or the scene lacks what the quantity needs.
     """
     robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
-    if lacking := quantity.lacks(landing):
+    if lacking := quantity.scope.lacks(landing):
         raise StudyError(lacking)
-    if quantity.carried:
-        places = tuple(
-            place for place in places if (place.joint >= 0) == (quantity.carried == "joint")
-        )
+    if quantity.scope.parts_of:
+        of_joints = quantity.scope.parts_of == "joint"
+        places = tuple(place for place in places if (place.joint >= 0) == of_joints)
     if kind == "part" and not places:
-        where = {"point": " at a frame", "joint": " of joints"}.get(quantity.carried, "")
+        where = {"point": " at a frame", "joint": " of joints"}.get(quantity.scope.parts_of, "")
         raise StudyError(
             f"{quantity.key} is of parts, and the scene has none{where}; describe them by [[part]]"
         )
-    if quantity.strikes:
+    if quantity.scope.strikes:
         places = places[: len(landing.contacts)]
     if pattern is None:
         return tuple(place for place in places if place.body >= 0 or kind != "point")
@@ -161,10 +160,12 @@ def column(profile: ShockProfile, text: str) -> Column:
     """
     text = current_name(text)
     entry = selections().get(text.partition("@")[0])
-    if entry is not None and (entry.quantity.decided_by_ground or entry.quantity.on != "scene"):
+    if entry is not None and (
+        entry.quantity.decided_by_ground or entry.quantity.evaluation.on != "scene"
+    ):
         why = (
             "it is either 0 or 1"
-            if entry.quantity.role
+            if entry.quantity.relations.role
             else "it is computed in one posture at a time"
         )
         raise StudyError(
@@ -173,7 +174,7 @@ def column(profile: ShockProfile, text: str) -> Column:
         )
     selection, places = selected(profile.landing, text)
     key, kind = selection.name, selection.quantity.of.upper()
-    if selection.quantity.shared and profile.redundant:
+    if selection.quantity.scope.shared and profile.redundant:
         raise StudyError(
             f"{key} is not determined, because contacts or loops are redundant; choose another "
             f"quantity"

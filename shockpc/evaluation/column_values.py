@@ -170,7 +170,7 @@ def columns(
         np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:]
     )
     for column in wanted:
-        if column.selection.quantity.shared:
+        if column.selection.quantity.scope.shared:
             computed[column.name][rank < block.equation.J_c.shape[1]] = np.nan
     prove = prove | (rank < rank.max())[:, None]
     return computed, condition, prove, parting
@@ -218,9 +218,10 @@ def values_of(
                 if (place := column.at(impact.landing)) is not None
             }
             places = list(known.values())
+            unproven = entry.evaluation.proven == "never"
             if not places or (
                 entry.per_landing(impact.landing.scene)
-                and not ((more or entry.unproven) and entry.in_doubles)
+                and not ((more or unproven) and entry.evaluation.postures == "clear")
             ):
                 continue
             values, index = (
@@ -295,7 +296,9 @@ def double_difference(
     largest = 0.0
     for column in filter(lambda column: column.shock, wanted):
         severe = float(
-            profile.values(cast(Quantity, column.selection.quantity.most_severe), [column.place])[0]
+            profile.values(
+                cast(Quantity, column.selection.quantity.relations.most_severe), [column.place]
+            )[0]
         )
         off = abs(double[column.name] - exact[column.name]) / (
             max(severe, abs(exact[column.name])) or 1.0

@@ -33,7 +33,7 @@ from shockpc.landing.strike import Strike
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING
-from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.quantity import Quantity, Relations, Scope
 from shockpc.quantities.selection import Selection
 from shockpc.quantities.support import OVERHANG, standing_feet, stands
 from shockpc.robot.feet_and_sensors import each_foot
@@ -63,14 +63,14 @@ PUSH = Quantity(
     "N s",
     "neither",
     _pushed,
-    missing=f"{REDUNDANT}; --any-ground leaves it out",
-    linear=True,
+    scope=Scope(f"{REDUNDANT}; --any-ground leaves it out"),
+    relations=Relations(linear=True),
 )
 """With `HEIGHTS` what `feasible` decides by, as numbers that a constraint can follow: they have
 either sign.
 """
 
-LOSS = ENERGY_LOST._replace(missing=f"{ENERGY_LOST.missing}; --any-ground leaves it out")
+LOSS = ENERGY_LOST._replace(scope=Scope(f"{ENERGY_LOST.scope.missing}; --any-ground leaves it out"))
 """What no impact has below zero; without restitution it is not."""
 
 
@@ -206,7 +206,8 @@ class ShockCost:
         separate = bool(first.loops) or not all(one.stage for one in self.variations)
         entries = {term.column.selection.quantity for term in self.terms}
         self.slow = separate or any(
-            entry.per_landing(first.scene) and not entry.in_doubles for entry in entries
+            entry.per_landing(first.scene) and entry.evaluation.postures != "clear"
+            for entry in entries
         )
 
     def __reduce__(self) -> tuple[Any, ...]:  # for optimisers with several processes
@@ -473,7 +474,7 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     """
     selection, places = selected(landing, text)
     entry = selection.quantity
-    if entry.on == "health" or entry.role:
+    if entry.evaluation.on == "health" or entry.relations.role:
         raise StudyError(
             f"{selection.name} ({entry.title}) cannot be followed here; choose another quantity"
         )

@@ -189,7 +189,7 @@ class Evaluation(Generic[L]):
         compared = self.landings.compared(self.prove)
         compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
         flags, tilts, pulls, gains = (
-            [c.name for c in self.computed if c.selection.quantity.role == role]
+            [c.name for c in self.computed if c.selection.quantity.relations.role == role]
             for role in ("feasible", "tilt", "pull", "gain")
         )
         # A landing whose contacts are named stays where a small tilt makes it feasible.

@@ -32,7 +32,7 @@ def has_gradient(landing: PosedLanding, column: Column) -> bool:
     ):
         return False
     return entry in (*HEIGHTS, OVERHANG) or (
-        landing.translates and (entry.linear or entry.length_of is not None)
+        landing.translates and (entry.relations.linear or entry.relations.length_of is not None)
     )
 
 
@@ -113,7 +113,7 @@ def slopes(
         moved.delta_qd, moved.impulse = changes
         for column in others:
             entry, where, axis = column.selection.quantity, [column.place], column.selection.axis
-            linear = entry.length_of or entry
+            linear = entry.relations.length_of or entry
             numbers = column.selection.scalar(evaluate(entry, here, where)[:, :, 0])
             by_strike, d_by_strike = (
                 evaluate(linear, impact, where).reshape(n, 3, -1) for impact in (unit, moved)

@@ -185,7 +185,7 @@ class Table:
         return tuple(
             column
             for column in self.computed
-            if column.requested or not column.selection.quantity.role
+            if column.requested or not column.selection.quantity.relations.role
         )
 
     @property
@@ -216,7 +216,11 @@ class Table:
         that was not computed.
         """
         name = next(
-            (column.name for column in self.computed if column.selection.quantity.role == "tilt"),
+            (
+                column.name
+                for column in self.computed
+                if column.selection.quantity.relations.role == "tilt"
+            ),
             "",
         )
         return self.columns[name] == 1.0 if name else np.zeros(len(self), dtype=bool)

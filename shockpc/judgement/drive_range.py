@@ -138,7 +138,7 @@ def ranges_of(
     """The ranges of a number of a profile at several places over the drives, each as `range_of`."""
     landing, wanted = profile.landing, selection.quantity
     found: list[Range | None] = [None] * len(places)
-    if wanted.on != "scene" or not has_range(landing):
+    if wanted.evaluation.on != "scene" or not has_range(landing):
         return found
     values = profile.numbers(selection, places)
     reached = [
@@ -348,11 +348,13 @@ def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linea
         return _Linear(quantity("joint", "along"), joint, signed=wanted.key == "along")
     if key == ("joint", "rate_after"):
         return _Linear(quantity("joint", "delta_qd"), place, signed=True)
-    if wanted.linear or key in LINEAR:
+    if wanted.relations.linear or key in LINEAR:
         return _Linear(wanted, place, selection.axis, component or not wanted.vector)
     if key in LENGTHS:
         return _Linear(quantity(wanted.of, LENGTHS[key]), place, selection.axis)
-    return None if wanted.length_of is None else _Linear(wanted.length_of, place)
+    return (
+        None if wanted.relations.length_of is None else _Linear(wanted.relations.length_of, place)
+    )
 
 
 def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
@@ -431,7 +433,7 @@ def _values_of(
         in_body = in_body_axes(jumps, equation.state.rotation)
         impact = DoubleImpact(landing, equation, solution, in_body)
         found = selection.scalar(evaluate(wanted, impact, there))[0, 0]
-        if np.isnan(found).any() and wanted.needs_posture:
+        if np.isnan(found).any() and wanted.evaluation.postures != "many":
             proof = proven(landing)
             found = selection.scalar(proof.read(wanted.compute, there, size=wanted.size))[0, 0]
         values[known] = found

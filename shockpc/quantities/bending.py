@@ -27,7 +27,7 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.bending import LegModes, leg_modes
 from shockpc.landing.landing import PosedLanding
 from shockpc.quantities.of_contacts import CONTACTS
-from shockpc.quantities.quantity import Places, Quantity, evaluate
+from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Scope, evaluate
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import few
@@ -244,15 +244,7 @@ def _value(k: int) -> Callable[[Impact, Places], Array]:
 
 BENDING = tuple(
     Quantity(
-        key,
-        "robot",
-        title,
-        unit,
-        "neither",
-        _value(k),
-        missing=UNKNOWN,
-        needs_posture=True,
-        unproven=True,
+        key, "robot", title, unit, "neither", _value(k), scope=Scope(UNKNOWN), evaluation=UNPROVEN
     )
     for k, (key, title, unit) in enumerate(
         (

@@ -22,7 +22,17 @@ from shockpc.quantities.of_points import (
     shock,
     world_position,
 )
-from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
+from shockpc.quantities.quantity import (
+    Evaluation,
+    Places,
+    Quantity,
+    Relations,
+    Scope,
+    cached,
+    largest_jump,
+    largest_shock,
+    reach,
+)
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 
@@ -218,7 +228,7 @@ BODIES = (
         "neither",
         lambda i, p: world_position(i, [Place(place.name, place.body) for place in p]),
         reach,
-        vector=True,
+        form="vector",
     ),
     Quantity(
         "delta_omega",
@@ -228,9 +238,8 @@ BODIES = (
         "greater",
         lambda i, p: _split(i, p)[0],
         largest_jump,
-        vector=True,
-        also=("friction",),
-        linear=True,
+        form="vector",
+        relations=Relations(also=("friction",), linear=True),
     ),
     Quantity(
         "delta_v",
@@ -240,9 +249,8 @@ BODIES = (
         "greater",
         lambda i, p: _split(i, p)[1],
         largest_jump,
-        vector=True,
-        also=("friction",),
-        linear=True,
+        form="vector",
+        relations=Relations(also=("friction",), linear=True),
     ),
     Quantity(
         "copc",
@@ -252,9 +260,9 @@ BODIES = (
         "neither",
         lambda i, p: _percussion(i, p).copc,
         _length,
-        STILL,
-        vector=True,
-        also=("friction",),
+        form="vector",
+        scope=Scope(STILL),
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "copc_world",
@@ -264,8 +272,8 @@ BODIES = (
         "neither",
         _copc_world,
         lambda i, x: _length(i, x) + reach(i, x),
-        STILL,
-        vector=True,
+        form="vector",
+        scope=Scope(STILL),
     ),
     Quantity(
         "ropc",
@@ -274,11 +282,10 @@ BODIES = (
         "m",
         "less",
         lambda i, p: _percussion(i, p).ropc,
-        reciprocal="1 / RoPc, the shock per metre",
-        also=("friction",),
+        relations=Relations(reciprocal="1 / RoPc, the shock per metre", also=("friction",)),
     ),
     Quantity(
-        "translates", "body", "no rotation in the plane", "1", "neither", _translates, flag=True
+        "translates", "body", "no rotation in the plane", "1", "neither", _translates, form="flag"
     ),
     Quantity(
         "screw_pitch",
@@ -288,8 +295,8 @@ BODIES = (
         "neither",
         lambda i, p: _percussion(i, p).pitch,
         _pitch_size,
-        "the body does not rotate",
-        signed=True,
+        form="signed",
+        scope=Scope("the body does not rotate"),
     ),
     Quantity(
         "out_of_plane_share",
@@ -308,9 +315,9 @@ BODIES = (
         "greater",
         shock,
         largest_shock,
-        most_severe=MOST_SEVERE,
-        also=("friction", "stiffness"),
-        length_of=DELTA_V,
+        relations=Relations(
+            most_severe=MOST_SEVERE, also=("friction", "stiffness"), length_of=DELTA_V
+        ),
     ),
     Quantity(
         "shock_min",
@@ -319,7 +326,7 @@ BODIES = (
         "1",
         "greater",
         _least,
-        missing=NO_GEOMETRY,
+        scope=Scope(NO_GEOMETRY),
     ),
     Quantity(
         "shock_max",
@@ -328,11 +335,15 @@ BODIES = (
         "1",
         "greater",
         _greatest,
-        missing=NO_GEOMETRY,
-        most_severe=MOST_SEVERE,
+        scope=Scope(NO_GEOMETRY),
+        relations=Relations(most_severe=MOST_SEVERE),
     ),
     *(
-        entry._replace(of="body", title=f"{entry.title}, at the centre of mass", also=())
+        entry._replace(
+            of="body",
+            title=f"{entry.title}, at the centre of mass",
+            relations=entry.relations._replace(also=()),
+        )
         for entry in AT_CENTRE
     ),
     Quantity(
@@ -343,8 +354,8 @@ BODIES = (
         "greater",
         point_velocity,
         largest_jump,
-        vector=True,
-        linear=True,
+        form="vector",
+        relations=Relations(linear=True),
     ),
     Quantity(
         "error_bound",
@@ -353,8 +364,7 @@ BODIES = (
         "1",
         "greater",
         lambda health, places: [health.body_error_bounds[place.body] for place in places],
-        needs_posture=True,
-        on="health",
+        evaluation=Evaluation("health", postures="one"),
     ),
     Quantity(
         "delta_v_max",
@@ -363,6 +373,6 @@ BODIES = (
         "m/s",
         "greater",
         lambda i, p: _greatest(i, p) * i.v_in.astype(float)[..., None],
-        missing=NO_GEOMETRY,
+        scope=Scope(NO_GEOMETRY),
     ),
 )

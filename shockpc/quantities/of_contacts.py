@@ -22,7 +22,15 @@ from shockpc.method.constraints import (
 )
 from shockpc.method.exact.arithmetic import entries
 from shockpc.method.exact.balls import BALLS, BallMatrix, Balls, PrecisionError
-from shockpc.quantities.quantity import Places, Quantity, cached, reach
+from shockpc.quantities.quantity import (
+    IN_DOUBLES_WHERE_CLEAR,
+    Places,
+    Quantity,
+    Relations,
+    Scope,
+    cached,
+    reach,
+)
 
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero.
@@ -509,15 +517,14 @@ IMPULSE = Quantity(
     "greater",
     _impulse,
     _impulse_size,
-    REDUNDANT,
-    vector=True,
-    also=("friction",),
-    linear=True,
+    form="vector",
+    scope=Scope(REDUNDANT),
+    relations=Relations(also=("friction",), linear=True),
 )
 
 CONTACTS = (
     Quantity(
-        "point", "contact", "contact point, world", "m", "neither", _point, reach, vector=True
+        "point", "contact", "contact point, world", "m", "neither", _point, reach, form="vector"
     ),
     IMPULSE,
     Quantity(
@@ -528,7 +535,7 @@ CONTACTS = (
         "greater",
         friction_needed,
         lambda i, x: 1.0,
-        PULLED,
+        scope=Scope(PULLED),
     ),
     Quantity(
         "approach",
@@ -538,9 +545,8 @@ CONTACTS = (
         "neither",
         _approach,
         _fastest,
-        STANDS,
-        vector=True,
-        strikes=True,
+        form="vector",
+        scope=Scope(STANDS, strikes=True),
     ),
     Quantity(
         "effective_mass_sticking",
@@ -549,10 +555,8 @@ CONTACTS = (
         "kg",
         "greater",
         _resistance("sticking"),
-        missing=STANDS,
-        needs_posture=True,
-        in_doubles=True,
-        strikes=True,
+        scope=Scope(STANDS, strikes=True),
+        evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "effective_mass_frictionless",
@@ -561,10 +565,8 @@ CONTACTS = (
         "kg",
         "greater",
         _resistance("frictionless"),
-        missing=STANDS,
-        needs_posture=True,
-        in_doubles=True,
-        strikes=True,
+        scope=Scope(STANDS, strikes=True),
+        evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "mitigation",
@@ -574,9 +576,8 @@ CONTACTS = (
         "less",
         _resistance("mitigation"),
         lambda i, x: 1.0,
-        MITIGATION,
-        needs_posture=True,
-        in_doubles=True,
+        scope=Scope(MITIGATION),
+        evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "mitigation_frictionless",
@@ -586,9 +587,8 @@ CONTACTS = (
         "less",
         _resistance("mitigation_frictionless"),
         lambda i, x: 1.0,
-        MITIGATION,
-        needs_posture=True,
-        in_doubles=True,
+        scope=Scope(MITIGATION),
+        evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "moment",
@@ -598,8 +598,8 @@ CONTACTS = (
         "greater",
         _moment,
         _impulse_size,
-        f"{REDUNDANT}; or it is a point",
-        vector=True,
+        form="vector",
+        scope=Scope(f"{REDUNDANT}; or it is a point"),
     ),
     Quantity(
         "effective_mass",
@@ -608,10 +608,8 @@ CONTACTS = (
         "kg",
         "greater",
         _resistance("effective"),
-        missing=STANDS,
-        needs_posture=True,
-        in_doubles=True,
-        strikes=True,
+        scope=Scope(STANDS, strikes=True),
+        evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "centre_of_pressure",
@@ -621,8 +619,8 @@ CONTACTS = (
         "neither",
         _centre_of_pressure,
         reach,
-        PULLED,
-        vector=True,
+        form="vector",
+        scope=Scope(PULLED),
     ),
     Quantity(
         "twist_needed",
@@ -632,7 +630,7 @@ CONTACTS = (
         "greater",
         _twist_needed,
         lambda i, x: 1.0,
-        f"{PULLED}; or it is a point, or a sole that is not known",
+        scope=Scope(f"{PULLED}; or it is a point, or a sole that is not known"),
     ),
     Quantity(
         "tensile_impulse",
@@ -641,7 +639,7 @@ CONTACTS = (
         "N s",
         "greater",
         pull,
-        missing=REDUNDANT,
-        role="pull",
+        scope=Scope(REDUNDANT),
+        relations=Relations(role="pull"),
     ),
 )

@@ -12,7 +12,7 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.places import joint_places
 from shockpc.method.constraints import slices_of
-from shockpc.quantities.quantity import Places, Quantity
+from shockpc.quantities.quantity import Places, Quantity, Relations, Scope
 from shockpc.robot.robot import STOP
 
 ORIGIN = "the joint's origin (of a prismatic joint, where it has slid to)"
@@ -132,9 +132,8 @@ JOINTS = (
         "greater",
         _force,
         _size,
-        REDUNDANT,
-        shared=True,
-        vector=True,
+        form="vector",
+        scope=Scope(REDUNDANT, shared=True),
     ),
     Quantity(
         "moment",
@@ -144,9 +143,8 @@ JOINTS = (
         "greater",
         _moment,
         _size,
-        REDUNDANT,
-        shared=True,
-        vector=True,
+        form="vector",
+        scope=Scope(REDUNDANT, shared=True),
     ),
     Quantity(
         "along",
@@ -156,10 +154,9 @@ JOINTS = (
         "greater",
         _along,
         _size,
-        f"{MULTIAXIAL}; or {REDUNDANT}",
-        shared=True,
-        signed=True,
-        also=("friction",),
+        form="signed",
+        scope=Scope(f"{MULTIAXIAL}; or {REDUNDANT}", shared=True),
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "delta_qd",
@@ -169,10 +166,9 @@ JOINTS = (
         "greater",
         _delta_qd,
         lambda i, x: float(np.abs(i.along(i.delta_qd).astype(float)).max()),
-        MULTIAXIAL,
-        signed=True,
-        also=("friction", "stiffness"),
-        linear=True,
+        form="signed",
+        scope=Scope(MULTIAXIAL),
+        relations=Relations(also=("friction", "stiffness"), linear=True),
     ),
     Quantity(
         "joint_impulse",
@@ -182,9 +178,8 @@ JOINTS = (
         "greater",
         lambda i, p: norm(_force(i, p)),
         _size,
-        REDUNDANT,
-        shared=True,
-        also=("friction",),
+        scope=Scope(REDUNDANT, shared=True),
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "joint_moment",
@@ -194,9 +189,8 @@ JOINTS = (
         "greater",
         lambda i, p: norm(_moment(i, p)),
         _size,
-        REDUNDANT,
-        shared=True,
-        also=("friction",),
+        scope=Scope(REDUNDANT, shared=True),
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "stop_impulse",
@@ -206,9 +200,9 @@ JOINTS = (
         "greater",
         _stop_impulse,
         _size,
-        "the scene leaves end stops out; or contacts, loops or stops are redundant",
-        signed=True,
-        also=("friction",),
+        form="signed",
+        scope=Scope("the scene leaves end stops out; or contacts, loops or stops are redundant"),
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "stop_acts",
@@ -217,8 +211,8 @@ JOINTS = (
         "1",
         "greater",
         _stop_acts,
-        also=("friction",),
-        flag=True,
+        form="flag",
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "rate_after",
@@ -228,8 +222,8 @@ JOINTS = (
         "greater",
         _rate_after,
         _fastest,
-        MULTIAXIAL,
-        signed=True,
-        also=("friction",),
+        form="signed",
+        scope=Scope(MULTIAXIAL),
+        relations=Relations(also=("friction",)),
     ),
 )

@@ -38,7 +38,7 @@ from shockpc.quantities.of_points import (
 )
 from shockpc.quantities.on_finite_stiffness import PEAK_TORQUE
 from shockpc.quantities.peaks import ALONG, point_peaks
-from shockpc.quantities.quantity import Places, Quantity, largest_jump
+from shockpc.quantities.quantity import PROVEN_IF_RIGID, Places, Quantity, Scope, largest_jump
 from shockpc.text.errors import SceneError, SolveError
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
@@ -395,9 +395,8 @@ PARTS = (
     *(
         entry._replace(
             of="part",
-            also=(),
-            missing=OF_A_JOINT,
-            carried="point",
+            scope=entry.scope._replace(missing=OF_A_JOINT, parts_of="point"),
+            relations=entry.relations._replace(also=()),
             compute=_of_points(entry.compute, vector=vector),
         )
         for entry, vector in ((DELTA_V, True), (SHOCK, False))
@@ -409,8 +408,7 @@ PARTS = (
         "1",
         "less",
         _of_points(_velocity_margin),
-        missing=OF_A_JOINT,
-        carried="point",
+        scope=Scope(OF_A_JOINT, parts_of="point"),
     ),
     Quantity(
         "peak_g",
@@ -420,14 +418,16 @@ PARTS = (
         "greater",
         _of_points(_peak),
         _largest_peak,
-        f"{NO_PULSE}; or {OF_A_JOINT}",
-        with_stiffness=True,
-        carried="point",
-        lacks=lambda landing: (
-            ""
-            if landing.pulse or landing.scene.contact_stiffness
-            else f"{NEEDS_PULSE}, or a contact stiffness"
+        scope=Scope(
+            f"{NO_PULSE}; or {OF_A_JOINT}",
+            parts_of="point",
+            lacks=lambda landing: (
+                ""
+                if landing.pulse or landing.scene.contact_stiffness
+                else f"{NEEDS_PULSE}, or a contact stiffness"
+            ),
         ),
+        evaluation=PROVEN_IF_RIGID,
     ),
     Quantity(
         "filtered_peak",
@@ -437,10 +437,10 @@ PARTS = (
         "greater",
         _of_points(lambda impact, places: readings(impact, places, parts=True)),
         largest_reading,
-        with_stiffness=True,
-        carried="point",
-        missing=f"the part has no bandwidth; or {OF_A_JOINT}",
-        lacks=lacks_bandwidth,
+        scope=Scope(
+            f"the part has no bandwidth; or {OF_A_JOINT}", parts_of="point", lacks=lacks_bandwidth
+        ),
+        evaluation=PROVEN_IF_RIGID,
     ),
     Quantity(
         "acceleration_margin",
@@ -449,9 +449,10 @@ PARTS = (
         "1",
         "less",
         _of_points(_acceleration_margin),
-        missing=f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}",
-        with_stiffness=True,
-        carried="point",
+        scope=Scope(
+            f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}", parts_of="point"
+        ),
+        evaluation=PROVEN_IF_RIGID,
     ),
     Quantity(
         "along",
@@ -461,10 +462,8 @@ PARTS = (
         "greater",
         _of_joints(lambda impact, places: ALONG.compute(impact, _joints(impact.landing, places))),
         ALONG.size,
-        f"{ALONG.missing}; or {OF_A_POINT}",
-        shared=True,
-        signed=True,
-        carried="joint",
+        form="signed",
+        scope=Scope(f"{ALONG.scope.missing}; or {OF_A_POINT}", shared=True, parts_of="joint"),
     ),
     Quantity(
         "torque",
@@ -474,9 +473,8 @@ PARTS = (
         "greater",
         _of_joints(_part_torque),
         _part_torque_size,
-        f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}",
-        with_stiffness=True,
-        carried="joint",
+        scope=Scope(f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}", parts_of="joint"),
+        evaluation=PROVEN_IF_RIGID,
     ),
     Quantity(
         "part_margin",
@@ -485,8 +483,8 @@ PARTS = (
         "1",
         "less",
         _part_margin,
-        missing=f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}",
-        with_stiffness=True,
+        scope=Scope(f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}"),
+        evaluation=PROVEN_IF_RIGID,
     ),
     Quantity(
         "joint_torque_share",
@@ -496,9 +494,11 @@ PARTS = (
         "greater",
         _torque_share,
         _share_size,
-        f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of "
-        f"the "
-        f"torque; or {REDUNDANT}",
-        with_stiffness=True,
+        scope=Scope(
+            f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of "
+            f"the "
+            f"torque; or {REDUNDANT}"
+        ),
+        evaluation=PROVEN_IF_RIGID,
     ),
 )

@@ -22,7 +22,18 @@ from shockpc.landing.bandwidths import (
 )
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
+from shockpc.quantities.quantity import (
+    PROVEN_IF_RIGID,
+    Evaluation,
+    Places,
+    Quantity,
+    Relations,
+    Scope,
+    cached,
+    largest_jump,
+    largest_shock,
+    reach,
+)
 
 NEEDS_BANDWIDTH = (
     "what an accelerometer reads follows from its bandwidth, and the scene has none; give it an "
@@ -186,9 +197,8 @@ DELTA_V = Quantity(
     "greater",
     _delta_v,
     largest_jump,
-    vector=True,
-    also=("friction", "stiffness"),
-    linear=True,
+    form="vector",
+    relations=Relations(also=("friction", "stiffness"), linear=True),
 )
 MOST_SEVERE = Quantity(
     "most_severe",
@@ -206,9 +216,7 @@ SHOCK = Quantity(
     "greater",
     shock,
     largest_shock,
-    most_severe=MOST_SEVERE,
-    also=("friction", "stiffness"),
-    length_of=DELTA_V,
+    relations=Relations(most_severe=MOST_SEVERE, also=("friction", "stiffness"), length_of=DELTA_V),
 )
 AT_CENTRE = (
     Quantity(
@@ -218,7 +226,7 @@ AT_CENTRE = (
         "1",
         "neither",
         lambda i, p: _most_severe(i, p)[0],
-        vector=True,
+        form="vector",
     ),
     MOST_SEVERE,
     Quantity(
@@ -228,7 +236,7 @@ AT_CENTRE = (
         "1",
         "neither",
         lambda i, p: directions(i, p).least_severe,
-        vector=True,
+        form="vector",
     ),
     Quantity(
         "least_severe",
@@ -245,10 +253,11 @@ AT_CENTRE = (
         "g",
         "greater",
         _peak,
-        missing="the scene gives no pulse",
-        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "",
-        also=("friction",),
-        length_of=DELTA_V,
+        scope=Scope(
+            "the scene gives no pulse",
+            lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "",
+        ),
+        relations=Relations(also=("friction",), length_of=DELTA_V),
     ),
 )
 """What bodies have too, at their centres of mass."""
@@ -265,8 +274,8 @@ POINTS = (
         "neither",
         world_position,
         reach,
-        vector=True,
-        fixed=lambda place: place.r,
+        form="vector",
+        scope=Scope(fixed=lambda place: place.r),
     ),
     Quantity(
         "filtered_peak",
@@ -276,10 +285,9 @@ POINTS = (
         "greater",
         readings,
         largest_reading,
-        missing=NO_BANDWIDTH,
-        lacks=lacks_bandwidth,
-        also=("friction",),
-        with_stiffness=True,
+        scope=Scope(NO_BANDWIDTH, lacks=lacks_bandwidth),
+        evaluation=PROVEN_IF_RIGID,
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "filtered_peak_axes",
@@ -289,11 +297,10 @@ POINTS = (
         "greater",
         lambda i, p: readings(i, p, along=True),
         largest_reading,
-        missing=NO_BANDWIDTH,
-        vector=True,
-        lacks=lacks_bandwidth,
-        also=("friction",),
-        with_stiffness=True,
+        form="vector",
+        scope=Scope(NO_BANDWIDTH, lacks=lacks_bandwidth),
+        evaluation=PROVEN_IF_RIGID,
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "shock_free",
@@ -303,9 +310,8 @@ POINTS = (
         "greater",
         shock,
         largest_shock,
-        "not solvable with free joints",
-        needs_posture=True,
-        on="free",
+        scope=Scope("not solvable with free joints"),
+        evaluation=Evaluation("free", postures="one"),
     ),
     Quantity(
         "shock_locked",
@@ -315,9 +321,8 @@ POINTS = (
         "greater",
         shock,
         largest_shock,
-        "not solvable with locked joints",
-        needs_posture=True,
-        on="locked",
+        scope=Scope("not solvable with locked joints"),
+        evaluation=Evaluation("locked", postures="one"),
     ),
     Quantity(
         "shock_springs_free",
@@ -327,8 +332,7 @@ POINTS = (
         "greater",
         shock,
         largest_shock,
-        "no joint has a spring, or not solvable",
-        needs_posture=True,
-        on="springs_free",
+        scope=Scope("no joint has a spring, or not solvable"),
+        evaluation=Evaluation("springs_free", postures="one"),
     ),
 )

@@ -12,7 +12,7 @@ from shockpc.method.approach import approach_speeds
 from shockpc.method.constraints import block_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.of_contacts import pull
-from shockpc.quantities.quantity import Places, Quantity
+from shockpc.quantities.quantity import Evaluation, Places, Quantity, Relations, Scope
 
 DRIVEN = "a motor holds the rate of a joint and does work"
 
@@ -213,8 +213,7 @@ def _health(
         unit,
         worse,
         lambda health, _: [getattr(health, key)],
-        needs_posture=True,
-        on="health",
+        evaluation=Evaluation("health", postures="one"),
     )
 
 
@@ -226,7 +225,7 @@ ENERGY_LOST = Quantity(
     "greater",
     _energy_lost,
     _energy_size,
-    DRIVEN,
+    scope=Scope(DRIVEN),
 )
 
 FEASIBLE_IF_TILTED = Quantity(
@@ -236,8 +235,8 @@ FEASIBLE_IF_TILTED = Quantity(
     "1",
     "neither",
     _feasible_if_tilted,
-    missing=GAINS,
-    role="tilt",
+    scope=Scope(GAINS),
+    relations=Relations(role="tilt"),
 )
 """A column of sweeps beside `feasible`, by which landings on some of several level feet are kept.
 """
@@ -261,8 +260,8 @@ ROBOT = (
         "greater",
         lambda i, p: _one(i.ground_impulse[0]),
         _force_size,
-        vector=True,
-        also=("friction",),
+        form="vector",
+        relations=Relations(also=("friction",)),
     ),
     Quantity(
         "total_moment",
@@ -272,8 +271,8 @@ ROBOT = (
         "greater",
         lambda i, p: _one(i.ground_impulse[1]),
         _moment_size,
-        vector=True,
-        also=("friction",),
+        form="vector",
+        relations=Relations(also=("friction",)),
     ),
     ENERGY_LOST,
     Quantity(
@@ -284,7 +283,7 @@ ROBOT = (
         "greater",
         _energy_share,
         lambda i, x: 1.0,
-        UNKNOWN,
+        scope=Scope(UNKNOWN),
     ),
     Quantity(
         "energy_gained",
@@ -293,8 +292,8 @@ ROBOT = (
         "J",
         "greater",
         _energy_gained,
-        missing=DRIVEN,
-        role="gain",
+        scope=Scope(DRIVEN),
+        relations=Relations(role="gain"),
     ),
     Quantity(
         "depth_below_contacts",
@@ -303,7 +302,7 @@ ROBOT = (
         "m",
         "greater",
         _depth,
-        missing="the robot has no geometry, or no contact is on flat ground",
+        scope=Scope("the robot has no geometry, or no contact is on flat ground"),
     ),
     Quantity(
         "feasible",
@@ -312,8 +311,8 @@ ROBOT = (
         "1",
         "less",
         _feasible,
-        missing=GAINS,
-        role="feasible",
+        scope=Scope(GAINS),
+        relations=Relations(role="feasible"),
     ),
     FEASIBLE_IF_TILTED,
     _health("rank", "independent contact and closure rows", worse="neither"),

@@ -10,13 +10,13 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
-from shockpc.quantities.quantity import Places, Quantity, cached
+from shockpc.quantities.quantity import Places, Quantity, Scope, cached
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
 
 if TYPE_CHECKING:
     from shockpc.impact.stiffness import CompliantLanding
 
-JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.also)
+JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.relations.also)
 """Quantities of the jumps only, which a landing on finite stiffness has at each time."""
 
 
@@ -37,7 +37,7 @@ def _stiff(
 ) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
     entry = Quantity(
-        key, of, title, unit, "neither" if unit == "s" else "greater", read, missing=missing
+        key, of, title, unit, "neither" if unit == "s" else "greater", read, scope=Scope(missing)
     )
     return where_given(
         entry,

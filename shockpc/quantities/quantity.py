@@ -16,6 +16,78 @@ Places: TypeAlias = Sequence[Place]
 T = TypeVar("T")
 
 
+class Scope(NamedTuple):
+    """Where a quantity has values.
+
+    Attributes:
+        missing: why a value may be missing.
+        lacks: what a landing lacks for it, as a message; empty where it exists.
+        fixed: its value at a point that is fixed to the world, which nothing moves.
+        strikes: whether only contacts that strike have it, and no standing foot.
+        parts_of: of which parts it is: of those at a "point", or those of a "joint"; empty for all.
+        shared: whether it is one of many where contact or closure rows are redundant: that of the
+            impulses of minimum norm.
+    """
+
+    missing: str = ""
+    lacks: Callable[[PosedLanding], str] = lambda landing: ""
+    fixed: Callable[[Place], Any] = lambda place: 0.0
+    strikes: bool = False
+    parts_of: Literal["", "point", "joint"] = ""
+    shared: bool = False
+
+
+class Evaluation(NamedTuple):
+    """How a quantity is computed.
+
+    Attributes:
+        on: of what: the impact of the scene, that of the same landing with joints of another model
+            (as `ShockProfile.proof_with` names them), or the profile's health.
+        postures: "many" at once in double precision, or one with a proof; "one" at a time, because
+            double precision cannot decide it; or "clear": one at a time, and many in double
+            precision, NaN where that is not clear.
+        proven: "always"; "rigid", unless the contacts have a finite stiffness, which is computed in
+            one posture at a time and in double precision; or "never", in double precision.
+    """
+
+    on: Literal["scene", "free", "locked", "springs_free", "health"] = "scene"
+    postures: Literal["many", "one", "clear"] = "many"
+    proven: Literal["always", "rigid", "never"] = "always"
+
+
+class Relations(NamedTuple):
+    """What a quantity has to do with others.
+
+    Attributes:
+        most_severe: of a shock: that of the most severe strike at the same place, to which errors
+            of it are relative.
+        reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the
+            quantity itself.
+        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where
+            a proof decides, and so is "tilt", of a landing that a tilt makes feasible; "pull" is
+            above zero where a contact would have to be pulled, and "gain" where the impact would
+            make energy.
+        also: for what else it exists: the impact with friction, and the jumps on contacts of finite
+            stiffness.
+        linear: whether it is linear in the jumps and impulses, by coefficients that do not change
+            with the posture or the strike.
+        length_of: a quantity of that kind of which it is the length, but for a factor that does not
+            change with them either.
+    """
+
+    most_severe: "Quantity | None" = None
+    reciprocal: str = ""
+    role: Literal["", "feasible", "tilt", "pull", "gain"] = ""
+    also: tuple[Literal["friction", "stiffness"], ...] = ()
+    linear: bool = False
+    length_of: "Quantity | None" = None
+
+
+PROVEN_IF_RIGID = Evaluation(proven="rigid")
+IN_DOUBLES_WHERE_CLEAR = Evaluation(postures="clear")
+UNPROVEN = Evaluation(postures="one", proven="never")
+
+
 class Quantity(NamedTuple):
     """A number, or a vector, of a landing.
 
@@ -30,40 +102,12 @@ class Quantity(NamedTuple):
             there is none; in the arithmetic of the impact. Of a profile's health values (n,).
         size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough:
             of an impact and the values.
-        missing: why a value may be missing.
-        vector: whether a value is a vector (3,), whose length is taken where one number is needed.
-        needs_posture: whether it is computed in one posture at a time, with a proof, because double
-            precision cannot decide it.
-        in_doubles: whether double precision has it nevertheless where it is clear, and NaN
-            elsewhere.
-        with_stiffness: whether it needs a posture and is unproven where the contacts have a finite
-            stiffness.
-        unproven: whether it is computed in one posture at a time, but in double precision.
-        shared: whether it is one of many where contact or closure rows are redundant: that of the
-            impulses of minimum norm.
-        signed: whether a value, or a component of a vector, may be negative; then "greater" means
-            farther from zero.
-        on: what it is computed of: the impact of the scene, that of the same landing with joints of
-            another model (as `ShockProfile.proof_with` names them), or the profile's health.
-        lacks: what a landing lacks for it, as a message; empty where it exists.
-        fixed: its value at a point that is fixed to the world, which nothing moves.
-        strikes: whether only contacts that strike have it, and no standing foot.
-        carried: of which parts it is: of those at a "point", or those of a "joint"; empty for all.
-        most_severe: of a shock: that of the most severe strike at the same place, to which errors
-            of it are relative.
-        reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the
-            quantity itself.
-        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where
-            a proof decides, and so is "tilt", of a landing that a tilt makes feasible; "pull" is
-            above zero where a contact would have to be pulled, and "gain" where the impact would
-            make energy.
-        also: for what else it exists: the impact with friction, and the jumps on contacts of finite
-            stiffness.
-        flag: whether it is 1 or 0, which documents write as true or false.
-        linear: whether it is linear in the jumps and impulses, by coefficients that do not change
-            with the posture or the strike.
-        length_of: a quantity of that kind of which it is the length, but for a factor that does not
-            change with them either.
+        form: of a value: a "number" of one sign; a "signed" one, of which "greater" means farther
+            from zero; a "vector" (3,), whose length is taken where one number is needed; or a
+            "flag", 1 or 0, which documents write as true or false.
+        scope: where it has values.
+        evaluation: how it is computed.
+        relations: what it has to do with others.
     """
 
     key: str
@@ -73,41 +117,42 @@ class Quantity(NamedTuple):
     worse: Literal["greater", "less", "neither"]
     compute: Callable[[Any, Places], Any]
     size: Callable[[Impact, Array], Any] = lambda impact, values: 0.0
-    missing: str = ""
-    vector: bool = False
-    needs_posture: bool = False
-    in_doubles: bool = False
-    with_stiffness: bool = False
-    unproven: bool = False
-    shared: bool = False
-    signed: bool = False
-    on: Literal["scene", "free", "locked", "springs_free", "health"] = "scene"
-    lacks: Callable[[PosedLanding], str] = lambda landing: ""
-    fixed: Callable[[Place], Any] = lambda place: 0.0
-    strikes: bool = False
-    carried: Literal["", "point", "joint"] = ""
-    most_severe: "Quantity | None" = None
-    reciprocal: str = ""
-    role: Literal["", "feasible", "tilt", "pull", "gain"] = ""
-    also: tuple[Literal["friction", "stiffness"], ...] = ()
-    flag: bool = False
-    linear: bool = False
-    length_of: "Quantity | None" = None
+    form: Literal["number", "signed", "vector", "flag"] = "number"
+    scope: Scope = Scope()
+    evaluation: Evaluation = Evaluation()
+    relations: Relations = Relations()
+
+    @property
+    def vector(self) -> bool:
+        """Whether a value is a vector (3,)."""
+        return self.form == "vector"
+
+    @property
+    def signed(self) -> bool:
+        """Whether a value is a number that may be negative."""
+        return self.form == "signed"
+
+    @property
+    def flag(self) -> bool:
+        """Whether a value is 1 or 0, which documents write as true or false."""
+        return self.form == "flag"
 
     @property
     def decided_by_ground(self) -> bool:
         """Whether it is 1 or 0 by what flat ground allows."""
-        return self.role in ("feasible", "tilt")
+        return self.relations.role in ("feasible", "tilt")
 
     def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""
-        return self.needs_posture or (self.with_stiffness and scene.yields)
+        on_stiffness = self.evaluation.proven == "rigid" and scene.yields
+        return self.evaluation.postures != "many" or on_stiffness
 
     def of_ground(self, scene: Scene) -> bool:
         """Whether it depends on the friction or on the contact stiffness of a scene: it is then
         computed in double precision.
         """
-        return self.unproven or (self.with_stiffness and scene.yields)
+        on_stiffness = self.evaluation.proven == "rigid" and scene.yields
+        return self.evaluation.proven == "never" or on_stiffness
 
     def title_at(self, place: str, component: str = "") -> str:
         """The title with the name of a place, such as "largest shock over base" or "shock at imu".
@@ -126,27 +171,26 @@ class Quantity(NamedTuple):
     @property
     def text(self) -> str:
         """Title, unit, and why there may be no value."""
-        return f"{self.title} [{self.unit}]" + (
-            f"; no value: {self.missing}" if self.missing else ""
-        )
+        text = f"{self.title} [{self.unit}]"
+        if self.scope.missing:
+            text += f"; no value: {self.scope.missing}"
+        return text
 
     @property
     def note(self) -> str:
         """What else a user has to know of it."""
+        one_posture = self.evaluation.postures != "many"
+        proven = self.evaluation.proven
         remarks = {
             "vector": self.vector,
             "of either sign": self.signed,
-            "computed with a proof": self.needs_posture and not self.unproven,
-            "in double precision, not proven": self.unproven,
-            "in double precision, not proven, with a contact stiffness": self.with_stiffness,
-            "of minimum norm where rows are redundant": self.shared,
+            "computed with a proof": one_posture and proven != "never",
+            "in double precision, not proven": proven == "never",
+            "in double precision, not proven, with a contact stiffness": proven == "rigid",
+            "of minimum norm where rows are redundant": self.scope.shared,
+            f"no value: {self.scope.missing}": bool(self.scope.missing),
         }
-        return "; ".join(
-            [
-                *(text for text, holds in remarks.items() if holds),
-                *([f"no value: {self.missing}"] if self.missing else []),
-            ]
-        )
+        return "; ".join(text for text, holds in remarks.items() if holds)
 
 
 def cached(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:

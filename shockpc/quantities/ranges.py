@@ -20,7 +20,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
-from shockpc.quantities.quantity import Places, Quantity, evaluate
+from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Scope, evaluate
 from shockpc.quantities.with_friction import friction_result
 
 AXES = "x", "y", "z"
@@ -128,8 +128,7 @@ RANGES = (
         "1",
         "greater",
         _shares,
-        missing="the scene gives no range",
-        needs_posture=True,
-        unproven=True,
+        scope=Scope("the scene gives no range"),
+        evaluation=UNPROVEN,
     ),
 )

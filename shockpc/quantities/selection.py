@@ -67,9 +67,8 @@ WITHOUT_SYMBOLS = frozenset(
 
 def has_symbols(quantity: Quantity) -> bool:
     """Whether the numbers of a quantity can be written in symbols, for any posture."""
-    decided = quantity.needs_posture or quantity.unproven or quantity.role
-    computed = quantity.on == "scene" and quantity.of != "part" and not decided
-    return computed and quantity.key not in WITHOUT_SYMBOLS
+    computed = quantity.evaluation.postures == "many" and not quantity.relations.role
+    return computed and quantity.of != "part" and quantity.key not in WITHOUT_SYMBOLS
 
 
 _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}

@@ -177,8 +177,8 @@ class ShockProfile(OfLanding):
             fixed = [k for k, place in enumerate(where) if wanted.of == "point" and place.body < 0]
             moving = [k for k in range(len(where)) if k not in fixed]
             with self.trace.stage(wanted.title):
-                if fixed and not wanted.lacks(self.landing):
-                    values[fixed] = [wanted.fixed(where[k]) for k in fixed]
+                if fixed and not wanted.scope.lacks(self.landing):
+                    values[fixed] = [wanted.scope.fixed(where[k]) for k in fixed]
                 if moving:
                     values[moving] = self._computed(wanted, [where[k] for k in moving])
             self._cache[key] = read_only(values)
@@ -186,9 +186,11 @@ class ShockProfile(OfLanding):
 
     def _computed(self, wanted: Quantity, places: list[Place]) -> Any:
         """The values of a quantity at places that move; NaN where a companion has no verdict."""
-        if wanted.on == "health":
+        if wanted.evaluation.on == "health":
             return wanted.compute(self.health, places)
-        proof = self.proof if wanted.on == "scene" else self.proof_with(wanted.on)
+        proof = (
+            self.proof if wanted.evaluation.on == "scene" else self.proof_with(wanted.evaluation.on)
+        )
         if proof is None:
             return np.nan
         return proof.read(wanted.compute, places, size=wanted.size)[0, 0]
@@ -204,7 +206,7 @@ class ShockProfile(OfLanding):
         numbers = selection.scalar(self.values(selection.quantity, places))
         return (
             np.full(len(places), np.nan)
-            if selection.quantity.shared and self.redundant
+            if selection.quantity.scope.shared and self.redundant
             else numbers
         )
 

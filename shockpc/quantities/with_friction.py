@@ -14,7 +14,7 @@ from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import POINTS
 from shockpc.quantities.of_robot import ROBOT
-from shockpc.quantities.quantity import Places, Quantity
+from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Relations, Scope
 
 if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult
@@ -50,14 +50,14 @@ def where_given(
             return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
         return np.asarray(read(solve(impact.landing), impact, places))
 
-    missing = "; or ".join(
-        filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing])
+    why = f"the scene gives no {key.replace('_', ' ')}"
+    missing = "; or ".join(filter(None, [why, entry.scope.missing]))
+    return entry._replace(
+        compute=compute,
+        scope=Scope(missing, shared=entry.scope.shared),
+        evaluation=UNPROVEN,
+        relations=Relations(),
     )
-    derived = Quantity(
-        entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing
-    )
-    same = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
-    return derived._replace(**same, needs_posture=True, unproven=True)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
@@ -81,7 +81,7 @@ def _with_friction(entry: Quantity) -> Quantity:
         nothing = np.full((1, 1, len(places), *([3] if entry.vector else [])), np.nan)
         return nothing if slipping is None else np.asarray(entry.compute(slipping, places))
 
-    return single._replace(compute=compute, in_doubles=True)
+    return single._replace(compute=compute, evaluation=single.evaluation._replace(postures="clear"))
 
 
 def _sliding(
@@ -93,7 +93,7 @@ def _sliding(
     vector: bool = False,
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
-    entry = Quantity(key, of, title, unit, "greater", read, vector=vector)
+    entry = Quantity(key, of, title, unit, "greater", read, form="vector" if vector else "number")
     return where_given(
         entry,
         "friction",
@@ -107,7 +107,7 @@ def _numbers(places: Places) -> list[int]:
 
 
 WITH_FRICTION = (
-    *(_with_friction(entry) for entry in OF_THE_IMPACT if "friction" in entry.also),
+    *(_with_friction(entry) for entry in OF_THE_IMPACT if "friction" in entry.relations.also),
     _sliding(
         "slip",
         "contact",

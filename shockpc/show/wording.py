@@ -174,19 +174,18 @@ def proof_lines(
             f"double precision, compared with a proof in {rows}: off by at most {largest:.0e} of "
             f"the point's most severe shock"
         )
-    if unproven := [
-        column.name
-        for column in columns
-        if (entry := column.selection.quantity).unproven or entry.with_stiffness
-    ]:
+    unproven = [
+        column.name for column in columns if column.selection.quantity.evaluation.proven != "always"
+    ]
+    if unproven:
         yield f"in double precision, not proven: {few(unproven, 4)}"
 
 
 def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
     """Why columns, of a name and a quantity, have no value in any landing."""
     for name, quantity in columns:
-        if quantity.missing:
-            yield f"{name} has no value: {quantity.missing}"
+        if quantity.scope.missing:
+            yield f"{name} has no value: {quantity.scope.missing}"
 
 
 LEFT_OUT = (

@@ -179,7 +179,7 @@ def _motion(profile: ShockProfile, i: int) -> str | None:
 
 def landing_sheet(profile: ShockProfile) -> Sheet:
     """The quantities of the whole robot, in one row."""
-    keys = [entry.key for entry in quantities_of("robot") if entry.on != "health"]
+    keys = [entry.key for entry in quantities_of("robot") if entry.evaluation.on != "health"]
     return Sheet.of(
         "landing",
         {"contact": [contact_name(profile)], **_quantities(profile, "robot", None, *keys)},

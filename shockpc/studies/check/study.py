@@ -539,7 +539,7 @@ def _outcomes(
         key = OutcomeKey(planned.case.name, planned.angle, place.name, budget.metric)
         sampled = budget.percentile is not None
         before = None if baseline is None or sampled else baseline.values.get(key)
-        missing = refused or (sampled and undone) or budget.selection.quantity.missing
+        missing = refused or (sampled and undone) or budget.selection.quantity.scope.missing
         verdict = _Verdict("not computed", missing)
         if value is not None and isinstance(result, ShockProfile):
             verdict = _verdict(planned, result, baseline, _Compared(budget, place, value, before))

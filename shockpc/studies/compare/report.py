@@ -329,7 +329,9 @@ def _sheet(comparison: Comparison, differences: Differences, most: int | None) -
     # Rows are in the order of their sizes, but for those that every table has.
     sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
     sheet = sheet.largest(most, quantity.of, sizes)
-    shared = quantity.shared and any(profile.redundant for profile in comparison.profiles)
+    shared = quantity.scope.shared and any(profile.redundant for profile in comparison.profiles)
     notes = ["of the contact impulses of minimum norm, because rows are redundant"] * shared
-    notes += [f"ranked by the change of {quantity.reciprocal}"] * bool(quantity.reciprocal)
+    notes += [f"ranked by the change of {quantity.relations.reciprocal}"] * bool(
+        quantity.relations.reciprocal
+    )
     return sheet._replace(notes=(*notes, *sheet.notes))

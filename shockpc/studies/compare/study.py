@@ -325,7 +325,7 @@ def _nothing(
             "partners have the same name, or are given by --pair",
         )
     if not apart:
-        why = quantity.missing or "it is not defined there"
+        why = quantity.scope.missing or "it is not defined there"
         return (
             f'"{text}" has no value at any {quantity.of} that the designs have in common: {why}; '
             f"leave it out"
@@ -402,7 +402,7 @@ def _differences(
             if row.body in order and selection.quantity.of != "point"
             else len(order)
         )
-        return above, -_size(row, bool(selection.quantity.reciprocal))
+        return above, -_size(row, bool(selection.quantity.relations.reciprocal))
 
     return Differences(selection, tuple(sorted(differences, key=rank)))
 

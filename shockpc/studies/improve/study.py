@@ -473,7 +473,7 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
         profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
         names, why = (
             few(list(dict.fromkeys(one.title for one in lacking)), 4),
-            lacking[0].selection.quantity.missing,
+            lacking[0].selection.quantity.scope.missing,
         )
         found = f"{names} has no value at the best point that was found" + (
             f" ({why})" if why else ""

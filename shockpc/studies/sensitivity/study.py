@@ -453,7 +453,7 @@ def _value(profile: ShockProfile, number: Column) -> float:
     entry, value = number.selection.quantity, number_of(profile, number)
     if not math.isfinite(value):
         raise StudyError(
-            f"there is no {number.title} in this landing: {entry.missing or 'it is infinite'}"
+            f"there is no {number.title} in this landing: {entry.scope.missing or 'it is infinite'}"
         )
     where = [number.place]
     size = profile.proof.read(

@@ -264,7 +264,7 @@ def _most_severe_landing(summary: Summary[VariedLandings]) -> ShockProfile | Non
 def _on_stiffness(column: Computed) -> bool:
     """Whether a column may depend on the stiffness of the contacts."""
     quantity = column.selection.quantity
-    return quantity.unproven or quantity.with_stiffness
+    return quantity.evaluation.proven != "always"
 
 
 def _bending(summary: Summary[VariedLandings]) -> Iterator[str]:

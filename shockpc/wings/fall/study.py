@@ -560,7 +560,7 @@ def _result(
         key, at, place = text.partition("@")
         if profile.scene.friction is None:
             key = key.removesuffix("_friction")  # as its remark says
-        if select(key).quantity.lacks(profile.landing):
+        if select(key).quantity.scope.lacks(profile.landing):
             continue
         selection, where = selected(profile.landing, key + at + place)
         numbers = profile.numbers(selection, where) if len(where) else np.zeros(0)

@@ -156,7 +156,7 @@ class SymbolicLanding:
             if any(isinstance(part, float) and math.isnan(part) for part in np.ravel(value)):
                 raise StudyError(
                     f"{column.name} has no value in this "
-                    f"landing{f': {entry.missing}' if entry.missing else ''}"
+                    f"landing{f': {entry.scope.missing}' if entry.scope.missing else ''}"
                 )
             found.append(value if axis is None else value[axis])
         return found
@@ -234,7 +234,7 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     """
     selection, places = selected(landing, text)
     entry = selection.quantity
-    if entry.on != "scene" or entry.needs_posture or entry.role or entry.unproven:
+    if entry.evaluation.postures != "many" or entry.relations.role:
         raise _refused(selection)
     return [Column(selection, place) for place in places]
 

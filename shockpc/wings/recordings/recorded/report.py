@@ -250,7 +250,7 @@ def _closing(
             < (missing := int(np.sum(np.isnan(columns[column.name]) & computed)))
             < np.sum(computed)
         ):
-            why = column.selection.quantity.missing or "it does not exist there"
+            why = column.selection.quantity.scope.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
     refused = [(str(study.table.names[i]), text) for i, text in results.messages.items()]
     failures = (
@@ -271,7 +271,7 @@ def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
     (made,) = (
         results.columns[column.name]
         for column in results.computed
-        if column.selection.quantity.role == "gain"
+        if column.selection.quantity.relations.role == "gain"
     )
     made = np.where(
         np.isnan(study.table.friction) | (not study.by_friction), np.nan_to_num(made), 0.0
