@@ -31,7 +31,7 @@ from shockpc import (
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.selection import quantity
-from shockpc.studies.analyze.history import draw_time
+from shockpc.wings.compliant.figure import draw_time
 
 K = 1e5
 BOX = urdf(link("box", mass="2"), name="box")

@@ -22,11 +22,11 @@ from shockpc.landing.scene import Contact, Part, Point
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
 from shockpc.quantities.selection import select
-from shockpc.studies.analyze.history import draw_time
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.analyze.views import readings_text
 from shockpc.text.errors import SceneError
+from shockpc.wings.compliant.figure import draw_time
 
 LANDING = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6, joints=Joints(carried=False))
 FILTERS = [LowPass(200.0, 1), LowPass(60.0, 2), LowPass(900.0, 2)]

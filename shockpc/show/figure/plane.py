@@ -8,23 +8,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
-from shockpc.quantities.histories import bent_links
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
-from shockpc.show.figure.silhouette import to_plane
 from shockpc.show.figure.style import INK, band, settings
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
 from shockpc.show.wording import BRACKETED, count, robot_name
 from shockpc.text.printed import few, printable
-
-BENT = 0.2
-"""Largest deflection of a link that bends as it is drawn, as a share of its length, about."""
-
-SLIGHT = 0.05
-"""Share of the largest deflection up to which that of a link is not drawn."""
+from shockpc.text.wings import doors
 
 FOOT = 0.8
 """Room for coordinates and the colour bar [inches]."""
@@ -54,19 +47,19 @@ def draw_landing(profile: ShockProfile) -> Figure:
         [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])],
         _notes(profile, view),
     )
-    bent = _bent(profile)
-    if bent[0]:
-        notes.append(
-            f"dashed: the axes of links that bend, when they bend most; deflections {bent[1]:g} "
-            f"times as large."
-        )
+    dashed = list[Array]()
+    for door in doors("report"):
+        lines, note = door.overlay(profile)
+        if lines:
+            dashed += lines
+            notes.append(note)
     # A picture much higher than the column beside it would leave the page blank under that.
     tallest = min(max(column_height(tables, notes) - FOOT, LOW), HIGH)
     (window,) = windows_of([view], (0.15, 0.15), (5.4, tallest), (3.4, 2.2))
     width, height = window.sides
     page = Page(LEFT + width, height + FOOT, _heading(profile), tables, notes)
     axes = draw_picture(page, LEFT, page.low + FOOT, view, window)
-    for line in bent[0]:
+    for line in dashed:
         axes.plot(*line.T, color=INK, linewidth=1.6, linestyle=(0, (2, 1)), zorder=6.0)
     page.bar(LEFT, width)
     page.key()
@@ -102,24 +95,6 @@ def draw_picture(
     draw_bodies(axes, view)
     draw_marks(axes, view, window)
     return axes
-
-
-def _bent(profile: ShockProfile) -> tuple[list[Array], float]:
-    """The axes (k, 2) of links that bend, in the plane, and how many times as far as they do."""
-    if profile.stiffness is None or not profile.scene.flex:
-        return [], 1.0
-    links, origin = bent_links(profile.stiffness), profile.landing.state.origin[0]
-    shares = [
-        float(np.linalg.norm(off, axis=1).max() / np.linalg.norm(points[-1] - points[0]))
-        for points, off in links
-    ]
-    factor = float(f"{BENT / max(shares):.0e}") if max(shares) > 0.0 else 1.0
-    shown = [
-        link for link, share in zip(links, shares, strict=True) if share > SLIGHT * max(shares)
-    ]
-    return [
-        to_plane(origin + points + factor * off, profile.plane) for points, off in shown
-    ], factor
 
 
 def draw_row(

@@ -30,13 +30,12 @@ from shockpc.quantities.every_strike import (
     peak_per_speed,
 )
 from shockpc.quantities.heights import levels, on_ground
-from shockpc.quantities.histories import contact_forces, point_accelerations
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
-from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
+from shockpc.show.html.charts import CONFIG, STYLES, picture, placed
 from shockpc.show.html.posture import Posture
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.report import Picture, Report, Section
@@ -45,8 +44,8 @@ from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable
 from shockpc.text.wings import doors
 
-MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
-"""Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
+MOST_TRIANGLES, MOST_BODIES = 90_000, 500
+"""Limits of a page, which keep it below 8 MB."""
 
 ON_SCREEN = ("damage_boundary", "spectrum")
 """Figures of a landing that the page has in no other form."""
@@ -563,7 +562,7 @@ def _landing(
         "ground": _ground(landing),
         "length": landing.length,
         "rounded": ROUNDED,
-        "histories": _histories(profile),
+        "histories": [chart for door in doors("report") for chart in door.histories(profile)],
     }
 
 
@@ -611,30 +610,3 @@ def _motion(velocity: Array, base: Array | None) -> dict[str, Any]:
         "follows": base is not None,
         "extra": (velocity - (0.0 if base is None else base)).tolist(),
     }
-
-
-def _histories(profile: ShockProfile) -> list[dict[str, Any]]:
-    """Forces of the contacts and accelerations of the points over time; nothing without a contact
-    stiffness.
-    """
-    if (compliant := profile.stiffness) is None:
-        return []
-    times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
-    points = tuple(place for place in profile.landing.points if place.body >= 0)
-    charts = [
-        (
-            "force of a contact [N]",
-            profile.places("contact")[: len(profile.contacts)],
-            contact_forces(compliant, times),
-        )
-    ]
-    if points:
-        charts.append(
-            ("acceleration of a point [g]", points, point_accelerations(compliant, points, times))
-        )
-    return [
-        history(
-            title, times, ((place.name, curve) for place, curve in zip(places, curves, strict=True))
-        )
-        for title, places, curves in charts
-    ]

@@ -3,19 +3,13 @@ hold the quantities.
 """
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shockpc.impact.springs import spring_time
 from shockpc.judgement.first_number import first_deciding, first_place, first_range, shock_of
-from shockpc.judgement.margins import lost_margin
-from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.of_points import low_passes
-from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
-
-if TYPE_CHECKING:
-    from shockpc.impact.stiffness import CompliantLanding
+from shockpc.text.wings import doors
 
 
 def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
@@ -25,13 +19,8 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         profile: the landing.
         spectrum: whether it has the shock response spectra of the points, with a contact stiffness.
     """
-    robot, assembly, friction, stiffness = (
-        profile.robot,
-        profile.assembly,
-        profile.friction,
-        profile.stiffness,
-    )
-    return {
+    robot, assembly, friction = profile.robot, profile.assembly, profile.friction
+    found = {
         "unknowns": profile.unknowns,
         "range": _range(profile),
         "robot": {
@@ -60,14 +49,10 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
             "unchanged": friction.impact is None,
             "solutions": friction.solutions,
         },
-        "stiffness": stiffness
-        and {
-            "contact_stiffness": profile.scene.contact_stiffness,
-            "springs_count": _spring_time(profile),
-            "spectra": _spectra(profile, stiffness) if spectrum else None,
-        },
-        "margin_lost": lost_margin(profile),
     }
+    for door in doors("report"):
+        found |= door.document(profile, spectrum)
+    return found
 
 
 def _range(profile: ShockProfile) -> dict[str, Any] | None:
@@ -92,33 +77,11 @@ def _drives(profile: ShockProfile) -> dict[str, Any]:
         "source": model.drives or None,
         "unknown": [joint.name for joint in joints if model.unknown[joint.v].any()],
         "springs": [joint.name for joint in joints if model.springs[joint.v].any()],
-        "spring_time": _spring_time(profile),
+        "spring_time": springs_count(profile),
     }
 
 
-def _spring_time(profile: ShockProfile) -> float | None:
+def springs_count(profile: ShockProfile) -> float | None:
     """When the first spring has an effect [s]; None without springs, or where none has any."""
     time = spring_time(profile.landing)
     return time if math.isfinite(time) else None
-
-
-def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
-    """The shock response spectra of the points [g]."""
-    from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
-
-    points = [place for place in profile.places("point") if place.body >= 0]
-    compute = quantity("point", "delta_v").compute
-    spectra = [spectrum(stiffness, compute, points, damping) / GRAVITY for damping in DAMPING]
-    of_points = []
-    for k, (place, low_pass) in enumerate(
-        zip(points, low_passes(profile.landing, points), strict=True)
-    ):
-        found = {"frame": place.name, "response": [one[:, k] for one in spectra]}
-        if low_pass is not None:
-            behind = [
-                spectrum(stiffness, compute, [place], damping, low_pass)[:, 0] / GRAVITY
-                for damping in DAMPING
-            ]
-            found |= {"filtered_response": behind}
-        of_points.append(found)
-    return {"frequencies": list(SPECTRUM), "damping": list(DAMPING), "points": of_points}

@@ -10,12 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.judgement.margins import lost_margin, rigid_links
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.ratings import Strength
-from shockpc.landing.scene import CONTACTS
 from shockpc.method.constraints import ConstraintBlock
-from shockpc.quantities.of_parts import SOFTEST, STIFFEST
 from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.shock_profile import ShockProfile
@@ -42,10 +39,11 @@ from shockpc.studies.analyze.first_lines import (
 from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view, worst_text
 from shockpc.studies.analyze.sheets import landing_tables
-from shockpc.studies.analyze.views import readings_text, shown_tables, stiffness_text, worst_bodies
+from shockpc.studies.analyze.views import readings_text, shown_tables, worst_bodies
 from shockpc.text.diagnostic import alike
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
+from shockpc.text.wings import doors
 
 ANSWER = (
     "points",
@@ -54,11 +52,8 @@ ANSWER = (
     "joints",
     "friction_contacts",
     "friction_shocks",
-    "stiffness_contacts",
-    "stiffness_points",
-    "peaks",
 )
-"""Tables of an answer after that of the bodies."""
+"""Tables of an answer after that of the bodies, besides those of wings."""
 
 WORST, JOINTS = 6, 3
 """Bodies, the heaviest among them unless they are asked for by name, and joints in the tables of an
@@ -113,15 +108,15 @@ def landing_report(
             ),
             *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
             *_damage_picture([profile]),
-            *_time_pictures(profile, spectrum),
+            *(picture for door in doors("report") for picture in door.pictures(profile, spectrum)),
         ],
         width=WIDTH,
         brief=None if whole else lambda: _answer(profile, bodies, remarks),
         closing=[
             *_balance_lines(profile),
             *_stop_lines(profile),
-            *_ground_lines(profile),
-            *_margin_lines(profile),
+            *_friction_lines(profile),
+            *_wing_lines(profile),
             f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
             accuracy_line(profile),
         ],
@@ -352,13 +347,14 @@ def _answer(
     tables = shown_tables(profile, bodies, JOINTS)
     # that table has the shock at points too
     known = "points" if profile.robot.joint_names else "joint_models"
-    shown = [make() for name, make in tables.items() if name in ANSWER and name != known]
+    decisive = {*ANSWER, *(name for door in doors("report") for name in door.ANSWER)} - {known}
+    shown = [make() for name, make in tables.items() if name in decisive]
     return [
         Lines([*_summary_with_ground(profile), ("rounding", numbers), *remarks]),
         Lines(landing_lines(scene_lines(profile)[1:])),
         worst_bodies(profile, None if bodies else WORST, bodies),
         *shown,
-        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), MORE]),
+        Lines([*_stop_lines(profile), *_friction_lines(profile), *_wing_lines(profile), MORE]),
     ]
 
 
@@ -398,33 +394,6 @@ def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
     ]
 
 
-def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
-    """The landing over time on contacts of finite stiffness, and on request the shock response
-    spectrum of the points.
-    """
-    if profile.stiffness is None:
-        return []
-    name = robot_name(profile.robot)
-    pictures = [
-        Picture(
-            "time",
-            f"forces, accelerations and torques of {name} over time",
-            "studies.analyze.history:draw_time",
-            (profile,),
-        )
-    ]
-    if spectrum and any(place.body >= 0 for place in profile.places("point")):
-        pictures.append(
-            Picture(
-                "spectrum",
-                f"shock response spectrum of points of {name}",
-                "studies.analyze.history:draw_spectrum",
-                (profile,),
-            )
-        )
-    return pictures
-
-
 def _stop_lines(profile: ShockProfile) -> list[str]:
     """Which end stops act, and with what impulse; a line each."""
     striking = [block for block in profile.landing.contacts if block.kind == "stop"]
@@ -462,76 +431,13 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
     return lines or ["no end stop acts"]
 
 
-def _margin_lines(profile: ShockProfile) -> list[str]:
-    """From which contact stiffness on a margin of a part or a joint is lost."""
-    if (lost := lost_margin(profile)) is None:
-        return []
-    if lost.refused:
-        return [
-            f"contact stiffness from which on a margin is lost: not known, because {lost.refused}"
-        ]
-    if not lost.place:
-        return [f"no margin of a part or a joint is lost on contacts of up to {STIFFEST:g} N/m"]
-    if not lost.contact_stiffness:
-        return [
-            f"the margin of {lost.place} is lost on contacts of any stiffness from {SOFTEST:g} N/m on"
-        ]
-    return [
-        f"the margin of {lost.place} is lost on contacts of {lost.contact_stiffness:.3g} N/m or "
-        f"more; {CONTACTS}"
-    ]
+def _wing_lines(profile: ShockProfile) -> list[str]:
+    """What wings say of the landing, a line each."""
+    return [line for door in doors("report") for line in door.lines(profile)]
 
 
-def _ground_lines(profile: ShockProfile) -> list[str]:
-    """What friction, or a finite stiffness of the contacts, says of the landing, and when it holds;
-    a line each.
-    """
-    return [*_impact_lines(profile), *_bending_lines(profile)]
-
-
-def _bending_lines(profile: ShockProfile) -> list[str]:
-    """When the links of the landing can be taken as rigid, where the scene says how long the
-    contact lasts.
-    """
-    if not profile.lasts or (found := rigid_links(profile)) is None:
-        return []
-    return (
-        [f"rigid links: when they are right is not known, because {found}"]
-        if isinstance(found, str)
-        else list(found.lines)
-    )
-
-
-def _impact_lines(profile: ShockProfile) -> list[str]:
-    if stiffness := profile.stiffness:
-        percent = max(100.0 * stiffness.difference, 0.1)
-        within = (
-            f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
-        )
-        how = (
-            f"jumps of the bodies at the end of contact, {stiffness_text(profile)}, relative to "
-            f"the largest"
-        )
-        if stiffness.agrees_by_construction and percent < 1.0:
-            how += (
-                "; with restitution 0 they agree by construction, which is no evidence for the "
-                "impulse model"
-            )
-        elif percent >= 1.0 and np.any(stiffness.restitution > 0.0):
-            how += (
-                "; part of the difference is between two laws of restitution, and remains on "
-                "stiffer contacts"
-            )
-        if profile.scene.contact_damping is not None:
-            made = ", ".join(
-                f"{e:.3g} at {c.frame}"
-                for e, c in zip(stiffness.restitution, profile.contacts, strict=True)
-            )
-            how += (
-                f"; the damping makes a restitution of {made}, which the impulse model has only "
-                f"with --restitution"
-            )
-        return [f"impulse model: {within} ({how})"]
+def _friction_lines(profile: ShockProfile) -> list[str]:
+    """What friction says of the landing, and when that holds."""
     if (sliding := profile.friction) is None:
         return []
     name, n = f"friction {profile.scene.friction:g}", sliding.solutions

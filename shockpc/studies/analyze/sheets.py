@@ -4,7 +4,7 @@ People read views of them, the rows and columns that decide.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -21,6 +21,7 @@ from shockpc.robot.robot import STOP
 from shockpc.show.tables import Column, Row, Sheet
 from shockpc.show.wording import contact_name, mostly_off_plane
 from shockpc.studies.analyze.first_lines import shown_places
+from shockpc.text.wings import doors
 
 TITLES: dict[PlaceKind, dict[str, str]] = {
     "body": {
@@ -115,10 +116,12 @@ def landing_tables(
             directions_sheet,
         ),
         "joints": (profile.robot.joint_names, joints_sheet),
-        "modes": (profile.stiffness, modes_sheet),
-        "landing": (True, landing_sheet),
     }
-    return {name: partial(make, profile) for name, (there, make) in makers.items() if there}
+    shown = {name: make for name, (there, make) in makers.items() if there}
+    for door in doors("report"):
+        shown |= door.tables(profile)
+    shown["landing"] = landing_sheet
+    return {name: partial(make, profile) for name, make in shown.items()}
 
 
 def _quantities(
@@ -351,18 +354,3 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
     return Sheet.of(
         "shocks", {"shock at": names, **_quantities(profile, "point", places, *MODELS), **ends}
     )
-
-
-def modes_sheet(profile: ShockProfile) -> Sheet:
-    """The modes of a landing on contacts of finite stiffness."""
-    assert profile.stiffness is not None
-    modes = profile.stiffness.motion.modes
-    carried: dict[Any, Iterable[Any]] = {"frequency [Hz]": modes.frequency}
-    carried[Column("energy", "kinetic energy before", "J")] = modes.energy
-    for place, share in zip(
-        profile.places("contact"), profile.stiffness.force_shares, strict=False
-    ):
-        carried[Column(f"force_share_{place.name}", f"of the force of {place.name}", "%")] = share
-    share = modes.participation[profile.stiffness.number >= 0].sum(axis=0)
-    carried[Column("contacts_share", "share of the contacts", "%")] = share
-    return Sheet.of("modes, and the normal force that they carry", carried)

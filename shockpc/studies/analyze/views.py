@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
@@ -21,12 +19,12 @@ from shockpc.studies.analyze.sheets import (
     contacts_sheet,
     directions_sheet,
     joints_sheet,
-    modes_sheet,
     parts_sheet,
     points_sheet,
     shocks_sheet,
 )
 from shockpc.text.printed import few
+from shockpc.text.wings import doors
 
 READINGS = {"filtered_peak": "", **{f"filtered_peak_axes_{axis}": "" for axis in "xyz"}}
 """Columns of what accelerometers read."""
@@ -44,17 +42,13 @@ def shown_tables(
 
     Args: bodies, as above; most, rows of long tables, None for all.
     """
-    jointed, soft, friction = (
-        bool(profile.robot.joint_names),
-        profile.stiffness is not None,
-        profile.friction,
-    )
+    jointed, friction = bool(profile.robot.joint_names), profile.friction
     slides = friction is not None and friction.impact is not None
     views: dict[str, tuple[Any, Callable[[], Sheet]]] = {
         "bodies": (True, lambda: moved_bodies(profile, bodies)),
-        "points": (profile.points, lambda: points_view(profile)),
-        "parts": (profile.parts, lambda: parts_view(profile)),
-        "contacts": (True, lambda: contacts_view(profile)),
+        "points": (profile.points, lambda: pointsview(profile)),
+        "parts": (profile.parts, lambda: partsview(profile)),
+        "contacts": (True, lambda: contactsview(profile)),
         "joint_models": (jointed, lambda: joint_models(profile, most)),
         "directions": (
             any(block.kind != "stop" for block in profile.landing.contacts),
@@ -63,22 +57,16 @@ def shown_tables(
         "joints": (jointed, lambda: loads_sheet(profile, most)),
         "friction_contacts": (slides, lambda: friction_contacts(profile)),
         "friction_shocks": (slides, lambda: friction_shocks(profile)),
-        "stiffness_contacts": (soft, lambda: stiffness_contacts(profile)),
-        "stiffness_points": (soft and profile.points, lambda: stiffness_points(profile)),
-        "stiffness_shocks": (soft, lambda: stiffness_shocks(profile)),
-        "modes": (
-            soft,
-            lambda: modes_sheet(profile).without("contacts_share").largest(most, "mode"),
-        ),
-        "peaks": (soft and jointed, lambda: peaks_sheet(profile, most)),
-        "posture": (jointed, lambda: posture(profile)),
     }
-    return {name: view for name, (there, view) in views.items() if there}
+    shown = {name: make for name, (there, make) in views.items() if there}
+    for door in doors("report"):
+        shown |= door.views(profile, most)
+    if jointed:
+        shown["posture"] = lambda: posture(profile)
+    return shown
 
 
-def _view(
-    sheet: Sheet, title: str, headings: Mapping[str, str], notes: Sequence[str] = ()
-) -> Sheet:
+def view(sheet: Sheet, title: str, headings: Mapping[str, str], notes: Sequence[str] = ()) -> Sheet:
     """Some columns of a table under other headings. Args: headings, by key; empty to keep it."""
     shown = sheet.only(*headings)
     heads = [
@@ -147,7 +135,7 @@ def worst_bodies(
     return sheet.largest(most, "body", sizes).ranked("shock_com")
 
 
-def contacts_view(profile: ShockProfile) -> Sheet:
+def contactsview(profile: ShockProfile) -> Sheet:
     """The impulses, and whether they need friction or a pull."""
     notes = []
     if any(foot.impulse is None for foot in profile.contacts) or any(
@@ -166,9 +154,7 @@ def contacts_view(profile: ShockProfile) -> Sheet:
         "friction_needed": "",
         "what": "",
     }
-    return _view(
-        sheet, "contacts (impulse of the ground on the robot, world axes)", headings, notes
-    )
+    return view(sheet, "contacts (impulse of the ground on the robot, world axes)", headings, notes)
 
 
 def extreme_directions(profile: ShockProfile, most: int | None) -> Sheet:
@@ -189,7 +175,7 @@ def extreme_directions(profile: ShockProfile, most: int | None) -> Sheet:
     )
 
 
-def points_view(profile: ShockProfile) -> Sheet:
+def pointsview(profile: ShockProfile) -> Sheet:
     """The jumps and shocks; peak accelerations where the scene gives a pulse."""
     pulse, range_g = profile.scene.pulse, profile.scene.range_g
     of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
@@ -208,8 +194,8 @@ def points_view(profile: ShockProfile) -> Sheet:
     )
     notes = []
     if profile.stiffness is None:
-        headings, notes = headings | READINGS, _readings_notes(profile)
-    return _view(
+        headings, notes = headings | READINGS, readings_notes(profile)
+    return view(
         points_sheet(profile),
         f"sensors and points (Δv in the frame's axes{of_pulse})",
         headings,
@@ -235,11 +221,12 @@ def readings_text(profile: ShockProfile) -> str:
     ) + at_most
 
 
-def _readings_notes(profile: ShockProfile) -> list[str]:
+def readings_notes(profile: ShockProfile) -> list[str]:
+    """The note of a table with readings of accelerometers, if it has any."""
     return [f"reading: the largest acceleration {text}"] if (text := readings_text(profile)) else []
 
 
-def parts_view(profile: ShockProfile) -> Sheet:
+def partsview(profile: ShockProfile) -> Sheet:
     """The margins, with where the critical values are from."""
     parts, bases = profile.parts, dict[str, list[str]]()
     for one in parts:
@@ -272,7 +259,7 @@ def parts_view(profile: ShockProfile) -> Sheet:
         "missing",
     )
     sheet = parts_sheet(profile)
-    return _view(
+    return view(
         sheet, sheet.title, dict.fromkeys(keys, "") | {"acceleration_margin": "by peak [-]"}, notes
     )
 
@@ -295,7 +282,7 @@ def posture(profile: ShockProfile) -> Sheet:
     sheet = joints_sheet(profile).where(
         lambda row: (row["position_deg"], row["position"]) != (None, None)
     )
-    return _view(sheet, "posture", {"joint": "", "position_deg": "", "position": ""})
+    return view(sheet, "posture", {"joint": "", "position_deg": "", "position": ""})
 
 
 def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
@@ -309,23 +296,6 @@ def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
         .ranked("joint_impulse")
         .known()
     )
-
-
-def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Peaks through every joint on contacts of finite stiffness, or through those with the largest
-    torque, or else force.
-    """
-    keys = ("peak_joint_force", "peak_joint_moment", "peak_torque")
-    sheet = (
-        joints_sheet(profile)
-        .only("joint", *keys, "joint_torque_share")
-        ._replace(title="peaks through the joints", notes=())
-    )
-    force, torque = (
-        profile.value("peak_joint_force", "joint"),
-        profile.value("peak_torque", "joint"),
-    )
-    return sheet.largest(most, "joint", np.where(torque > 0.0, 1e6 * torque, force).tolist())
 
 
 def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
@@ -363,7 +333,7 @@ def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
             "applies, not that before it"
         ]
     headings |= {"smallest_found": "smallest found [-]", "largest_found": "largest [-]"}
-    sheet = _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
+    sheet = view(shocks_sheet(profile), "effect of the joint model", headings, notes)
     always = {0, *(place.name for place in shown_places(profile))}
     shocks = profile.values(quantity("point", "shock"), profile.bracketed).tolist()
     sizes = [
@@ -373,7 +343,7 @@ def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
     return sheet.largest(most, "point", sizes)
 
 
-def _each_contact(profile: ShockProfile) -> Sheet:
+def each_contact(profile: ShockProfile) -> Sheet:
     """The table of contacts without their total."""
     sheet = contacts_sheet(profile)
     return sheet._replace(rows=sheet.rows[: len(profile.places("contact"))])
@@ -391,7 +361,7 @@ def friction_contacts(profile: ShockProfile) -> Sheet:
         **_vector("slip", ""),
         "state": "",
     }
-    return _view(_each_contact(profile), title, headings)
+    return view(each_contact(profile), title, headings)
 
 
 def friction_shocks(profile: ShockProfile) -> Sheet:
@@ -401,74 +371,4 @@ def friction_shocks(profile: ShockProfile) -> Sheet:
         "shock": "sticking [-]",
         "shock_friction": f"friction {profile.scene.friction or 0.0:g} [-]",
     }
-    return _view(shocks_sheet(profile), "effect of friction", headings)
-
-
-def stiffness_contacts(profile: ShockProfile) -> Sheet:
-    """Forces on contacts of finite stiffness, and their times."""
-    title = (
-        f"contacts of {stiffness_text(profile)} (frozen geometry{_forces(profile)}; double "
-        f"precision, not proven)"
-    )
-    headings = {"contact": "", "duration": "", "peak_force": "", "peak_force_time": ""}
-    return _view(_each_contact(profile), title, headings)
-
-
-def stiffness_points(profile: ShockProfile) -> Sheet:
-    """Peak accelerations on contacts of finite stiffness."""
-    headings = {
-        "point": "",
-        "peak_acceleration": "peak [g]",
-        "peak_acceleration_time": "",
-        **READINGS,
-    }
-    return _view(
-        points_sheet(profile),
-        "peak accelerations on these contacts",
-        headings,
-        _readings_notes(profile),
-    )
-
-
-def stiffness_shocks(profile: ShockProfile) -> Sheet:
-    """Shocks on contacts of finite stiffness against those of the impulse model."""
-    headings = {
-        "shock_at": "",
-        "shock_compressed": "end of compression [-]",
-        "shock_separated": "end of contact [-]",
-    }
-    return _view(
-        shocks_sheet(profile),
-        "velocity jumps on these contacts",
-        {**headings, "shock": "impulse model [-]"},
-    )
-
-
-def _forces(profile: ShockProfile) -> str:
-    """Which constant forces act, where they are not the usual ones."""
-    if not profile.scene.gravity:
-        return ", without gravity"
-    motors = {"standing": ", motors hold the weight", "none": ", motors give no torque"}.get(
-        profile.scene.joints.motors or "", ""
-    )
-    return ", under gravity" + motors + ", given torques" * bool(profile.scene.joints.torque)
-
-
-def stiffness_text(profile: ShockProfile) -> str:
-    """The stiffness of contacts and end stops, and their damping, as the scene gives them."""
-    scene = profile.scene
-    along = (
-        ""
-        if scene.tangential_stiffness is None
-        else f" ({scene.tangential_stiffness:g} N/m along the ground)"
-    )
-    stops = (
-        ""
-        if scene.stop_stiffness is None
-        else f", end stops of {scene.stop_stiffness:g} N m/rad or N/m"
-    )
-    return (
-        f"{scene.contact_stiffness:g} N/m{along}{stops}"
-        + ("" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m")
-        + (", dampers in series" if scene.contact_law == "damper" else "")
-    )
+    return view(shocks_sheet(profile), "effect of friction", headings)

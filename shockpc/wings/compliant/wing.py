@@ -2,4 +2,4 @@
 
 from shockpc.text.wings import Wing
 
-WING = Wing(beyond="beyond.report")
+WING = Wing(beyond="beyond.report", report="report")

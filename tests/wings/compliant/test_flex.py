@@ -29,7 +29,6 @@ from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY, Strike
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.profile import shock_profile
-from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
@@ -41,6 +40,7 @@ from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
 from shockpc.wings.compliant.beyond.frame_leg import urdf as tubes_urdf
 from shockpc.wings.compliant.beyond.leg import leg_scene
+from shockpc.wings.compliant.histories import bent_links
 
 ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)

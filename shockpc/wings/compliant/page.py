@@ -1,0 +1,27 @@
+"""What a page shows of a landing over time."""
+
+from typing import Any
+
+import numpy as np
+
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.show.html.charts import history
+from shockpc.wings.compliant.histories import contact_forces, point_accelerations
+
+SAMPLES = 400
+"""Times of a curve."""
+
+
+def charts(profile: ShockProfile, compliant: CompliantLanding) -> list[dict[str, Any]]:
+    """Forces of the contacts, and accelerations of the points that move, over time."""
+    times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
+    contacts = profile.places("contact")[: len(profile.contacts)]
+    forces = zip((place.name for place in contacts), contact_forces(compliant, times), strict=True)
+    shown = [history("force of a contact [N]", times, forces)]
+    points = [place for place in profile.landing.points if place.body >= 0]
+    if points:
+        accelerations = point_accelerations(compliant, points, times)
+        named = zip((place.name for place in points), accelerations, strict=True)
+        shown.append(history("acceleration of a point [g]", times, named))
+    return shown

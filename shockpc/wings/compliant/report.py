@@ -1,0 +1,184 @@
+"""What reports of a landing say of contacts of finite stiffness and of links that bend."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.impact.springs import spring_time
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.judgement.margins import lost_margin, rigid_links
+from shockpc.landing.scene import CONTACTS
+from shockpc.landing.strike import GRAVITY
+from shockpc.quantities.of_parts import SOFTEST, STIFFEST
+from shockpc.quantities.of_points import low_passes
+from shockpc.quantities.selection import quantity
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.show.report import Picture
+from shockpc.show.tables import Sheet
+from shockpc.show.wording import robot_name
+from shockpc.wings.compliant.texts import stiffness_text
+
+ANSWER = ("stiffness_contacts", "stiffness_points", "peaks")
+"""Views of an answer."""
+
+
+def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
+    """Tables of a landing, by name."""
+    if profile.stiffness is None:
+        return {}
+    from shockpc.wings.compliant.sheets import modes_sheet
+
+    return {"modes": modes_sheet}
+
+
+def views(profile: ShockProfile, most: int | None) -> dict[str, Callable[[], Sheet]]:
+    """What people read of the tables, by name; of long ones `most` rows."""
+    if profile.stiffness is None:
+        return {}
+    from shockpc.wings.compliant.sheets import soft_views
+
+    return soft_views(profile, most)
+
+
+def lines(profile: ShockProfile) -> list[str]:
+    """How far the impulse model holds, when links can be taken as rigid, and on which contacts a
+    margin is lost; a line each.
+    """
+    return [*_difference_lines(profile), *_bending_lines(profile), *_margin_lines(profile)]
+
+
+def pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
+    """The landing over time, and on request the shock response spectrum of the points."""
+    if profile.stiffness is None:
+        return []
+    name = robot_name(profile.robot)
+    over_time = Picture(
+        "time",
+        f"forces, accelerations and torques of {name} over time",
+        "wings.compliant.figure:draw_time",
+        (profile,),
+    )
+    of_points = Picture(
+        "spectrum",
+        f"shock response spectrum of points of {name}",
+        "wings.compliant.figure:draw_spectrum",
+        (profile,),
+    )
+    points_move = any(place.body >= 0 for place in profile.places("point"))
+    return [over_time, of_points] if spectrum and points_move else [over_time]
+
+
+def document(profile: ShockProfile, spectrum: bool) -> dict[str, Any]:
+    """Keys of the JSON document; `spectrum` says whether it has the shock response spectra."""
+    stiffness = None
+    if profile.stiffness is not None:
+        time = spring_time(profile.landing)
+        stiffness = {
+            "contact_stiffness": profile.scene.contact_stiffness,
+            "springs_count": time if math.isfinite(time) else None,
+            "spectra": _spectra(profile, profile.stiffness) if spectrum else None,
+        }
+    return {"stiffness": stiffness, "margin_lost": lost_margin(profile)}
+
+
+def histories(profile: ShockProfile) -> list[dict[str, Any]]:
+    """Charts of the page: forces of the contacts and accelerations of the points over time."""
+    if profile.stiffness is None:
+        return []
+    from shockpc.wings.compliant.page import charts
+
+    return charts(profile, profile.stiffness)
+
+
+def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
+    """Lines (k, 2) that the figure in the plane has besides, and a note of what they are: the axes
+    of links that bend, when they bend most.
+    """
+    if profile.stiffness is None or not profile.scene.flex:
+        return [], ""
+    from shockpc.wings.compliant.drawing import bent_axes
+
+    return bent_axes(profile, profile.stiffness)
+
+
+def _difference_lines(profile: ShockProfile) -> list[str]:
+    """How far the jumps of the impulse model are from those on contacts of finite stiffness."""
+    stiffness = profile.stiffness
+    if stiffness is None:
+        return []
+    percent = max(100.0 * stiffness.difference, 0.1)
+    digits = 0 if percent >= 10.0 else 1
+    how = (
+        f"jumps of the bodies at the end of contact, {stiffness_text(profile)}, relative to the "
+        f"largest"
+    )
+    if stiffness.agrees_by_construction and percent < 1.0:
+        how += (
+            "; with restitution 0 they agree by construction, which is no evidence for the "
+            "impulse model"
+        )
+    elif percent >= 1.0 and np.any(stiffness.restitution > 0.0):
+        how += (
+            "; part of the difference is between two laws of restitution, and remains on "
+            "stiffer contacts"
+        )
+    if profile.scene.contact_damping is not None:
+        rebounds = [
+            f"{e:.3g} at {contact.frame}"
+            for e, contact in zip(stiffness.restitution, profile.contacts, strict=True)
+        ]
+        how += (
+            f"; the damping makes a restitution of {', '.join(rebounds)}, which the impulse model "
+            f"has only with --restitution"
+        )
+    return [f"impulse model: within {percent:.{digits}f} % of the finite-stiffness result ({how})"]
+
+
+def _bending_lines(profile: ShockProfile) -> list[str]:
+    """When the links can be taken as rigid, where the scene says how long the contact lasts."""
+    found = rigid_links(profile) if profile.lasts else None
+    if found is None:
+        return []
+    if isinstance(found, str):
+        return [f"rigid links: when they are right is not known, because {found}"]
+    return list(found.lines)
+
+
+def _margin_lines(profile: ShockProfile) -> list[str]:
+    """From which contact stiffness on a margin of a part or a joint is lost."""
+    lost = lost_margin(profile)
+    if lost is None:
+        return []
+    if lost.refused:
+        return [
+            f"contact stiffness from which on a margin is lost: not known, because {lost.refused}"
+        ]
+    if not lost.place:
+        return [f"no margin of a part or a joint is lost on contacts of up to {STIFFEST:g} N/m"]
+    where = f"the margin of {lost.place} is lost on contacts of"
+    if not lost.contact_stiffness:
+        return [f"{where} any stiffness from {SOFTEST:g} N/m on"]
+    return [f"{where} {lost.contact_stiffness:.3g} N/m or more; {CONTACTS}"]
+
+
+def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:
+    """The shock response spectra of the points [g]."""
+    from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
+
+    points = [place for place in profile.places("point") if place.body >= 0]
+    filters = low_passes(profile.landing, points)
+    compute = quantity("point", "delta_v").compute
+    raw = [spectrum(stiffness, compute, points, damping) / GRAVITY for damping in DAMPING]
+    of_points = []
+    for k, (place, low_pass) in enumerate(zip(points, filters, strict=True)):
+        of_point = {"frame": place.name, "response": [response[:, k] for response in raw]}
+        if low_pass is not None:
+            behind = [
+                spectrum(stiffness, compute, [place], damping, low_pass) for damping in DAMPING
+            ]
+            of_point["filtered_response"] = [response[:, 0] / GRAVITY for response in behind]
+        of_points.append(of_point)
+    return {"frequencies": list(SPECTRUM), "damping": list(DAMPING), "points": of_points}
