@@ -211,7 +211,7 @@ OPTIONS = _table("""
 --vary-each mass:*=+-5% ¦ --vary armature:*=0.5x:2x ¦ --vary com-x:body=+-0.01 ¦ --vary inertia:*=1x:2x:log ¦ --vary contact=* ¦
 --vary friction=0:1:2 ¦ --vary base-yaw=0:90:2 ¦ --vary joint-stiffness:*=0.5x:2x ¦ --vary joint-stiffness:knee=10,100 ¦
 --vary offset-x=0,0.01 ¦ --sample 5 ¦ --sample 3 --lhs ¦ --seed 3 ¦ --prove 2 ¦ --prove 0 ¦ --armature *=0.05 ¦ --quantity shock ¦
---quantity joint_impulse@* ¦ --quantity ropc ¦ --resume ¦ --jobs 2 ¦ --change mass:*=0.9x ¦ --at body ¦ --step 5 ¦ --count 2 ¦
+--quantity joint_impulse@* ¦ --quantity ropc ¦ --resume ¦ --jobs 2 ¦ --change mass:*=0.9x ¦ --at body ¦ --step 5 ¦
 --rank shock@body ¦ --rank nothing ¦ --rows csv --out out ¦ --rows parquet --out out ¦ --map q_knee=knee ¦ --map *knee=*shoulder ¦
 --map after*= ¦ --map vx=vx_body ¦ --command a ¦ --command c ¦ --command row ¦ --joints free,locked ¦ --contact-stiffness 1e5 ¦
 --friction 0.4 ¦ --quantity shock_friction

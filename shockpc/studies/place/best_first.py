@@ -49,12 +49,11 @@ def best_places(
         region without what is near to the places before.
     """
     forbidden = list(outside)
+    # The cell with the lowest bound is the first one; its optimum is None until it is solved.
     number = itertools.count()
-    queue: list[tuple[float, int, ConvexCell, Optimum | None]] = [
-        (bound, next(number), cell, None)
-        for bound, cell in zip(first_bounds(fields, cells), cells, strict=True)
-    ]
-    heapq.heapify(queue)
+    queue: list[tuple[float, int, ConvexCell, Optimum | None]] = []
+    for bound, cell in zip(first_bounds(fields, cells), cells, strict=True):
+        heapq.heappush(queue, (bound, next(number), cell, None))
     while queue:
         bound, _, cell, optimum = heapq.heappop(queue)
         if optimum is None:
@@ -62,11 +61,13 @@ def best_places(
             if optimum is not None:
                 heapq.heappush(queue, (max(bound, optimum.bound), next(number), cell, optimum))
             continue
-        inside = next((one for one in forbidden if one.depth(optimum.place) > INSIDE), None)
-        if inside is not None:
-            parts = (cell.within(n, d) for n, d in zip(inside.normals, inside.offsets, strict=True))
-            for part in filter(None, parts):
-                heapq.heappush(queue, (bound, next(number), part, None))
+        around = next((hull for hull in forbidden if hull.depth(optimum.place) > INSIDE), None)
+        if around is not None:
+            # What of the cell is outside a face of the set, for each face.
+            for normal, offset in zip(around.normals, around.offsets, strict=True):
+                part = cell.within(normal, offset)
+                if part is not None:
+                    heapq.heappush(queue, (bound, next(number), part, None))
             continue
         yield Optimum(optimum.place, optimum.value, bound)
         forbidden.append(box(optimum.place - apart, optimum.place + apart))
@@ -82,13 +83,10 @@ def first_bounds(fields: Fields, cells: Sequence[ConvexCell]) -> list[float]:
     points = np.concatenate([cell.points for cell in cells])
     middles = np.add.reduceat(points, start) / counts[:, None]
     values, slopes = fields.tangents(middles)
-    steps = np.sum(
-        (points - np.repeat(middles, counts, axis=0)) * np.repeat(slopes, counts, axis=0), axis=1
-    )
+    # value + min_points slope · (point − middle) − |slope · rounding|
+    from_middle = points - np.repeat(middles, counts, axis=0)
+    steps = np.sum(from_middle * np.repeat(slopes, counts, axis=0), axis=1)
     rounding = np.array([cell.rounding for cell in cells])
-    bounds = (
-        values
-        + np.minimum.reduceat(steps, start)
-        - np.linalg.norm(np.einsum("ni,nij->nj", slopes, rounding), axis=1)
-    )
+    reach = np.linalg.norm(np.einsum("ni,nij->nj", slopes, rounding), axis=1)
+    bounds = values + np.minimum.reduceat(steps, start) - reach
     return [float(bound) for bound in np.maximum(bounds, 0.0)]

@@ -1,14 +1,12 @@
-"""The smallest shock over one convex set: a second-order cone program, solved by Clarabel, with a
-bound that is checked here.
+"""The smallest shock over one convex set: a second-order cone program, solved by Clarabel.
 
-With a unit of weight shared among vectors y_l (Σ|y_l| = 1), the largest |c_l + A_l r| is nowhere
+Its bound is checked here. For vectors y_l with Σ|y_l| = 1, the largest |c_l + A_l r| is nowhere
 below Σ y_l · (c_l + A_l r). The minimum of this affine function over the set is a lower bound of
 the optimum, whichever y are taken, so that the bound does not depend on the accuracy of the solver,
-from whose dual solution y comes. For the weighted mean the condition is |y_l| ≤ w_l; where shocks
-have a limit, it is |y_l| ≤ w_l + m_l with any m_l ≥ 0, and Σ m_l times the limit is subtracted.
+from whose dual solution y comes. For the mean of L shocks, each of which has a limit, the condition
+is |y_l| ≤ 1/L + m_l with any m_l ≥ 0, and Σ m_l times the limit is subtracted.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,14 +16,20 @@ from shockpc.studies.place.field import Fields
 from shockpc.text.errors import StudyError
 
 ACCURACY = 1e-9
-"""Gap between the value at a place and the bound of the set, below which the place counts as the
+"""Gap between the value at a point and the bound of the set, below which the point counts as the
 optimum [1].
 """
+
+SOLVER_TOLERANCE = 1e-11
+"""Gap and residual at which Clarabel ends [1]."""
 
 LANDINGS_TOGETHER = 12
 """Landings up to which all are in one program; of more, only those that limit the result (at most a
 few) are added, in turns.
 """
+
+ADDED = 4
+"""Landings that are added in one turn, at most."""
 
 
 class ConvexCell(NamedTuple):
@@ -45,16 +49,12 @@ class ConvexCell(NamedTuple):
 
     def within(self, normal: Array, offset: float) -> "ConvexCell | None":
         """The part where normal · r ≥ offset; None if the hull alone shows that there is none."""
-        if (
-            float((self.points @ normal).max()) + float(np.linalg.norm(normal @ self.rounding))
-            < offset
-        ):
+        highest = (self.points @ normal).max() + np.linalg.norm(normal @ self.rounding)
+        if highest < offset:
             return None
-        return ConvexCell(
-            self.points,
-            self.rounding,
-            np.concatenate([self.normals, [normal]]),
-            np.append(self.offsets, offset),
+        return self._replace(
+            normals=np.concatenate([self.normals, [normal]]),
+            offsets=np.append(self.offsets, offset),
         )
 
 
@@ -63,7 +63,7 @@ class Optimum(NamedTuple):
 
     Attributes:
         place: (3,) [m].
-        value: the number that places are compared by, at this place [1].
+        value: the number that points are compared by, at this point [1].
         bound: it is nowhere in the set below this [1].
     """
 
@@ -78,125 +78,170 @@ def least_shock(fields: Fields, cell: ConvexCell) -> Optimum | None:
     Raises:
         StudyError: Clarabel is not installed.
     """
-    many = fields.weights is None and len(fields.c) > LANDINGS_TOGETHER
-    decisive = (
-        [int(fields.shocks(cell.points.mean(axis=0)).argmax())]
-        if many
-        else list(range(len(fields.c)))
-    )
-    while True:
-        solved = _solved(fields.of(decisive), cell)
-        if solved is None:
+    n = len(fields.c)
+    if fields.limit is not None or n <= LANDINGS_TOGETHER:
+        solution = _solve(fields, cell)
+        if solution is None:
             return None
-        place, bound = solved
-        shocks = fields.shocks(place)
+        point, bound = solution
+        return Optimum(point, float(fields.combined(fields.shocks(point))), bound)
+    # The bound of some landings holds for all of them: the largest of all is not smaller.
+    decisive = [int(fields.shocks(cell.points.mean(axis=0)).argmax())]
+    while True:
+        solution = _solve(fields.of(decisive), cell)
+        if solution is None:
+            return None
+        point, bound = solution
+        shocks = fields.shocks(point)
+        largest = np.argsort(-shocks)[:ADDED].tolist()
+        above = [k for k in largest if shocks[k] > bound + ACCURACY / 2.0]
+        missing = [k for k in above if k not in decisive]
         value = float(fields.combined(shocks))
-        missing = [
-            int(k)
-            for k in np.argsort(-shocks)[:4]
-            if shocks[k] > bound + ACCURACY / 2.0 and k not in decisive
-        ]
-        if not many or not missing or value <= bound + ACCURACY:
-            return Optimum(place, value, bound)
+        if not missing or value <= bound + ACCURACY:
+            return Optimum(point, value, bound)
         decisive += missing
 
 
-def _solved(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
-    """The place of the optimum and a lower bound; None if the set is empty.
+class _Rows(NamedTuple):
+    """Rows of a program: its columns t, r, shares and ball, None where they are zero, and the right
+    side.
+    """
+
+    t: Any
+    r: Any
+    shares: Any
+    ball: Any
+    right: Array
+
+
+def _solve(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
+    """The point (3,) of the optimum [m] and a lower bound [1]; None if the set is empty.
 
     The unknowns are t (one, or one for each landing), r, the shares of the points in r and, for a
     rounded set, the point of the unit ball that its ellipsoid is the image of. r is counted from
     the middle of the points, in units of their size.
     """
     clarabel, sparse = _libraries()
-    n, k, m, limit = len(fields.c), len(cell.points), len(cell.offsets), fields.limit
-    middle = cell.points.mean(axis=0)
-    size = max(float(np.abs(cell.points - middle).max() + np.abs(cell.rounding).max()), 1e-9)
-    p = (cell.points - middle) / size
-    c, A = fields.vectors(middle), fields.A * size
-    weights = np.ones(1) if fields.weights is None else fields.weights
-    nt = len(weights)
-    t = np.zeros((n, 4, nt))
-    t[np.arange(n), 0, np.arange(n) if nt > 1 else 0] = -1.0
-    turned = np.zeros((n, 4, 3))
-    turned[:, 1:] = -A
-    # Columns are t, r, the shares and the point of the ball; rows are r in the hull, its shares,
-    # half-spaces, and the cones.
-    rounded, ball = bool(cell.rounding.any()), np.concatenate([np.zeros((1, 3)), -np.eye(3)])
-    rows: list[tuple[Any, Any, Any, Any, Any]] = [
-        (None, -np.eye(3), p.T, cell.rounding / size, np.zeros(3)),
-        (None, None, np.ones((1, k)), None, np.ones(1)),
-        (None, None, -sparse.identity(k), None, np.zeros(k)),
-        (None, -cell.normals * size, None, None, cell.normals @ middle - cell.offsets),
-        (np.eye(nt), None, None, None, np.full(nt, limit)),
-        (None, None, None, ball, np.array([1.0, 0.0, 0.0, 0.0])),
-        (
-            t.reshape(4 * n, nt),
-            turned.reshape(4 * n, 3),
-            None,
-            None,
-            np.concatenate([np.zeros((n, 1)), c], axis=1).ravel(),
-        ),
-    ]
-    limits = nt if math.isfinite(limit) else 0
+    n, k, m = len(fields.c), len(cell.points), len(cell.offsets)
+    n_t = 1 if fields.limit is None else n
+    rounded = bool(cell.rounding.any())
+    rows = [*_linear_rows(fields, cell, n_t), *_cone_rows(fields, cell, n_t)]
+    columns = 4 if rounded else 3
+    blocks = []
+    for row in rows:
+        blocks.append([None if part is None else sparse.csc_matrix(part) for part in row[:columns]])
+    matrix = sparse.bmat(blocks, format="csc")
+    right = np.concatenate([row.right for row in rows])
+    n_limits = 0 if fields.limit is None else n
     cones = [
         clarabel.ZeroConeT(4),
-        clarabel.NonnegativeConeT(k + m + limits),
-        *[clarabel.SecondOrderConeT(4)] * (n + 1),
+        clarabel.NonnegativeConeT(k + m + n_limits),
+        *[clarabel.SecondOrderConeT(4)] * (n + rounded),
     ]
-    if not rounded:
-        del rows[5], cones[-1]
-    if not limits:
-        del rows[4]
-    blocks = [
-        [None if x is None else sparse.csc_matrix(x) for x in row[: 4 if rounded else 3]]
-        for row in rows
-    ]
-    matrix, right = sparse.bmat(blocks, format="csc"), np.concatenate([row[4] for row in rows])
+    # The cost is t, or the mean of t.
     width = matrix.shape[1]
-    cost = np.concatenate([weights, np.zeros(width - nt)])
+    cost = np.append(np.full(n_t, 1.0 / n_t), np.zeros(width - n_t))
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
-    solution = clarabel.DefaultSolver(
-        sparse.csc_matrix((width, width)), cost, matrix, right, cones, settings
-    ).solve()
-    if solution.status in (
-        clarabel.SolverStatus.PrimalInfeasible,
-        clarabel.SolverStatus.AlmostPrimalInfeasible,
-    ):
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = SOLVER_TOLERANCE
+    quadratic = sparse.csc_matrix((width, width))
+    solver = clarabel.DefaultSolver(quadratic, cost, matrix, right, cones, settings)
+    solution = solver.solve()
+    status = clarabel.SolverStatus
+    if solution.status in (status.PrimalInfeasible, status.AlmostPrimalInfeasible):
         return None
-    x, z = np.asarray(solution.x), np.asarray(solution.z)
-    share = np.maximum(x[nt + 3 : nt + 3 + k], 0.0)
-    place = cell.points.T @ (share / share.sum())
+
+    x = np.asarray(solution.x)
+    shares = np.maximum(x[n_t + 3 : n_t + 3 + k], 0.0)
+    point = cell.points.T @ (shares / shares.sum())
     if rounded:
-        place = place + cell.rounding @ x[-3:] / max(float(np.linalg.norm(x[-3:])), 1.0)
-    y, multipliers = -z[-4 * n :].reshape(n, 4)[:, 1:], np.maximum(z[4 + k : 4 + k + m], 0.0)
-    return place, _lower_bound(
-        fields, cell, y, multipliers, np.maximum(z[4 + k + m : 4 + k + m + limits], 0.0)
-    )
+        ball = x[-3:]
+        point = point + cell.rounding @ ball / max(float(np.linalg.norm(ball)), 1.0)
+    # Rows: 4 equations, k shares, m half-spaces, limits; cones of 4 rows are the last ones.
+    z = np.asarray(solution.z)
+    multipliers = np.maximum(z[4 + k : 4 + k + m], 0.0)
+    of_limits = np.maximum(z[4 + k + m : 4 + k + m + n_limits], 0.0)
+    y = -z[-4 * n :].reshape(n, 4)[:, 1:]
+    return point, _lower_bound(fields, cell, y, multipliers, of_limits)
+
+
+def _scale(cell: ConvexCell) -> tuple[Array, float]:
+    """The middle (3,) of a set's points, and its size [m]."""
+    middle = cell.points.mean(axis=0)
+    reach = np.abs(cell.points - middle).max() + np.abs(cell.rounding).max()
+    return middle, max(float(reach), 1e-9)
+
+
+def _linear_rows(fields: Fields, cell: ConvexCell, n_t: int) -> list[_Rows]:
+    """That r lies in the set, and the limits of t."""
+    _, sparse = _libraries()
+    k = len(cell.points)
+    middle, size = _scale(cell)
+    p = (cell.points - middle) / size
+    rows = [
+        # pᵀ shares + rounding ball / size − r = 0,  Σ shares = 1
+        _Rows(None, -np.eye(3), p.T, cell.rounding / size, np.zeros(3)),
+        _Rows(None, None, np.ones((1, k)), None, np.ones(1)),
+        # shares ≥ 0,  normals · (middle + size r) ≥ offsets
+        _Rows(None, None, -sparse.identity(k), None, np.zeros(k)),
+        _Rows(None, -cell.normals * size, None, None, cell.normals @ middle - cell.offsets),
+    ]
+    if fields.limit is not None:
+        # t ≤ limit
+        rows.append(_Rows(np.eye(n_t), None, None, None, np.full(n_t, fields.limit)))
+    return rows
+
+
+def _cone_rows(fields: Fields, cell: ConvexCell, n_t: int) -> list[_Rows]:
+    """That the point of the ball lies in it, and that t bounds the shocks; four rows a cone."""
+    n = len(fields.c)
+    middle, size = _scale(cell)
+    rows = []
+    if cell.rounding.any():
+        # |ball| ≤ 1
+        unit = np.concatenate([np.zeros((1, 3)), -np.eye(3)])
+        rows.append(_Rows(None, None, None, unit, np.array([1.0, 0.0, 0.0, 0.0])))
+    # |c_l + A_l (middle + size r)| ≤ t_l, or t for all landings
+    t = np.zeros((n, 4, n_t))
+    t[np.arange(n), 0, np.arange(n) if n_t > 1 else 0] = -1.0
+    r = np.zeros((n, 4, 3))
+    r[:, 1:] = -(fields.A * size)
+    right = np.zeros((n, 4))
+    right[:, 1:] = fields.vectors(middle)
+    rows.append(_Rows(t.reshape(4 * n, n_t), r.reshape(4 * n, 3), None, None, right.ravel()))
+    return rows
 
 
 def _lower_bound(
     fields: Fields, cell: ConvexCell, y: Array, multipliers: Array, of_limits: Array
 ) -> float:
-    """The smallest value over the set of the affine function that y and the multipliers of
-    half-spaces and limits give.
+    """The smallest value over the set of the affine function of a dual solution [1].
+
+    Args:
+        fields: shock over the body.
+        cell: the set.
+        y: (L, 3) of the shocks.
+        multipliers: (m,) of the half-spaces.
+        of_limits: (L,) of the limits; (0,) without them.
     """
     lengths = np.linalg.norm(y, axis=1)
-    if fields.weights is None:
+    limited = 0.0
+    if fields.limit is None:
+        # Σ|y_l| = 1
         scale = 1.0 / max(float(lengths.sum()), 1e-300)
         y, multipliers = y * scale, multipliers * scale
     else:
-        allowed = fields.weights + of_limits if len(of_limits) else fields.weights
+        # |y_l| ≤ 1/L + m_l
+        allowed = 1.0 / len(y) + of_limits
         y = y * np.minimum(1.0, allowed / np.maximum(lengths, 1e-300))[:, None]
+        limited = float(of_limits.sum()) * fields.limit
+    # Σ y_l · c_l + multipliers · offsets + slope · r, of which the last is the smallest over the
+    # hull and the ellipsoid
     slope = np.einsum("li,lij->j", y, fields.A) - multipliers @ cell.normals
-    least = float((cell.points @ slope).min()) - float(np.linalg.norm(slope @ cell.rounding))
-    limited = float(of_limits.sum()) * fields.limit if len(of_limits) else 0.0
-    return max(
-        0.0, float(np.sum(y * fields.c)) + float(multipliers @ cell.offsets) + least - limited
-    )
+    lowest = (cell.points @ slope).min() - np.linalg.norm(slope @ cell.rounding)
+    start = np.sum(y * fields.c) + multipliers @ cell.offsets
+    return max(0.0, float(start) + float(lowest) - limited)
 
 
 def _libraries() -> tuple[Any, Any]:

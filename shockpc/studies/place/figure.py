@@ -3,7 +3,7 @@ places found and CoPcs.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -15,7 +15,14 @@ from shockpc.robot.shapes import Shape
 from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import GOLD, SIGNS, letter, outlined, sign
-from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
+from shockpc.show.figure.silhouette import (
+    Edges,
+    PlaneShape,
+    projection,
+    silhouette,
+    surface,
+    to_plane,
+)
 from shockpc.show.figure.style import INK, shock_levels
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import joint_model_text, posture_text
@@ -25,8 +32,8 @@ from shockpc.text.printed import printable
 
 ROOM, FOOT, GAP, PAD = 6.6, 0.85, 0.28, 0.2
 """Largest width and height of the views together, room for coordinates and the colour bar, between
-views, and around the body in
-each view [inches]."""
+views, and around the body in each view [inches].
+"""
 
 NEARBY_SHARE = 0.3
 """Distance of a CoPc from the body, as a share of its size, up to which it is in the views."""
@@ -42,67 +49,101 @@ DOT = sign("CoPc of a landing", 6.0, marker="o", markersize=3.2, markeredgewidth
 VIEWS = {"side": (0, 2), "top": (0, 1), "front": (1, 2)}
 """Axes of the body's frame that point to the right and up."""
 
+REGION_STYLE: dict[str, Any] = {
+    "edgecolor": INK,
+    "linewidth": 0.6,
+    "linestyle": (0, (4, 2)),
+    "zorder": 3.0,
+    "label": "where a sensor may be",
+}
+"""Of the outline of the region."""
+
+
+class _Content(NamedTuple):
+    """What the views show, in the body's frame.
+
+    Attributes:
+        shapes: of the body.
+        cells: convex pieces of the region, if it has an inside.
+        marks: (n, 3) places, and points of the region [m].
+        copc: (m, 3) the CoPcs near the body [m].
+    """
+
+    shapes: tuple[Shape, ...]
+    cells: list[Shape]
+    marks: Array
+    copc: Array
+
+
+class _Frame(NamedTuple):
+    """The box of the body's frame that the views show, and their scale.
+
+    Attributes:
+        low: (3,) lower corner [m].
+        high: (3,) upper corner [m].
+        inch: length that is an inch on the page [m].
+    """
+
+    low: Array
+    high: Array
+    inch: float
+
+    @property
+    def sides(self) -> tuple[float, float, float]:
+        """Width of the side view, width of the front view, and height of both [inches]."""
+        x, y, z = ((self.high - self.low) / self.inch).tolist()
+        return x, y, z
+
+    @property
+    def detail(self) -> float:
+        """Length below which outlines are not resolved [m]."""
+        return self.inch * ROOM / 4000.0
+
+
+class _View(NamedTuple):
+    """A view of the body.
+
+    Attributes:
+        plane: of the picture.
+        region: outline of the body, in plane coordinates [m].
+        values: (CELLS + 1, CELLS + 1) what places are compared by, on a grid through the best
+            place, a row for each height [1].
+        seen: (n,) those of the values that lie on the body [1].
+    """
+
+    plane: Plane
+    region: PlaneShape
+    values: Array
+    seen: Array
+
 
 def draw_place(study: PlaceStudy) -> Figure:
     """Draw the body in its frame, from the side, from above and from the front.
 
     The colours are what places are compared by, in the plane through the best place.
     """
-    shapes, _ = body_shapes(study.robot)[study.body]
-    cells = [
-        Shape("", cell.points, cell.rounding) for cell in study.region.cells if study.region.solid
-    ]
-    marks = np.array([place.position for place in (*study.today, *study.places)])
-    marks = np.concatenate([marks, surface(cells)]) if cells else marks
-    solid = surface(shapes) if shapes else marks
-    points = np.concatenate([solid, marks])
-    near = NEARBY_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-6)
-    copc = np.array([profile.copc[study.body] for profile in study.profiles])
-    copc = copc[
-        np.all((copc > points.min(axis=0) - near) & (copc < points.max(axis=0) + near), axis=1)
-    ]
-    points = np.concatenate([points, copc])
-    low, high = points.min(axis=0), np.maximum(points.max(axis=0), points.min(axis=0) + 0.15 * near)
-    extent = high - low
-    inch = float(max(extent[0] + extent[1], extent[2] + extent[1])) / (ROOM - GAP - 4.0 * PAD)
-    low, high = low - PAD * inch, high + PAD * inch
-    width, depth, height = (high - low) / inch
-    tables, notes = [_rows(study)], _notes(study, len(copc))
-    # Above the front view, if there is room.
-    column = (
-        LEFT + width + 2.0 * GAP if column_height(tables, notes, signs=4) < depth + GAP else None
-    )
-    page = Page(
-        LEFT + width + GAP + depth,
-        FOOT + height + GAP + depth,
-        _heading(study),
-        tables,
-        notes,
-        column,
-    )
-    views, seen, edges = [], [study.fields.at(marks)], dict[int, Edges]()
-    lines = np.linspace(low, high, CELLS + 1)
-    for pair in VIEWS.values():
-        e1, e2 = np.eye(3)[list(pair)]
-        plane = Plane(np.cross(e1, e2), e1, e2)
-        region = silhouette(shapes, plane, inch * ROOM / 4000.0, edges)
-        coordinates = [
-            lines[:, k] if k in pair else study.places[0].position[k : k + 1] for k in range(3)
-        ]
-        points = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(-1, 3)
-        values = study.fields.at(points)
-        seen.append(
-            values[shapely.contains_xy(region, *to_plane(points, plane).T)] if shapes else values
-        )
-        views.append((plane, region, values.reshape(CELLS + 1, CELLS + 1).T))
-    shocks = np.concatenate(seen)
+    content, frame = _content_and_frame(study)
+    width, depth, height = frame.sides
+    tables = [_rows(study)]
+    notes = _notes(study, len(content.copc))
+    # The column is above the front view, if there is room.
+    column = None
+    if column_height(tables, notes, signs=4) < depth + GAP:
+        column = LEFT + width + 2.0 * GAP
+    right = LEFT + width + GAP
+    page = Page(right + depth, FOOT + height + GAP + depth, _heading(study), tables, notes, column)
+
+    edges: dict[int, Edges] = {}
+    views = {name: _view(study, content, frame, pair, edges) for name, pair in VIEWS.items()}
+    at_marks = study.fields.at(content.marks)
+    shocks = np.concatenate([at_marks, *(view.seen for view in views.values())])
     levels, colours = shock_levels(float(shocks.min()), float(shocks.max()))
-    places = (LEFT, 0.0), (LEFT, height + GAP), (LEFT + width + GAP, 0.0)
-    for (name, pair), (x, y), (plane, region, values) in zip(
-        VIEWS.items(), places, views, strict=True
-    ):
-        i, j = pair
-        window = Window(low[[i, j]], high[[i, j]], inch)
+
+    corners = {"side": (LEFT, 0.0), "top": (LEFT, height + GAP), "front": (right, 0.0)}
+    for name, view in views.items():
+        i, j = VIEWS[name]
+        x, y = corners[name]
+        window = Window(frame.low[[i, j]], frame.high[[i, j]], frame.inch)
         axes = page.picture(
             x,
             page.low + FOOT + y,
@@ -111,85 +152,133 @@ def draw_place(study: PlaceStudy) -> Figure:
             left=name != "front",
             bottom=name != "top",
         )
-        if not region.is_empty:
-            edge = outlined(
-                axes, region, inch * ROOM / 4000.0, edgecolor=INK, linewidth=0.7, zorder=2.0
-            )
-            # The last of all bands has no end, beyond which matplotlib cannot extend.
-            extend: Any = "min" if math.isinf(levels[-1]) else "both"
-            sides, shades = (
-                (low[i], high[i], low[j], high[j]),
-                [colours[0], *colours, *colours[-1:] * (extend == "both")],
-            )
-            filled = axes.contourf(
-                values, levels=levels, colors=shades, extend=extend, extent=sides, zorder=1.0
-            )
-            # Edges of the same colour close the gaps that anti-aliasing leaves between neighbours.
-            filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
-        hulls = [projection(cell, plane) for cell in cells]
+        if not view.region.is_empty:
+            _colour(axes, view, window, frame.detail, levels, colours)
+        hulls = [projection(cell, view.plane) for cell in content.cells]
         if hulls:
-            style: dict[str, Any] = {
-                "edgecolor": INK,
-                "linewidth": 0.6,
-                "linestyle": (0, (4, 2)),
-                "zorder": 3.0,
-            }
-            outlined(
-                axes,
-                shapely.union_all(hulls),
-                inch * ROOM / 4000.0,
-                label="where a sensor may be",
-                **style,
-            )
-        _mark(axes, study, plane, Labels(axes, window, region), copc)
+            outlined(axes, shapely.union_all(hulls), frame.detail, **REGION_STYLE)
+        _mark(axes, study, view.plane, Labels(axes, window, view.region), content.copc)
         axes.text(0.02, 0.98, name, fontstyle="italic", va="top", transform=axes.transAxes)
-    number = (
-        "maximum normalised shock over the landings"
-        if study.weights is None
-        else "weighted mean of the normalised shock"
-    )
-    page.bar(
-        LEFT,
-        width + GAP + depth,
-        levels,
-        colours,
-        f"{number} |Δv| / v_in [-], in the plane through place 1",
-    )
+    number = "maximum normalised shock over the landings |Δv| / v_in [-]"
+    across = width + GAP + depth
+    page.bar(LEFT, across, levels, colours, f"{number}, in the plane through place 1")
     page.key()
     return page.figure
 
 
+def _content_and_frame(study: PlaceStudy) -> tuple[_Content, _Frame]:
+    """What the views show, and the box around it."""
+    shapes, _ = body_shapes(study.robot)[study.body]
+    cells = []
+    if study.region.solid:
+        cells = [Shape("", cell.points, cell.rounding) for cell in study.region.cells]
+    marks = np.array([sensor.position for sensor in (*study.today, *study.places)])
+    if cells:
+        marks = np.concatenate([marks, surface(cells)])
+    points = np.concatenate([surface(shapes), marks]) if shapes else marks
+    # CoPcs near the box of the points are in the views.
+    low, high = points.min(axis=0), points.max(axis=0)
+    near = NEARBY_SHARE * max(float((high - low).max()), 1e-6)
+    copc = np.array([profile.copc[study.body] for profile in study.profiles])
+    is_near = (copc > low - near) & (copc < high + near)
+    copc = copc[is_near.all(axis=1)]
+
+    points = np.concatenate([points, copc])
+    low = points.min(axis=0)
+    high = np.maximum(points.max(axis=0), low + 0.15 * near)
+    x, y, z = high - low
+    inch = float(max(x + y, z + y)) / (ROOM - GAP - 4.0 * PAD)
+    frame = _Frame(low - PAD * inch, high + PAD * inch, inch)
+    return _Content(shapes, cells, marks, copc), frame
+
+
+def _view(
+    study: PlaceStudy,
+    content: _Content,
+    frame: _Frame,
+    pair: tuple[int, int],
+    edges: dict[int, Edges],
+) -> _View:
+    """A view of the body, and what places are compared by in its plane through the best place.
+
+    Args:
+        study: the study.
+        content: of the views.
+        frame: of the views.
+        pair: axes of the body's frame that point to the right and up.
+        edges: of meshes, which are computed once for all views.
+    """
+    e1, e2 = np.eye(3)[list(pair)]
+    plane = Plane(np.cross(e1, e2), e1, e2)
+    region = silhouette(content.shapes, plane, frame.detail, edges)
+    # A grid over the two axes; the third is that of the best place.
+    lines = np.linspace(frame.low, frame.high, CELLS + 1)
+    coordinates = [study.places[0].position[k : k + 1] for k in range(3)]
+    for k in pair:
+        coordinates[k] = lines[:, k]
+    points = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(-1, 3)
+    values = seen = study.fields.at(points)
+    if content.shapes:
+        seen = values[shapely.contains_xy(region, *to_plane(points, plane).T)]
+    return _View(plane, region, values.reshape(CELLS + 1, CELLS + 1).T, seen)
+
+
+def _colour(
+    axes: Axes,
+    view: _View,
+    window: Window,
+    detail: float,
+    levels: list[float],
+    colours: list[str],
+) -> None:
+    """Draw the outline of the body, filled with the colours of its shocks."""
+    edge = outlined(axes, view.region, detail, edgecolor=INK, linewidth=0.7, zorder=2.0)
+    shades = [colours[0], *colours]
+    extend: Any = "min"
+    # The last of all bands has no end, beyond which matplotlib cannot extend.
+    if not math.isinf(levels[-1]):
+        shades.append(colours[-1])
+        extend = "both"
+    (left, low), (right, high) = window.low, window.high
+    filled = axes.contourf(
+        view.values,
+        levels=levels,
+        colors=shades,
+        extend=extend,
+        extent=(left, right, low, high),
+        zorder=1.0,
+    )
+    # Edges of the same colour close the gaps that anti-aliasing leaves between neighbours.
+    filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
+
+
 def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Array) -> None:
     """Mark CoPcs (n, 3), today's sensors and the places found, with labels."""
-    for place in to_plane(copc, plane):
-        labels.keep_free(place, 0.03)
-        axes.plot(*place, **DOT)
-    signs = [
-        (to_plane(place.position, plane), SIGNS["sensor"], letter(k))
-        for k, place in enumerate(study.today)
-    ]
-    signs += [
-        (to_plane(place.position, plane), STAR, str(k))
-        for k, place in enumerate(study.places, start=1)
-    ]
-    for place, look, _ in signs:
-        labels.keep_free(place, 0.07)
-        axes.plot(*place, **look)
-    for place, _, text in signs:
-        labels.place(place, text, gap=0.08)
+    for point in to_plane(copc, plane):
+        labels.keep_free(point, 0.03)
+        axes.plot(*point, **DOT)
+    signs = []
+    for k, sensor in enumerate(study.today):
+        signs.append((to_plane(sensor.position, plane), SIGNS["sensor"], letter(k)))
+    for k, sensor in enumerate(study.places, start=1):
+        signs.append((to_plane(sensor.position, plane), STAR, str(k)))
+    for point, style, _ in signs:
+        labels.keep_free(point, 0.07)
+        axes.plot(*point, **style)
+    for point, _, text in signs:
+        labels.place(point, text, gap=0.08)
 
 
 def _heading(study: PlaceStudy) -> tuple[str, str, str]:
-    robot = robot_name(study.robot)
+    """The title, the landings, and the joint model."""
     body = printable(study.robot.bodies[study.body].name, 30)
-    what = "place" if study.count == 1 else f"places of {study.count} sensors"
-    texts = [
-        {text(profile) for profile in study.profiles} for text in (posture_text, joint_model_text)
-    ]
-    posture, model = (shared.pop() if len(shared) == 1 else "differs" for shared in texts)
+    postures = {posture_text(profile) for profile in study.profiles}
+    posture = postures.pop() if len(postures) == 1 else "differs"
+    models = {joint_model_text(profile) for profile in study.profiles}
+    model = models.pop() if len(models) == 1 else "differs"
     landings = f"{count(len(study.landings), 'landing')}; posture {posture}; {study.region.text}"
     return (
-        f"{robot}: {what} of minimum shock on {body}",
+        f"{robot_name(study.robot)}: place of minimum shock on {body}",
         printable(landings),
         f"joint model: {model}",
     )
@@ -199,35 +288,25 @@ def _rows(study: PlaceStudy) -> TableRows:
     """Sensors and places: position in the body's frame and shock."""
     rows: TableRows = [("", "place", "x", "y", "z [m]", "shock [-]")]
     signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
-    for mark, place in zip(signs, (*study.today, *study.places), strict=True):
-        rows.append(
-            (
-                mark,
-                cut(place.name, 18),
-                *(short(x, 3) for x in place.position),
-                f"{place.combined:.3g}",
-            )
-        )
-    if study.count > 1:
-        rows.append(
-            (
-                "",
-                "the better one" if study.count == 2 else "the best one",
-                "",
-                "",
-                "",
-                f"{study.combined:.3g}",
-            )
-        )
+    for mark, sensor in zip(signs, (*study.today, *study.places), strict=True):
+        position = [short(x, 3) for x in sensor.position]
+        rows.append((mark, cut(sensor.name, 18), *position, f"{sensor.combined:.3g}"))
     return rows
 
 
 def _notes(study: PlaceStudy, near: int) -> list[str]:
-    """What the views cannot show."""
-    notes = []
+    """What the views cannot show.
+
+    Args:
+        study: the study.
+        near: number of CoPcs in the views.
+    """
+    landings = len(study.profiles)
     translating = sum(bool(profile.translates[study.body]) for profile in study.profiles)
-    if far := len(study.profiles) - near - translating:
-        notes.append(f"CoPc of {far} of {count(len(study.profiles), 'landing')} outside the views")
+    far = landings - near - translating
+    notes = []
+    if far:
+        notes.append(f"CoPc of {far} of {count(landings, 'landing')} outside the views")
     if translating:
         notes.append(
             f"no CoPc in {count(translating, 'landing')}, in which the body does not rotate in the "

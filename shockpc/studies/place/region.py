@@ -1,6 +1,7 @@
 """Where on a body a sensor may be: in its geometry, on the surface of that, or in a box."""
 
 import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.robot.geometry import GeometryKind, outline
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import LARGEST_COORDINATE, HalfSpaces, facets, half_spaces
+from shockpc.robot.shapes import LARGEST_COORDINATE, HalfSpaces, Shape, facets, half_spaces
 from shockpc.studies.place.best_first import box
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.text.errors import StudyError
@@ -55,80 +56,86 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
     Raises:
         StudyError: there is no such place.
     """
-    name = robot.bodies[body].name
     limits = None if within is None else _checked_box(within)
-    preferred: tuple[GeometryKind, GeometryKind] = (
-        ("visual", "collision") if surface else ("collision", "visual")
-    )
-    kind = next((one for one in preferred if outline(robot, one).shapes[body]), preferred[0])
-    seen = outline(robot, kind)
-    shapes = seen.shapes[body]
-    if not shapes and (limits is None or surface):
+    name = robot.bodies[body].name
+    kinds: tuple[GeometryKind, ...] = ("collision", "visual")
+    if surface:
+        kinds = ("visual", "collision")
+    kind = next((kind for kind in kinds if outline(robot, kind).shapes[body]), kinds[0])
+    geometry = outline(robot, kind)
+    shapes = geometry.shapes[body]
+    extent = _extent(shapes) if shapes else limits
+    if extent is None or (surface and not shapes):
         raise StudyError(
             f'body "{name}" has no geometry, so there is no place on it; give a box with --within'
         )
-    boxes = [np.stack([-shape.reach(-np.eye(3)), shape.reach(np.eye(3))]) for shape in shapes]
-    whole = (
-        (np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1])
-        if shapes
-        else limits or (np.zeros(3), np.zeros(3))
-    )
-    if limits is not None and (np.any(limits[0] > whole[1]) or np.any(limits[1] < whole[0])):
-        raise StudyError(
-            f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(whole)} of its "
-            f"frame"
-        )
+    if limits is not None:
+        _refuse_apart(limits, extent, name)
     if limits is not None and not surface:
         corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
-        return Region(
-            f"in the box {_box_text(limits)} of {name}",
-            (ConvexCell(corners),),
-            (),
-            _size(limits),
-            True,
-            (),
-        )
+        text = f"in the box {_box_text(limits)} of {name}"
+        return Region(text, (ConvexCell(corners),), (), _size(limits), True, ())
     if not surface:
         pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
-        hulls = (
-            ", a mesh as its convex hull" if any(shape.mesh is not None for shape in shapes) else ""
-        )
-        cells = [ConvexCell(shape.points, shape.rounding) for shape in shapes]
-        text = f"inside the {kind} geometry of {name} ({pieces}{hulls})"
-        return Region(text, tuple(cells), (), _size(whole), True, seen.warnings)
-    solid = [
-        shape
-        for shape, one in zip(shapes, boxes, strict=True)
-        if np.ptp(one, axis=0).max() > MARKER * _size(whole)
-    ]
-    cells = [ConvexCell(corners) for shape in solid for corners in facets(shape)]
+        if any(shape.mesh is not None for shape in shapes):
+            pieces += ", a mesh as its convex hull"
+        text = f"inside the {kind} geometry of {name} ({pieces})"
+        hulls = tuple(ConvexCell(shape.points, shape.rounding) for shape in shapes)
+        return Region(text, hulls, (), _size(extent), True, geometry.warnings)
+
+    smallest = MARKER * _size(extent)
+    solid = [shape for shape in shapes if _size(_extent([shape])) > smallest]
+    cells: list[ConvexCell] = []
+    for shape in solid:
+        cells += [ConvexCell(corners) for corners in facets(shape)]
+    parts = f"{len(cells)} facets"
     if limits is not None:
-        cells = [part for cell in cells if (part := _cut(cell, limits)) is not None]
-    box_text = "" if limits is None else f", within {_box_text(limits)}"
-    text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{box_text})"
-    outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
-    return Region(
-        text,
-        tuple(cells),
-        outside,
-        _size(whole if limits is None else limits),
-        False,
-        seen.warnings,
-    )
+        cells = _cut(cells, limits)
+        extent = limits
+        parts = f"{len(cells)} facets, within {_box_text(limits)}"
+    text = f"on the surface of the {kind} geometry of {name} ({parts})"
+    outside = tuple(hull for hull in map(half_spaces, solid) if hull is not None)
+    return Region(text, tuple(cells), outside, _size(extent), False, geometry.warnings)
+
+
+def _extent(shapes: Sequence[Shape]) -> tuple[Array, Array]:
+    """Lower and upper corner (3,) of the box of some shapes [m]."""
+    low = [-shape.reach(-np.eye(3)) for shape in shapes]
+    high = [shape.reach(np.eye(3)) for shape in shapes]
+    return np.min(low, axis=0), np.max(high, axis=0)
+
+
+def _refuse_apart(limits: tuple[Array, Array], extent: tuple[Array, Array], name: str) -> None:
+    """Refuse a box that does not meet the box of a body.
+
+    Raises:
+        StudyError: the text says where the body is.
+    """
+    if np.any(limits[0] > extent[1]) or np.any(limits[1] < extent[0]):
+        raise StudyError(
+            f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(extent)} of "
+            f"its frame"
+        )
 
 
 def _size(limits: tuple[Array, Array]) -> float:
+    """The longest side of a box [m]."""
     return float((limits[1] - limits[0]).max())
 
 
-def _cut(cell: ConvexCell, limits: tuple[Array, Array]) -> ConvexCell | None:
-    part: ConvexCell | None = cell
+def _cut(cells: Sequence[ConvexCell], limits: tuple[Array, Array]) -> list[ConvexCell]:
+    """The parts of cells that are in a box."""
     faces = box(*limits)
-    for normal, offset in zip(faces.normals, faces.offsets, strict=True):
-        # Faces that all points are inside of are no constraint.
-        if part is not None and float((cell.points @ normal).max()) > offset:
-            part = part.within(-normal, -offset)
-    return part
+    parts = []
+    for cell in cells:
+        part: ConvexCell | None = cell
+        for normal, offset in zip(faces.normals, faces.offsets, strict=True):
+            # Faces that all points are inside of are no constraint.
+            if part is not None and float((cell.points @ normal).max()) > offset:
+                part = part.within(-normal, -offset)
+        if part is not None:
+            parts.append(part)
+    return parts
 
 
 def _checked_box(within: Box) -> tuple[Array, Array]:
@@ -148,7 +155,7 @@ def _checked_box(within: Box) -> tuple[Array, Array]:
 
 
 def _box_text(limits: tuple[Array, Array]) -> str:
-    return (
-        ", ".join(f"{axis} {a:.4g}…{b:.4g}" for axis, a, b in zip("xyz", *limits, strict=True))
-        + " m"
-    )
+    """A box in words, such as "x -0.1…0.1, y -0.1…0.1, z 0…0.1 m"."""
+    low, high = limits
+    sides = [f"{axis} {a:.4g}…{b:.4g}" for axis, a, b in zip("xyz", low, high, strict=True)]
+    return f"{', '.join(sides)} m"

@@ -2,6 +2,7 @@
 and what is proven.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,88 +11,99 @@ from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND, MOVED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
-from shockpc.show.report import Picture, Report
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import count, proof_text, robot_name
-from shockpc.studies.place.study import PlaceStudy
+from shockpc.show.wording import proof_text, robot_name
+from shockpc.studies.place.study import PlaceStudy, SensorPlace
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few, listed
 
 MOST_MOVED = 0.01
 """Distance by which a place moves over the drives for the places of both ends to be given [m]."""
 
+SHORT = 6
+"""Landings in the short table."""
+
 
 def place_report(study: PlaceStudy) -> Report:
     """The places of minimum shock on a body."""
-    number = "maximum shock" if study.weights is None else "weighted mean of the shock"
-    asked = dict.fromkeys(
-        point.label for profile in study.profiles for point in profile.scene.point
+    body_name = study.robot.bodies[study.body].name
+    judged = any(sensor.margin is not None for sensor in _sensors(study))
+    header = [
+        *shared_lines(_profiles(study)),
+        ("where", study.region.text),
+        ("compared by", "maximum shock over the landings"),
+    ]
+    picture = Picture(
+        "place", "maximum shock over the body", "studies.place.figure:draw_place", (study,)
     )
-    apart = [name for name in asked if name not in {place.name for place in study.today}]
-    outside = (
-        [
-            f"warning: no place on {study.robot.bodies[study.body].name}, so left out: "
-            f"{listed(apart, 6)}"
-        ]
-        if apart
-        else []
-    )
-    refused = causes((name, str(reason)) for name, reason in study.failures)
-    failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
+
+    def body(full: bool) -> list[Section]:
+        sections: list[Section] = [Lines(header), picture]
+        sections.append(_places(study).without("present", "bound"))
+        if judged:
+            sections.append(_margins(study))
+        sections.append(_landings(study, None if full else SHORT))
+        if moves_over_drives(study):
+            sections.append(_drives(study))
+        return sections
+
+    sheets: dict[str, Callable[[], Sheet]] = {
+        "places": lambda: _places(study),
+        "landings": lambda: _landings(study),
+        "velocity_changes": lambda: _velocity_changes(study),
+    }
+    if judged:
+        sheets["margins"] = lambda: _margins(study)
+    if study.ends:
+        sheets["drives"] = lambda: _drives(study)
     return Report(
         name="place",
-        title=(
-            f"Place of minimum shock on {study.robot.bodies[study.body].name} of "
-            f"{robot_name(study.robot)}"
-        ),
-        body=lambda full: [
-            Lines(
-                [
-                    *shared_lines(_named(study)),
-                    ("where", study.region.text),
-                    ("compared by", f"{number} over the landings"),
-                ]
-            ),
-            Picture(
-                "place", "maximum shock over the body", "studies.place.figure:draw_place", (study,)
-            ),
-            _places(study).without("present", "bound"),
-            *([_margins(study)] if _judged(study) else []),
-            _landings(study, None if full else 6),
-            *([_drives(study)] if moves_over_drives(study) else []),
-        ],
+        title=f"Place of minimum shock on {body_name} of {robot_name(study.robot)}",
+        body=body,
         lead=3,
         closing=[*_gains(study), *_over_drives(study), *_proof(study)],
-        warnings=[
-            *failed,
-            *outside,
-            *(f"warning: {text}" for text in study.region.warnings),
-            *shared_warnings(_named(study), "sensor"),
-        ],
-        sheets={
-            "places": lambda: _places(study),
-            "landings": lambda: _landings(study),
-            "velocity_changes": lambda: _changes(study),
-            **({"margins": lambda: _margins(study)} if _judged(study) else {}),
-            **({"drives": lambda: _drives(study)} if study.ends else {}),
-        },
+        warnings=_warnings(study),
+        sheets=sheets,
         document=lambda: _document(study),
         tables=True,
-        landings=_named(study),
+        landings=_profiles(study),
     )
 
 
-def _named(study: PlaceStudy) -> dict[str, ShockProfile]:
+def _sensors(study: PlaceStudy) -> tuple[SensorPlace, ...]:
+    """Present sensors, then new places."""
+    return (*study.today, *study.places)
+
+
+def _profiles(study: PlaceStudy) -> dict[str, ShockProfile]:
+    """The profiles by the names of the landings."""
     return dict(zip(study.landings, study.profiles, strict=True))
 
 
+def _warnings(study: PlaceStudy) -> list[str]:
+    """Landings that could not be computed, points on other bodies, and what the landings share."""
+    refused = causes((name, str(reason)) for name, reason in study.failures)
+    lines = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
+    present = {sensor.name for sensor in study.today}
+    labels = dict.fromkeys(
+        point.label for profile in study.profiles for point in profile.scene.point
+    )
+    elsewhere = [label for label in labels if label not in present]
+    if elsewhere:
+        body = study.robot.bodies[study.body].name
+        lines.append(f"warning: no place on {body}, so left out: {listed(elsewhere, 6)}")
+    lines += [f"warning: {text}" for text in study.region.warnings]
+    return [*lines, *shared_warnings(_profiles(study), "sensor")]
+
+
 def _document(study: PlaceStudy) -> dict[str, Any]:
+    """What is no table of the document, schema `shockpc.place/2`."""
     return {
         "robot": {"name": study.robot.name, "file": study.robot.label},
         "body": study.robot.bodies[study.body].name,
         "region": study.region.text,
-        "compared_by": "maximum" if study.weights is None else "weighted mean",
-        **record(study, "count", "combined", "bound", "gap"),
+        **record(study, "combined", "bound", "gap"),
         "proven": study.complete,
         "keep": None if study.kept is None else study.kept.name,
         "apart": study.apart,
@@ -102,134 +114,104 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
                 **record(profile.health, "error_bound", "warnings"),
                 "scene": profile.scene,
             }
-            for name, profile in _named(study).items()
+            for name, profile in _profiles(study).items()
         ],
         "failures": [{"landing": name, "reason": str(reason)} for name, reason in study.failures],
     }
 
 
 def _places(study: PlaceStudy) -> Sheet:
+    """Positions and maximum shocks, whether a sensor is present, and bounds of new places."""
     notes = []
-    if study.count > 1:
-        notes.append("together: in each landing the sensor with the smallest shock")
-    elif len(study.places) > 1:
+    if study.combined > (1.0 + 1e-6) * study.least:
+        notes.append(
+            f"among places within 1 % of the optimum, {study.least:.4g}, each has the smallest "
+            f"mean over the landings"
+        )
+    if len(study.places) > 1:
         notes.append(
             f"each further place: the best one at least {study.apart:.3g} m along x, y or z from "
             f"those before"
         )
-    if study.combined > (1.0 + 1e-6) * study.least:
-        notes.insert(
-            0,
-            f"among places within 1 % of the optimum, {study.least:.4g}, each has the smallest "
-            f"mean over the landings",
-        )
-    title = (
-        f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the "
-        f"strike)"
-    )
-    sheet, found = sheet_of(study.table, title, notes), (*study.today, *study.places)
-    more = [(one.bound is None, one.bound) for one in found] + [(False, None)] * (
-        len(sheet.rows) - len(found)
-    )
-    rows = [(*row, *cells) for row, cells in zip(sheet.rows, more, strict=True)]
+    body = study.robot.bodies[study.body].name
+    title = f"places on {body} (in its frame; shock relative to the strike)"
+    sheet = sheet_of(study.table, title, notes)
+    rows = [
+        (*row, sensor.bound is None, sensor.bound)
+        for row, sensor in zip(sheet.rows, _sensors(study), strict=True)
+    ]
     return sheet._replace(header=[*sheet.header, "present", "bound [-]"], rows=rows)
 
 
-def _changes(study: PlaceStudy) -> Sheet:
+def _velocity_changes(study: PlaceStudy) -> Sheet:
     """The jump of velocity at each place in each landing."""
-    rows = [
-        (one.name, name, float(shock), *jump)
-        for one in (*study.today, *study.places)
-        for name, shock, jump in zip(study.landings, one.shocks, one.delta_v.tolist(), strict=True)
-    ]
-    return Sheet(
-        "jumps of velocity",
-        ("place", "landing", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]"),
-        rows,
-    )
-
-
-def _judged(study: PlaceStudy) -> bool:
-    """Whether peaks are compared with the range of a sensor."""
-    return any(one.margin is not None for one in (*study.today, *study.places))
+    header = ("place", "landing", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]")
+    rows: list[Row] = []
+    for sensor in _sensors(study):
+        shocks, jumps = sensor.shocks.tolist(), sensor.delta_v.tolist()
+        for landing, shock, jump in zip(study.landings, shocks, jumps, strict=True):
+            rows.append((sensor.name, landing, shock, *jump))
+    return Sheet("jumps of velocity", header, rows)
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
     """The shock at each place in each landing.
 
-    Args: most, rows to show, those of the largest shock.
+    Args:
+        study: the study.
+        most: rows to show, those of the largest shock; None for all.
     """
-    places = (*study.today, *study.places)
-    shocks = np.array([one.shocks for one in places]).T
-    weights = {} if study.weights is None else {"weight [-]": study.weights}
-    felt = {Column(one.name, one.name, "-"): one.shocks for one in places}
-    least = (
-        {"minimum at": [study.places[k].name for k in study.assigned]} if study.count > 1 else {}
-    )
-    sheet = Sheet.of(
-        "shock in each landing", {"landing": study.landings, **weights, **felt, **least}
-    )
-    return sheet.largest(most, "landing", shocks.max(axis=1).tolist())
+    sensors = _sensors(study)
+    columns = {Column(sensor.name, sensor.name, "-"): sensor.shocks for sensor in sensors}
+    sheet = Sheet.of("shock in each landing", {"landing": study.landings, **columns})
+    largest = np.max([sensor.shocks for sensor in sensors], axis=0)
+    return sheet.largest(most, "landing", largest.tolist())
 
 
 def _margins(study: PlaceStudy) -> Sheet:
     """Peaks along the axes of each sensor with what is left of its range."""
-    scene = study.profiles[0].scene
-    span = "" if scene.range_g is None else f", range {scene.range_g:g} g"
-    along: list[Row] = []
-    for one in (*study.today, *study.places):
-        if one.margin is not None:
-            along.append(
-                (
-                    one.name,
-                    *one.margin.peak_g,
-                    *((None,) * 3 if one.margin.left is None else one.margin.left),
-                )
-            )
     header = (
         "place",
         *(f"peak {axis} [g]" for axis in "xyz"),
         *(f"left {axis} [%]" for axis in "xyz"),
     )
+    rows: list[Row] = []
+    for sensor in _sensors(study):
+        margin = sensor.margin
+        if margin is not None:
+            left = (None, None, None) if margin.left is None else margin.left
+            rows.append((sensor.name, *margin.peak_g, *left))
+    scene = study.profiles[0].scene
+    pulse = f"pulse {scene.pulse}"
+    conditions = ["at most, for a pulse of any length" if scene.pulse is None else pulse]
+    if scene.imu_bandwidth is not None:
+        conditions.append(f"behind a filter of {scene.imu_bandwidth}")
+    if scene.range_g is not None:
+        conditions.append(f"range {scene.range_g:g} g")
+    title = f"peak acceleration along each axis ({', '.join(conditions)}; left: share of the range)"
     note = "axes: those of the present sensors; for new places those of the body"
-    given = [
-        "at most, for a pulse of any length" if scene.pulse is None else f"pulse {scene.pulse}"
-    ]
-    given += [f"behind a filter of {scene.imu_bandwidth}"] * (scene.imu_bandwidth is not None)
-    title = (
-        f"peak acceleration along each axis ({', '.join(given)}{span}; left: share of the range)"
-    )
-    return Sheet(title, header, along, [note]).known()
+    return Sheet(title, header, rows, [note]).known()
 
 
 def _gains(study: PlaceStudy) -> list[str]:
     """How much less shock the best place sees than each present sensor."""
-    n = len(study.places)
-    new = (
-        "the best place"
-        if study.count == 1
-        else "the sensor"
-        if n == 1
-        else "the pair"
-        if n == 2
-        else f"{n} sensors"
-    )
-    chosen = study.places if study.count > 1 else study.places[:1]
-    new += " " + " and ".join(
-        "({:g}, {:g}, {:g})".format(*one.position.round(3) + 0.0) for one in chosen
-    )
-    lines = [] if study.today else [f"{new} sees {study.combined:.3g}"]
-    for one in study.today:
-        if one is study.kept:
-            seen = (
-                f"keep {one.name}, which sees {one.combined:.3g}: no place is better by more than "
-                f"1 %"
+    position = study.places[0].position.round(3) + 0.0
+    best = "the best place ({:g}, {:g}, {:g})".format(*position)
+    if not study.today:
+        return [f"{best} sees {study.combined:.3g}"]
+    lines = []
+    for sensor in study.today:
+        if sensor is study.kept:
+            lines.append(
+                f"keep {sensor.name}, which sees {sensor.combined:.3g}: no place is better by more "
+                f"than 1 %; {best} sees {study.combined:.3g}"
             )
-            lines.append(f"{seen}; {new} sees {study.combined:.3g}")
             continue
-        factor = one.combined / study.combined if study.combined > 0.0 else np.inf
-        less = f"; a factor of {factor:.3g}" if factor < 1e6 else ""
-        lines.append(f"{one.name} sees {one.combined:.3g}, {new} {study.combined:.3g}{less}")
+        line = f"{sensor.name} sees {sensor.combined:.3g}, {best} {study.combined:.3g}"
+        factor = sensor.combined / study.combined if study.combined > 0.0 else np.inf
+        if factor < 1e6:
+            line += f"; a factor of {factor:.3g}"
+        lines.append(line)
     return lines
 
 
@@ -237,42 +219,37 @@ def moves_over_drives(study: PlaceStudy) -> bool:
     """Whether the best place differs between the ends of the drives by more than 1 cm, or its shock
     by more than 1 %.
     """
-    every = (study, *study.ends.values())
-    if any(isinstance(one, ShockError) for one in every):
+    if any(isinstance(end, ShockError) for end in study.ends.values()):
         return True
     distance, numbers = _moved(study)
     return distance > MOST_MOVED or max(numbers) > (1.0 + MOVED) * min(numbers)
 
 
 def _moved(study: PlaceStudy) -> tuple[float, list[float]]:
-    """The largest distance between the best places over the drives [m], and their shocks [1].
-
-    Of several sensors the distance is the largest of those in their order.
-    """
-    every = [study, *(one for one in study.ends.values() if isinstance(one, PlaceStudy))]
-    positions = [np.array([place.position for place in one.places[: study.count]]) for one in every]
-    known = [one for one in positions if one.shape == positions[0].shape]
-    distance = max(float(np.linalg.norm(a - b, axis=1).max()) for a in known for b in known)
-    return distance, [one.combined for one in every]
+    """The largest distance between the best places over the drives [m], and their shocks [1]."""
+    studies = [study, *(end for end in study.ends.values() if isinstance(end, PlaceStudy))]
+    positions = np.array([end.places[0].position for end in studies])
+    distances = np.linalg.norm(positions[:, None] - positions, axis=-1)
+    return float(distances.max()), [end.combined for end in studies]
 
 
 def _drives(study: PlaceStudy) -> Sheet:
     """The best place with the smallest and the largest inertias of the drives, beside that as
     modelled and present sensors.
     """
-    named = "maximum shock [-]" if study.weights is None else "weighted mean [-]"
-    header = ("drives", "place", "x [m]", "y [m]", "z [m]", named)
+    header = ("drives", "place", "x [m]", "y [m]", "z [m]", "maximum shock [-]")
+    modelled = study.places[0].position
     rows: list[Row] = []
-    for end, found in study.ends.items():
-        if isinstance(found, ShockError):
-            rows.append((end, str(found), None, None, None, None))
+    for end, result in study.ends.items():
+        if isinstance(result, ShockError):
+            rows.append((end, str(result), None, None, None, None))
             continue
-        best = study.places[: study.count]
-        for one in (*found.places[: study.count], *found.today):
-            rows.append((end, one.name, *one.position.tolist(), one.combined))
-        if study.count == 1 and not np.array_equal(best[0].position, found.places[0].position):
-            (at,) = found.fields.at(best[0].position[None])
-            rows.append((end, "best as modelled", *best[0].position.tolist(), float(at)))
+        best = result.places[0]
+        for sensor in (best, *result.today):
+            rows.append((end, sensor.name, *sensor.position.tolist(), sensor.combined))
+        if not np.array_equal(modelled, best.position):
+            (value,) = result.fields.at(modelled[None]).tolist()
+            rows.append((end, "best as modelled", *modelled.tolist(), value))
     return Sheet(AT_BOTH, header, rows, [BEYOND])
 
 
@@ -286,20 +263,21 @@ def _over_drives(study: PlaceStudy) -> list[str]:
             f"less than 1 %"
         ]
     distance, numbers = _moved(study)
-    seen = f"its shock is {min(numbers):.3g} to {max(numbers):.3g}"
     lines = [
-        f"drives: from {BETWEEN}, the best place moves by {100.0 * distance:.2g} cm, and {seen}"
+        f"drives: from {BETWEEN}, the best place moves by {100.0 * distance:.2g} cm, and its shock "
+        f"is {min(numbers):.3g} to {max(numbers):.3g}"
     ]
-    for end, found in study.ends.items():
-        if isinstance(found, ShockError):
-            lines.append(f"with the {end} inertias there is no answer: {found}")
-        elif found.kept is not None and study.kept is None:
+    for end, result in study.ends.items():
+        if isinstance(result, ShockError):
+            lines.append(f"with the {end} inertias there is no answer: {result}")
+        elif result.kept is not None and study.kept is None:
             lines.append(
-                f"with the {end} inertias keep {found.kept.name}: no place is better by more than "
+                f"with the {end} inertias keep {result.kept.name}: no place is better by more than "
                 f"1 %"
             )
-        elif found.kept is None and study.kept is not None:
-            gain = 100.0 * found.better(min(found.today, key=lambda one: one.combined))
+        elif result.kept is None and study.kept is not None:
+            present = min(result.today, key=lambda sensor: sensor.combined)
+            gain = 100.0 * result.better(present)
             lines.append(
                 f"with the {end} inertias a place is better than {study.kept.name}, by {gain:.2g} %"
             )
@@ -307,31 +285,16 @@ def _over_drives(study: PlaceStudy) -> list[str]:
 
 
 def _proof(study: PlaceStudy) -> list[str]:
+    """The bound of the optimum, and the accuracy of the shocks."""
     bound = max(profile.health.error_bound for profile in study.profiles)
-    slides = [
-        name
-        for name, one in _named(study).items()
-        if one.friction is not None and one.friction.impact is not None
-    ]
-    sliding = (
-        f"; with friction, in double precision, where contacts slide: {few(slides, 4)}"
-        if slides
-        else ""
-    )
-    what = "no place" if study.count == 1 else f"no {count(study.count, 'sensor')}"
-    verb = "is" if study.count == 1 else "are"
-    enough = count(len(study.places), "sensor")
-    fewer = (
-        [f"{enough} of {study.count}: with more, the shock compared is not less"]
-        if len(study.places) < study.count
-        else []
-    )
-    unfinished = (
-        "" if study.complete else "; the search ended at its limit before the optimum was proven"
-    )
+    accuracy = f"accuracy of the shock at these places: {proof_text(bound)}"
+    slides = []
+    for name, profile in _profiles(study).items():
+        if profile.friction is not None and profile.friction.impact is not None:
+            slides.append(name)
+    if slides:
+        accuracy += f"; with friction, in double precision, where contacts slide: {few(slides, 4)}"
     return [
-        *fewer,
-        f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap "
-        f"{study.gap:.0e}){unfinished}",
-        f"accuracy of the shock at these places: {proof_text(bound)}{sliding}",
+        f"optimum: no place {study.region.text} is below {study.bound:.6g} (gap {study.gap:.0e})",
+        accuracy,
     ]

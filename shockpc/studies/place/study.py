@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple
 
@@ -29,23 +29,17 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.place.best_first import best_places, box
 from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
-from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.text.names import match
 from shockpc.text.shown import brief, counted, shown_by
 
 NEAREST = 1e-3
 """Smallest distance between alternatives [m]."""
 
-ALTERNATIVES = 2
-"""Default of their number."""
-
 EQUAL_SHARE = 1.0 - 1e-6
 """Share of the largest shock from which others are equal to it, of which the first is named;
 rounding makes them differ.
 """
-
 
 EQUAL = 0.01
 """By how much more than the smallest the largest shock at a place may be, as a share of it, for the
@@ -72,12 +66,10 @@ class SensorPlace(NamedTuple):
     """A place on the body and the shock that it sees; all numbers are proven ones.
 
     Attributes:
-        name: of the sensor or point that is there today; "best", "2nd" and so on, or for several
-            "sensor 1" and so on.
+        name: of the sensor or point that is there today; "best", "2nd" and so on for a new one.
         position: (3,) in the body's frame [m].
         shocks: (L,) in each landing [1].
-        combined: the number by which places are compared: the largest of them, or the weighted mean
-            [1].
+        combined: the number by which places are compared, the largest of them [1].
         delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those
             of the body [m/s].
         bound: no allowed place has less than this [1]; None for what is there today.
@@ -105,15 +97,11 @@ class PlaceStudy:
         profiles: their results.
         fields: shock over the body, and the number by which places are compared.
         today: the body's sensors, and the points that the scenes name.
-        places: the best place and its alternatives, or the places of several sensors that belong
-            together; fewer than `count` where these already see as little as so many can.
-        count: number of sensors that belong together.
-        combined: the number by which places are compared, at the best; of several sensors the
-            minimum shock in each landing [1].
+        places: the best place and its alternatives.
+        combined: the number by which places are compared, at the best one [1].
         least: the minimum such number in the region; of landings on feet that are level and on some
             of them, the best place is that of the smallest mean among those within 1 % of it [1].
         bound: nothing in the region is below this [1].
-        assigned: (L,) for several sensors, which of them has the smallest shock in each landing.
         apart: distance of the alternatives along at least one axis [m].
         failures: name and error of the landings that could not be computed.
         ends: the study with all drives at the smallest inertias that what is known allows, and at
@@ -128,11 +116,9 @@ class PlaceStudy:
     fields: Fields = field(repr=False)
     today: tuple[SensorPlace, ...]
     places: tuple[SensorPlace, ...]
-    count: int
     combined: float
     least: float
     bound: float
-    assigned: np.ndarray
     apart: float
     failures: tuple[tuple[str, ShockError], ...]
     ends: Mapping[End, "PlaceStudy | ShockError"] = field(default_factory=dict, repr=False)
@@ -144,60 +130,38 @@ class PlaceStudy:
         return brief(self, f"{self.robot.name}, body {body}", counted(len(self.places), "place"))
 
     @property
-    def weights(self) -> Array | None:
-        """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None
-        for the largest shock.
-        """
-        return self.fields.weights
-
-    @property
     def table(self) -> Table:
-        """A row for each present sensor, for each place found, and for all of these together if
-        there are several sensors.
-        """
-        entries = [
-            (one.name, one.position, one.combined, one.shocks)
-            for one in (*self.today, *self.places)
-        ]
-        if self.count > 1:
-            together = np.stack([one.shocks for one in self.places]).min(axis=0)
-            entries.append(("together", np.full(3, np.nan), self.combined, together))
-        mean = self.weights is not None
-        rows = (
-            (
-                name,
-                *at,
-                *([combined] * mean),
-                shocks.max(),
-                self.landings[(shocks >= EQUAL_SHARE * shocks.max()).argmax()],
-            )
-            for name, at, combined, shocks in entries
-        )
-        means = ["weighted mean [-]"] * mean
-        return Table.of_rows(
-            ("place", "x [m]", "y [m]", "z [m]", *means, "maximum shock [-]", "in landing"), rows
-        )
+        """A row for each present sensor and for each place found."""
+        header = ("place", "x [m]", "y [m]", "z [m]", "maximum shock [-]", "in landing")
+        rows = []
+        for sensor in (*self.today, *self.places):
+            largest = sensor.shocks.max()
+            first = (sensor.shocks >= EQUAL_SHARE * largest).argmax()
+            rows.append((sensor.name, *sensor.position, largest, self.landings[first]))
+        return Table.of_rows(header, rows)
 
     @property
     def gap(self) -> float:
-        """Difference between the smallest number found and what is proven to be a lower bound [1]."""
+        """Difference between the smallest number and what is proven to be a lower bound [1]."""
         return max(0.0, self.least - self.bound)
 
-    def better(self, one: SensorPlace) -> float:
+    def better(self, sensor: SensorPlace) -> float:
         """By how much the best place is better than another one, as a share of its shock [1]."""
         if self.combined > 0.0:
-            return max(0.0, one.combined / self.combined - 1.0)
-        return math.inf if one.combined > 0.0 else 0.0
+            return max(0.0, sensor.combined / self.combined - 1.0)
+        return math.inf if sensor.combined > 0.0 else 0.0
 
     @property
     def kept(self) -> SensorPlace | None:
         """The present sensor than which no place is better by more than 1 %; None if there is none."""
-        least = min(self.today, key=lambda one: one.combined, default=None)
-        return least if least is not None and self.better(least) <= MOVED else None
+        best = min(self.today, key=lambda sensor: sensor.combined, default=None)
+        if best is None or self.better(best) > MOVED:
+            return None
+        return best
 
     @property
     def complete(self) -> bool:
-        """Whether the search for several sensors ended with the optimum."""
+        """Whether the gap is at most a millionth of the number."""
         return self.gap <= 1e-6 * max(self.least, 1e-3)
 
 
@@ -205,12 +169,10 @@ class PlaceStudy:
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
         "Without --contact the landings are those on all level feet together, on each edge of "
-        "their support, and on each "
-        "foot. Places are compared by the maximum shock over all "
+        "their support, and on each foot. Places are compared by the maximum shock over all "
         "landings. The optimum over the body is exact up to the stated gap; the shock at the "
-        "places is proven. "
-        "--pulse (or --imu-bandwidth) with --range-g also gives the unused range of a sensor along "
-        "each axis."
+        "places is proven. --pulse (or --imu-bandwidth) with --range-g also gives the unused range "
+        "of a sensor along each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
     without=(
@@ -237,25 +199,13 @@ def place(
         Vary,
         Option(
             "Repeat each landing with these values, a:b:n or a,b,c, of strike-angle [deg], speed "
-            "[m/s], base-pitch [deg], "
-            "joints by name or glob [deg; m if prismatic], and other names of a landing that sweep "
-            "varies.",
+            "[m/s], base-pitch [deg], joints by name or glob [deg; m if prismatic], and other "
+            "names of a landing that sweep varies.",
             "Landings",
             "NAME=VALUES",
             holds="varied",
         ),
     ] = (),
-    weights: Annotated[
-        Mapping[str, float] | None,
-        Option(
-            "Weight of the landings with this name or glob; others weigh 1. Places are then "
-            "compared by the weighted mean "
-            "over the landings instead of the maximum shock.",
-            "Landings",
-            "LANDING=WEIGHT",
-            "weight",
-        ),
-    ] = None,
     body: Annotated[
         str | None,
         Option(
@@ -283,36 +233,25 @@ def place(
             "Where a sensor may be",
         ),
     ] = False,
-    count: Annotated[
+    alternatives: Annotated[
         int,
         Option(
-            "Number of sensors: in each landing the sensor with the smallest shock counts.",
-            "Sensors",
-            "N",
-            least=1.0,
-            greatest=20.0,
-        ),
-    ] = 1,
-    alternatives: Annotated[
-        int | None,
-        Option(
-            "Number of further places of one sensor, each the best at a tenth of the region's size "
-            "from those before.",
-            "Sensors",
+            "Number of further places, each the best at a tenth of the region's size from those "
+            "before.",
+            "Where a sensor may be",
             "N",
             least=0.0,
             greatest=20.0,
-            default="2",
         ),
-    ] = None,
+    ] = 2,
     progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,
 ) -> PlaceStudy:
     """Find where on a body a sensor has the smallest shock.
 
-    The largest shock over the landings (or its weighted mean) is a convex function of the place, so
-    that its minimum over each convex piece of the body is a second-order cone program; bounds tell
-    which piece is the best. The shock at the places found, and at the present sensors, is then
-    taken from the enclosures of the exact solutions.
+    The largest shock over the landings is a convex function of the place, so that its minimum over
+    each convex piece of the body is a second-order cone program; bounds tell which piece is the
+    best. The shock at the places found, and at the present sensors, is then taken from the
+    enclosures of the exact solutions.
 
     Args:
         landings: one landing, or landings of one robot by name.
@@ -325,187 +264,131 @@ def place(
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
-    if count > 1 and alternatives is not None:
-        raise StudyError(
-            f"alternatives are places of one sensor, and {count} sensors are asked for; leave one "
-            f"of the two out"
-        )
-    alternatives = ALTERNATIVES if alternatives is None else alternatives
     named = named_scenes(landings)
     robot = robot or common_robot(named)
-    named = with_default_landings(named, robot)
-    if varied := pairs(vary):
-        named = {
-            label: case
-            for name, scene in named.items()
-            for label, case in scene_grid(name, scene, robot, varied).items()
-        }
-    scenes = list(named.values())
-    for scene in scenes:
+    named = _varied(with_default_landings(named, robot), robot, vary)
+    for scene in named.values():
         refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
     i = 0 if body is None else robot.body(body)
     region = region_of(robot, i, within, surface)
     apart = max(region.size / 10.0, NEAREST)
-    profiles, failures = _profiles(named, robot, progress(len(named)))
-    names = tuple(profiles)
+    cases = {name: (scene, robot) for name, scene in named.items()}
+    profiles, failures = _profiles(cases, progress(len(cases)))
     computed = tuple(profiles.values())
-    jumps = np.array([_jump(profile, i) for profile in computed])
-    fields = fields_of(
-        jumps[:, :3],
-        jumps[:, 3:],
-        np.array([profile.v_in for profile in computed]),
-        None if weights is None else _weights(names, named, weights),
-    )
-    optima, least, bound = _optima(
-        fields, region, count, alternatives, apart, weights is None and _nested(computed)
-    )
-    titles = (
-        [f"sensor {k + 1}" for k in range(len(optima))]
-        if count > 1
-        else [_rank(k) for k in range(len(optima))]
-    )
-    new = tuple(
-        Point(
-            frame=robot.bodies[i].name,
-            offset=(float(one.place[0]), float(one.place[1]), float(one.place[2])),
-        )
-        for one in optima
-    )
-    today = [place for place in point_places(robot, _asked(scenes)) if place.body == i]
-    every = [*today, *(point_place(robot, point) for point in new)]
-    shocks, delta_v = _proven(computed, every, new)
-    combined = fields.combined(shocks)
-    together = shocks[len(today) :].min(axis=0)
-    places = [
-        SensorPlace(
-            name=name,
-            position=place.r,
-            shocks=shocks[k],
-            combined=float(combined[k]),
-            delta_v=delta_v[k],
-            bound=None if k < len(today) else optima[k - len(today)].bound,
-            margin=_margin(delta_v[k], computed),
-        )
-        for k, (name, place) in enumerate(
-            zip([*(place.name for place in today), *titles], every, strict=True)
-        )
-    ]
+    fields = _fields(computed, i)
+    optima, smallest = _optima(fields, region, alternatives, apart, by_mean=_nested(computed))
+    today, places = _sensor_places(robot, i, named.values(), computed, fields, optima)
     modelled = PlaceStudy(
         robot=robot,
         body=i,
         region=region,
-        landings=names,
+        landings=tuple(profiles),
         profiles=computed,
         fields=fields,
-        today=tuple(places[: len(today)]),
-        places=tuple(places[len(today) :]),
-        count=count,
-        combined=float(fields.combined(together)) if count > 1 else float(combined[len(today)]),
-        least=least,
-        bound=bound,
-        assigned=shocks[len(today) :].argmin(axis=0),
+        today=today,
+        places=places,
+        combined=places[0].combined,
+        least=smallest.value,
+        bound=smallest.bound,
         apart=apart,
         failures=failures,
     )
 
     def at_end(scenes: dict[str, Scene]) -> PlaceStudy:
-        return place(
-            scenes,
-            robot,
-            weights=weights,
-            body=body,
-            within=within,
-            surface=surface,
-            count=count,
-            alternatives=0 if count == 1 else None,
-        )
+        return place(scenes, robot, body=body, within=within, surface=surface, alternatives=0)
 
-    cases = {name: (scene, robot) for name, scene in named.items()}
     return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
 
 
+def _varied(scenes: dict[str, Scene], robot: Robot, vary: Vary) -> dict[str, Scene]:
+    """The landings by name, each repeated with what varies."""
+    varied = pairs(vary)
+    if not varied:
+        return scenes
+    every: dict[str, Scene] = {}
+    for name, scene in scenes.items():
+        every |= scene_grid(name, scene, robot, varied)
+    return every
+
+
 def _profiles(
-    landings: Mapping[str, Scene], robot: Robot, progress: Callable[[str], None]
+    cases: Mapping[str, tuple[Scene, Robot]], progress: Callable[[str], None]
 ) -> tuple[dict[str, ShockProfile], tuple[tuple[str, ShockError], ...]]:
-    """The landings' results by name, and those that could not be computed."""
-    results = proven(
-        {name: (scene, robot) for name, scene in landings.items()}, None, done=progress
-    )
-    failures = [
-        (name, result) for name, result in results.items() if isinstance(result, ShockError)
-    ]
-    if len(failures) == len(results):
+    """The landings' results by name, and those that could not be computed.
+
+    Raises:
+        ShockError: of the first landing, if none could be computed.
+    """
+    profiles: dict[str, ShockProfile] = {}
+    failures: list[tuple[str, ShockError]] = []
+    for name, result in proven(cases, None, done=progress).items():
+        if isinstance(result, ShockError):
+            failures.append((name, result))
+        else:
+            profiles[name] = result
+    if not profiles:
         raise failures[0][1]
-    profiles = {
-        name: result for name, result in results.items() if isinstance(result, ShockProfile)
-    }
     return profiles, tuple(failures)
 
 
-def _jump(profile: ShockProfile, body: int) -> Array:
-    """The jump (6,) of a body, angular part first, body coordinates; with friction where a contact
-    slides.
-    """
-    friction = profile.friction
-    if friction is None or friction.impact is None:
-        return np.concatenate([profile.delta_omega[body], profile.delta_v[body]])
-    return np.asarray(friction.impact.strike_jumps[0, 0, body])
-
-
-def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str, float]) -> Array:
-    """The weights of the landings that were computed, with sum 1.
-
-    Args: given, by name or glob of any landing.
-    """
-    by_name = dict.fromkeys(landings, 1.0)
-    for pattern, weight in given.items():
-        by_name |= dict.fromkeys(
-            match(pattern, by_name, "landing", "", "leave out --weight; the table names them"),
-            weight,
-        )
-    weights = np.array([by_name[name] for name in names])
-    if not (np.all(weights >= 0.0) and 0.0 < weights.sum() < math.inf):
-        raise StudyError("weights of landings have to be finite, not negative, and not all zero")
-    return np.asarray(weights / weights.sum())
+def _fields(profiles: Sequence[ShockProfile], body: int) -> Fields:
+    """Shock over a body; with friction where a contact slides."""
+    jumps = []
+    for profile in profiles:
+        # (6,) angular part first, body coordinates
+        friction = profile.friction
+        if friction is None or friction.impact is None:
+            jumps.append(np.concatenate([profile.delta_omega[body], profile.delta_v[body]]))
+        else:
+            jumps.append(np.asarray(friction.impact.strike_jumps[0, 0, body]))
+    by_landing = np.array(jumps)
+    v_in = np.array([profile.v_in for profile in profiles])
+    return fields_of(by_landing[:, :3], by_landing[:, 3:], v_in)
 
 
 def _optima(
-    fields: Fields, region: Region, count: int, alternatives: int, apart: float, by_mean: bool
-) -> tuple[list[Optimum], float, float]:
-    """The places, the smallest number found and its bound.
+    fields: Fields, region: Region, alternatives: int, apart: float, *, by_mean: bool
+) -> tuple[list[Optimum], Optimum]:
+    """The best place and its alternatives, and the place of the smallest number.
 
-    Args: by_mean, whether the mean decides among nearly equal places.
+    Args:
+        fields: shock over the body.
+        region: where a sensor may be.
+        alternatives: number of further places.
+        apart: distance of these [m].
+        by_mean: whether the mean decides among nearly equal places.
+
+    Raises:
+        StudyError: there is no place in the region.
     """
-    outside = list(region.outside)
-
-    def ranked(some: Fields, number: int) -> list[Optimum]:
-        optima = list(itertools.islice(best_places(some, region.cells, outside, apart), number))
-        if not optima and len(outside) == len(region.outside):
-            raise StudyError(
-                f"there is no place {region.text}: all of it is inside other shapes of the body, "
-                f"or outside the box"
-            )
-        return optima
-
-    if count > 1:
-        group = best_group(fields, min(count, len(fields.c)), lambda some: ranked(some, 1)[0])
-        return (
-            [Optimum(one, math.nan, group.bound) for one in group.places],
-            group.value,
-            group.bound,
+    ranked = best_places(fields, region.cells, region.outside, apart)
+    smallest = next(ranked, None)
+    if smallest is None:
+        raise StudyError(
+            f"there is no place {region.text}: all of it is inside other shapes of the body, or "
+            f"outside the box"
         )
-    optima = ranked(fields, 1 if by_mean else 1 + alternatives)
-    first, places = optima[0], list[Optimum]()
-    if not by_mean or first.value <= ACCURACY:
-        return optima, first.value, first.bound
-    mean = np.full(len(fields.c), 1.0 / len(fields.c))
-    while optima and len(places) <= alternatives:
-        limited = fields._replace(weights=mean, limit=(1.0 + EQUAL) * optima[0].value)
-        place = (ranked(limited, 1) or optima)[0].place
-        places.append(Optimum(place, float(fields.at(place[None])[0]), optima[0].bound))
-        outside.append(box(place - apart, place + apart))
-        optima = ranked(fields, 1)
-    return places, first.value, first.bound
+    if not by_mean:
+        return [smallest, *itertools.islice(ranked, alternatives)], smallest
+    if smallest.value <= ACCURACY:
+        return [smallest], smallest
+    return _of_smallest_mean(fields, region, 1 + alternatives, apart), smallest
+
+
+def _of_smallest_mean(fields: Fields, region: Region, number: int, apart: float) -> list[Optimum]:
+    """Places with the smallest mean over the landings, each among those that are nearly equal."""
+    outside = list(region.outside)
+    optima: list[Optimum] = []
+    for _ in range(number):
+        smallest = next(best_places(fields, region.cells, outside), None)
+        if smallest is None:
+            break
+        nearly_equal = fields._replace(limit=(1.0 + EQUAL) * smallest.value)
+        point = next(best_places(nearly_equal, region.cells, outside), smallest).place
+        (value,) = fields.at(point[None]).tolist()
+        optima.append(Optimum(point, value, smallest.bound))
+        outside.append(box(point - apart, point + apart))
+    return optima
 
 
 def _nested(profiles: Iterable[ShockProfile]) -> bool:
@@ -513,55 +396,102 @@ def _nested(profiles: Iterable[ShockProfile]) -> bool:
     level.
     """
     contacts = [{contact.frame for contact in profile.scene.contact} for profile in profiles]
-    return any(one < other for one in contacts for other in contacts)
+    return any(some < more for some, more in itertools.product(contacts, contacts))
 
 
-def _asked(scenes: list[Scene]) -> tuple[Point, ...]:
-    return tuple(dict.fromkeys(point for scene in scenes for point in scene.point))
+def _points(scenes: Iterable[Scene]) -> tuple[Point, ...]:
+    """The points that scenes name, each once."""
+    points = itertools.chain.from_iterable(scene.point for scene in scenes)
+    return tuple(dict.fromkeys(points))
+
+
+def _sensor_places(
+    robot: Robot,
+    body: int,
+    scenes: Iterable[Scene],
+    profiles: Sequence[ShockProfile],
+    fields: Fields,
+    optima: Sequence[Optimum],
+) -> tuple[tuple[SensorPlace, ...], tuple[SensorPlace, ...]]:
+    """The body's present sensors, and the places of optima, with their proven numbers."""
+    named = point_places(robot, _points(scenes))
+    today = [place for place in named if place.body == body]
+    points = []
+    for optimum in optima:
+        x, y, z = optimum.place.tolist()
+        points.append(Point(frame=robot.bodies[body].name, offset=(x, y, z)))
+    new = [point_place(robot, point) for point in points]
+    shocks, delta_v = _proven(profiles, [*today, *new], points)
+    names = [place.name for place in today] + [_rank(k) for k in range(len(new))]
+    bounds = [None] * len(today) + [optimum.bound for optimum in optima]
+    sensors = [
+        SensorPlace(
+            name=names[k],
+            position=place.r,
+            shocks=shocks[k],
+            combined=float(fields.combined(shocks[k])),
+            delta_v=delta_v[k],
+            bound=bounds[k],
+            margin=_margin(delta_v[k], profiles),
+        )
+        for k, place in enumerate([*today, *new])
+    ]
+    return tuple(sensors[: len(today)]), tuple(sensors[len(today) :])
 
 
 def _proven(
-    profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[Point, ...]
+    profiles: Sequence[ShockProfile], places: Sequence[Place], new: Sequence[Point]
 ) -> tuple[Array, Array]:
     """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact
     solutions.
+
+    Args:
+        profiles: of the landings.
+        places: named points of the scenes, then new ones.
+        new: the new points.
     """
-    columns = []
+    points = tuple(dict.fromkeys((*_points(profile.scene for profile in profiles), *new)))
+    shocks, delta_v = [], []
     for profile in profiles:
-        scene = profile.landing.scene
-        extended = replace(
-            scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new)))
-        )
-        at = replace(profile, landing=replace(profile.landing, scene=extended))
-        names, end = (
-            [point.name for point in at.landing.points],
-            "" if scene.friction is None else "_friction",
-        )
-        numbers = [at.value(f"{key}{end}", "point") for key in ("shock", "delta_v")]
-        columns.append([[values[names.index(place.name)] for place in every] for values in numbers])
-    shocks, delta_v = zip(*columns, strict=True)
+        scene = replace(profile.landing.scene, point=points)
+        at_points = replace(profile, landing=replace(profile.landing, scene=scene))
+        names = [point.name for point in at_points.landing.points]
+        rows = [names.index(place.name) for place in places]
+        end = "" if scene.friction is None else "_friction"
+        shocks.append(np.asarray(at_points.value(f"shock{end}", "point"))[rows])
+        delta_v.append(np.asarray(at_points.value(f"delta_v{end}", "point"))[rows])
     return np.array(shocks).T, np.array(delta_v).swapaxes(0, 1)
 
 
-def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None:
-    """What the scenes' pulses and bandwidths mean for the axes of a sensor; None if a scene has
-    neither.
+def _margin(delta_v: Array, profiles: Sequence[ShockProfile]) -> Margin | None:
+    """Peaks along the axes of a sensor, for the scenes' pulses and bandwidths, and what is left of
+    its range.
+
+    Args:
+        delta_v: (L, 3) jump of velocity along the axes [m/s].
+        profiles: of the landings.
+
+    Returns: None if a scene has neither a pulse nor a bandwidth.
+
+    Raises:
+        StudyError: a scene gives a range, and one has neither.
     """
-    scales = np.array(
-        [peak_of(pulse_of(profile.scene), scene_low_pass(profile.scene)) for profile in profiles]
-    )
+    scenes = [profile.scene for profile in profiles]
+    ranges = [scene.range_g for scene in scenes if scene.range_g is not None]
+    # Peak acceleration of a unit jump [1/s].
+    scales = np.array([peak_of(pulse_of(scene), scene_low_pass(scene)) for scene in scenes])
     if np.isnan(scales).any():
-        if any(profile.scene.range_g is not None for profile in profiles):
+        if ranges:
             raise StudyError(
                 "a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, or a "
                 "bandwidth"
             )
         return None
     peaks = delta_v * (scales / GRAVITY)[:, None]
-    ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]
-    greatest = np.abs(peaks).max(axis=0)
-    return Margin(greatest, 1.0 - greatest / min(ranges) if ranges else None)
+    largest = np.abs(peaks).max(axis=0)
+    return Margin(largest, 1.0 - largest / min(ranges) if ranges else None)
 
 
 def _rank(k: int) -> str:
-    return "best" if k == 0 else f"{k + 1}{'nd' if k == 1 else 'rd' if k == 2 else 'th'}"
+    """The name of the place with this index: "best", "2nd", "3rd", "4th" and so on."""
+    return ("best", "2nd", "3rd")[k] if k < 3 else f"{k + 1}th"
