@@ -26,7 +26,7 @@ from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, esca
 from shockpc.show.wording import vector_text
 from shockpc.studies.analyze.report import accuracy_line, analyze_report, landing_report
 from shockpc.studies.analyze.sheets import directions_sheet
-from shockpc.studies.analyze.views import contacts_view
+from shockpc.studies.analyze.views import VIEWS
 from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.printed import cause_lines, causes, message, printable
 
@@ -568,7 +568,7 @@ def test_stance_feet_are_listed_with_the_total():
     )
     *rows, moment = [
         re.split(r" {2,}", line)
-        for line in as_text(contacts_view(profile)).strip().split("─\n")[1].splitlines()
+        for line in as_text(VIEWS["contacts"].of(profile)).strip().split("─\n")[1].splitlines()
     ]
     assert [row[0] for row in rows] == ["lf_foot", "rh_foot", "total"]
     assert rows[1][-1].startswith("stance")
@@ -579,10 +579,10 @@ def test_stance_feet_are_listed_with_the_total():
         f"(total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of "
         f"the robot)"
     ]
-    assert len(contacts_view(shock_profile(Scene(robot="leg", contact="heel"))).rows) == 1
+    assert len(VIEWS["contacts"].of(shock_profile(Scene(robot="leg", contact="heel"))).rows) == 1
     feet = tuple(Contact(frame=f"{leg}_foot") for leg in ("lf", "rf", "lh", "rh"))
     text = as_text(
-        contacts_view(
+        VIEWS["contacts"].of(
             shock_profile(Scene(robot="hyq", contact=feet, joints=Joints(model="locked")))
         )
     )

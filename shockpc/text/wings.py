@@ -24,9 +24,9 @@ class Wing(NamedTuple):
         sliders: those of a page for the posture, `posture_of(landing, surfaces, joints)`, which
             returns a `Posture` of `show.html.posture`.
         beyond: what the rigid answer of the paper is off by: `beyond_report`.
-        report: what reports of a landing have besides: `tables(profile)` and
-            `views(profile, most)`, makers by name; `ANSWER`, names of views that are part of an
-            answer; `lines(profile)` below it; `pictures(profile, spectrum)`;
+        report: what reports of a landing have besides: `tables(profile)`, makers by name;
+            `views(profile)`, each a `View` of `studies.analyze.view`, by name; `lines(profile)`
+            below the tables; `pictures(profile, spectrum)`;
             `document(profile, spectrum)`, keys of the JSON document; `histories(profile)`, charts of
             a page; `overlay(profile)`, lines of the figure in the plane with a note.
     """

@@ -45,16 +45,6 @@ from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 from shockpc.text.wings import doors
 
-ANSWER = (
-    "points",
-    "parts",
-    "joint_models",
-    "joints",
-    "friction_contacts",
-    "friction_shocks",
-)
-"""Tables of an answer after that of the bodies, besides those of wings."""
-
 WORST, JOINTS = 6, 3
 """Bodies, the heaviest among them unless they are asked for by name, and joints in the tables of an
 answer.
@@ -344,11 +334,10 @@ def _answer(
     numbers = f"below {profile.health.error_bound:.0e} (proven)" + "".join(
         f"; those with {name} in double precision" for name in doubles
     )
-    tables = shown_tables(profile, bodies, JOINTS)
-    # that table has the shock at points too
-    known = "points" if profile.robot.joint_names else "joint_models"
-    decisive = {*ANSWER, *(name for door in doors("report") for name in door.ANSWER)} - {known}
-    shown = [make() for name, make in tables.items() if name in decisive]
+    tables = shown_tables(profile, bodies, JOINTS, brief=True)
+    if "joint_models" in tables:
+        tables.pop("points", None)  # the table of joint models has the shock there too
+    shown = [table() for table in tables.values()]
     return [
         Lines([*_summary_with_ground(profile), ("rounding", numbers), *remarks]),
         Lines(landing_lines(scene_lines(profile)[1:])),

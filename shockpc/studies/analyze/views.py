@@ -3,16 +3,18 @@ their own.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
 
 from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.show.tables import Column, Sheet
+from shockpc.show.tables import Sheet
 from shockpc.show.wording import BRACKETED, count, vector_text
-from shockpc.studies.analyze.first_lines import shown_places
+from shockpc.studies.analyze.first_lines import shown_places, sliding_friction
 from shockpc.studies.analyze.sheets import (
     basis_of,
     bodies_sheet,
@@ -23,10 +25,11 @@ from shockpc.studies.analyze.sheets import (
     points_sheet,
     shocks_sheet,
 )
+from shockpc.studies.analyze.view import Keys, View, kept
 from shockpc.text.printed import few
 from shockpc.text.wings import doors
 
-READINGS = {"filtered_peak": "", **{f"filtered_peak_axes_{axis}": "" for axis in "xyz"}}
+READINGS = {"filtered_peak": "", "filtered_peak_axes": ""}
 """Columns of what accelerometers read."""
 
 OUT_OF_PLANE = 0.25
@@ -36,55 +39,39 @@ describe.
 
 
 def shown_tables(
-    profile: ShockProfile, bodies: Sequence[int] | None, most: int | None
+    profile: ShockProfile,
+    bodies: Sequence[int] | None = None,
+    most: int | None = None,
+    brief: bool = False,
 ) -> dict[str, Callable[[], Sheet]]:
-    """The views of the tables that people read.
+    """The tables that people read of a landing, by name.
 
-    Args: bodies, as above; most, rows of long tables, None for all.
+    Args:
+        profile: the landing.
+        bodies: indices of the only bodies that are shown; None for all.
+        most: rows of long tables; None for all.
+        brief: whether only those of the answer are wanted.
     """
-    jointed, friction = bool(profile.robot.joint_names), profile.friction
-    slides = friction is not None and friction.impact is not None
-    views: dict[str, tuple[Any, Callable[[], Sheet]]] = {
-        "bodies": (True, lambda: moved_bodies(profile, bodies)),
-        "points": (profile.points, lambda: pointsview(profile)),
-        "parts": (profile.parts, lambda: partsview(profile)),
-        "contacts": (True, lambda: contactsview(profile)),
-        "joint_models": (jointed, lambda: joint_models(profile, most)),
-        "directions": (
-            any(block.kind != "stop" for block in profile.landing.contacts),
-            lambda: extreme_directions(profile, most),
-        ),
-        "joints": (jointed, lambda: loads_sheet(profile, most)),
-        "friction_contacts": (slides, lambda: friction_contacts(profile)),
-        "friction_shocks": (slides, lambda: friction_shocks(profile)),
-    }
-    shown = {name: make for name, (there, make) in views.items() if there}
+    tables: dict[str, Callable[[], Sheet]] = {}
+    if not brief:
+        tables["bodies"] = partial(moved_bodies, profile, bodies)
+    views = dict(VIEWS)
     for door in doors("report"):
-        shown |= door.views(profile, most)
-    if jointed:
-        shown["posture"] = lambda: posture(profile)
-    return shown
-
-
-def view(sheet: Sheet, title: str, headings: Mapping[str, str], notes: Sequence[str] = ()) -> Sheet:
-    """Some columns of a table under other headings. Args: headings, by key; empty to keep it."""
-    shown = sheet.only(*headings)
-    heads = [
-        Column.of(headings[one.key])._replace(key=one.key) if headings[one.key] else one
-        for one in shown.columns
-    ]
-    return Sheet(title, heads, shown.rows, notes).known()
-
-
-def _vector(key: str, heading: str) -> dict[str, str]:
-    """Headings of the components of a vector."""
-    return {f"{key}_{axis}": heading.format(axis) for axis in "xyz"}
+        views |= door.views(profile)
+    views["posture"] = POSTURE
+    for name, view in views.items():
+        if view.condition(profile) and (view.brief or not brief):
+            tables[name] = partial(view.of, profile, most)
+    return tables
 
 
 def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Sheet:
     """The bodies that the impact moves, with what is to be known of them."""
     matching = range(len(profile.bodies)) if bodies is None else bodies
     shown = [i for i in matching if profile.moved[i]]
+    still = [profile.bodies[i] for i in matching if not profile.moved[i]]
+    shapeless = [profile.bodies[i] for i in shown if math.isnan(profile.shock_max[i])]
+    hidden = len(profile.bodies) - len(matching)
     notes = []
     if any(profile.out_of_plane_share[i] > OUT_OF_PLANE for i in shown):
         notes.append(
@@ -92,17 +79,17 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
             f"body's motion in the plane, "
             f"the shock its whole motion; mostly: above {100.0 * BRACKETED:.0f} %"
         )
-    if names := [profile.bodies[i] for i in shown if math.isnan(profile.shock_max[i])]:
+    if shapeless:
         notes.append(
-            f"no geometry over which to take the minimum and maximum shock: {few(names, 4)}"
+            f"no geometry over which to take the minimum and maximum shock: {few(shapeless, 4)}"
         )
-    if still := [profile.bodies[i] for i in matching if i not in shown]:
+    if still:
         notes.append(
             f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}"
         )
-    if hidden := len(profile.bodies) - len(matching):
+    if hidden:
         notes.append(f"{count(hidden, 'body')} not shown, no match for --body")
-    columns = (
+    sheet = bodies_sheet(profile, shown).only(
         "body",
         "delta_omega",
         "copc_x",
@@ -113,8 +100,9 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         "shock_min",
         "shock_max",
         "out_of_plane_share",
+        "motion",
     )
-    sheet = bodies_sheet(profile, shown).only(*columns, "motion")._replace(notes=notes)
+    sheet = sheet._replace(notes=notes)
     return sheet if any(row[-1] for row in sheet.rows) else sheet.without("motion")
 
 
@@ -125,143 +113,107 @@ def worst_bodies(
 
     Args: most, their number; None for all.
     """
-    whole, heaviest = moved_bodies(profile, bodies), profile.bodies[profile.main_body]
+    moved = moved_bodies(profile, bodies)
+    heaviest = profile.bodies[profile.main_body]
     # as the column `motion` says
-    notes = [note for note in whole.notes if not note.startswith("out of plane")]
-    sheet = whole.only(
+    notes = [note for note in moved.notes if not note.startswith("out of plane")]
+    sheet = moved._replace(notes=notes).only(
         "body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion"
-    )._replace(notes=notes)
-    sizes = [math.inf if row[0] == heaviest else float(row[1] or 0.0) for row in sheet.rows]
+    )
+    sizes = _sizes(sheet, {heaviest})
     return sheet.largest(most, "body", sizes).ranked("shock_com")
 
 
-def contactsview(profile: ShockProfile) -> Sheet:
-    """The impulses, and whether they need friction or a pull."""
-    notes = []
-    if any(foot.impulse is None for foot in profile.contacts) or any(
-        foot.impulse is None for foot in profile.stance
-    ):
-        notes.append("the contact rows are redundant, so only the sum of the impulses is unique")
-    sheet = contacts_sheet(profile)
-    if len(sheet.rows) > 1:
-        notes.append(
-            f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of "
-            f"the robot"
-        )
-    headings = {
-        "contact": "",
-        **_vector("impulse", "impulse {} [N s]"),
-        "friction_needed": "",
-        "what": "",
-    }
-    return view(sheet, "contacts (impulse of the ground on the robot, world axes)", headings, notes)
+def _sizes(sheet: Sheet, always: set[str]) -> list[float]:
+    """The number in the second column of each row; infinity of rows that are always shown."""
+    sizes = []
+    for name, number, *_ in sheet.rows:
+        sizes.append(math.inf if name in always else float(number or 0.0))
+    return sizes
 
 
-def extreme_directions(profile: ShockProfile, most: int | None) -> Sheet:
-    """The same at the places of the largest shocks, at points and at the heaviest body.
-
-    Args: most, number; None for all.
-    """
-    heaviest = profile.bodies[profile.main_body]
-    still = {
-        f"CoM of {name}"
-        for name, moved in zip(profile.bodies, profile.moved, strict=True)
-        if not moved
-    }
-    sheet = directions_sheet(profile).where(lambda row: row["place"] not in still)
-    always = {f"CoM of {heaviest}", *(point.frame for point in profile.points)}
-    return sheet.largest(
-        most, "body", [math.inf if row[0] in always else float(row[1] or 0.0) for row in sheet.rows]
-    )
+def has_joints(profile: ShockProfile) -> bool:
+    """Whether the robot has joints."""
+    return bool(profile.robot.joint_names)
 
 
-def pointsview(profile: ShockProfile) -> Sheet:
-    """The jumps and shocks; peak accelerations where the scene gives a pulse."""
-    pulse, range_g = profile.scene.pulse, profile.scene.range_g
-    of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
-    of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
-    headings = {
-        "point": "",
-        "body": "",
-        **_vector("delta_v", "Δv {} [m/s]"),
-        "shock": "",
-        "peak_g": "",
-    }
-    headings |= (
-        {"range_share": f"largest peak along an axis of {range_g:g} g [%]"}
-        if range_g is not None
-        else {}
-    )
-    notes = []
-    if profile.stiffness is None:
-        headings, notes = headings | READINGS, readings_notes(profile)
-    return view(
-        points_sheet(profile),
-        f"sensors and points (Δv in the frame's axes{of_pulse})",
-        headings,
-        notes,
-    )
+def has_points(profile: ShockProfile) -> bool:
+    """Whether the landing has sensors or points."""
+    return bool(profile.points)
+
+
+def _slides(profile: ShockProfile) -> bool:
+    return sliding_friction(profile) is not None
+
+
+def _yields(profile: ShockProfile) -> bool:
+    return profile.stiffness is not None
+
+
+def _point_keys(profile: ShockProfile) -> Keys:
+    """Jumps and shocks; peak accelerations where the scene gives a pulse."""
+    keys = {"point": "", "body": "", "delta_v": "Δv {} [m/s]", "shock": "", "peak_g": ""}
+    range_g = profile.scene.range_g
+    if range_g is not None:
+        keys["range_share"] = f"largest peak along an axis of {range_g:g} g [%]"
+    return keys if _yields(profile) else keys | READINGS
+
+
+def _points_title(profile: ShockProfile) -> str:
+    pulse = profile.scene.pulse
+    peak = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
+    if pulse is not None and _yields(profile):
+        peak += ", of the impulse model"
+    return f"sensors and points (Δv in the frame's axes{peak})"
+
+
+def _point_notes(profile: ShockProfile) -> list[str]:
+    return [] if _yields(profile) else readings_notes(profile)
 
 
 def readings_text(profile: ShockProfile) -> str:
     """What the readings of accelerometers are, behind their filters; empty without one."""
-    places, of_filter = profile.places("point"), dict[str, list[str]]()
-    for place, one in zip(places, low_passes(profile.landing, places), strict=True):
-        if one is not None:
-            of_filter.setdefault(str(one), []).append(place.name)
+    places = profile.places("point")
+    of_filter: dict[str, list[str]] = {}
+    for place, low_pass in zip(places, low_passes(profile.landing, places), strict=True):
+        if low_pass is not None:
+            of_filter.setdefault(str(low_pass), []).append(place.name)
     if not of_filter:
         return ""
-    bound = ", at most, however stiff the contacts are, while the acceleration keeps its sign"
-    at_most = "" if profile.stiffness is not None or profile.landing.pulse else bound
-    each = "; ".join(f"{few(names, 4)}: {one}" for one, names in of_filter.items())
-    return (
-        f"behind a low-pass filter of {next(iter(of_filter))}"
-        if len(of_filter) == 1
-        else f"behind low-pass filters ({each})"
-    ) + at_most
+    if len(of_filter) == 1:
+        text = f"behind a low-pass filter of {next(iter(of_filter))}"
+    else:
+        each = [f"{few(names, 4)}: {low_pass}" for low_pass, names in of_filter.items()]
+        text = f"behind low-pass filters ({'; '.join(each)})"
+    if _yields(profile) or profile.landing.pulse:
+        return text
+    return f"{text}, at most, however stiff the contacts are, while the acceleration keeps its sign"
 
 
 def readings_notes(profile: ShockProfile) -> list[str]:
-    """The note of a table with readings of accelerometers, if it has any."""
-    return [f"reading: the largest acceleration {text}"] if (text := readings_text(profile)) else []
+    """What the readings of accelerometers are."""
+    text = readings_text(profile)
+    return [f"reading: the largest acceleration {text}"] if text else []
 
 
-def partsview(profile: ShockProfile) -> Sheet:
-    """The margins, with where the critical values are from."""
-    parts, bases = profile.parts, dict[str, list[str]]()
-    for one in parts:
-        bases.setdefault(basis_of(one) or "", []).append(one.part)
-    notes = [
-        f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items() if basis
-    ]
-    if profile.stiffness is not None and profile.scene.pulse is not None:
+def _part_notes(profile: ShockProfile) -> list[str]:
+    """Where the critical values are from, and which peaks and torques the margins are by."""
+    parts = profile.parts
+    bases: dict[str, list[str]] = {}
+    for part in parts:
+        basis = basis_of(part)
+        if basis:
+            bases.setdefault(basis, []).append(part.part)
+    notes = [f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items()]
+    if _yields(profile) and profile.scene.pulse is not None:
         notes.append("peaks and torques are those on the contact stiffness, whatever the pulse")
-    if profile.impact_length is None and not all(one.joint for one in parts):
+    if profile.impact_length is None and not all(part.joint for part in parts):
         notes.append(
             "margins by velocity change only, because a peak needs a pulse or a contact stiffness"
         )
-    if profile.stiffness is None and any(one.torque is not None for one in parts):
+    if not _yields(profile) and any(part.torque is not None for part in parts):
         notes.append(_torque_note(profile).replace("of the torque limit", "torque"))
-    keys = (
-        "part",
-        "speed_change",
-        "critical_velocity_change",
-        "velocity_margin",
-        "peak_g",
-        "filtered_peak",
-        "critical_acceleration",
-        "acceleration_margin",
-        "along",
-        "torque",
-        "momentary_torque",
-        "part_margin",
-        "governed_by",
-        "missing",
-    )
-    sheet = parts_sheet(profile)
-    return view(
-        sheet, sheet.title, dict.fromkeys(keys, "") | {"acceleration_margin": "by peak [-]"}, notes
-    )
+    return notes
 
 
 def _torque_note(profile: ShockProfile) -> str:
@@ -277,70 +229,19 @@ def _torque_note(profile: ShockProfile) -> str:
     )
 
 
-def posture(profile: ShockProfile) -> Sheet:
-    """Where every joint of one coordinate stands."""
-    sheet = joints_sheet(profile).where(
-        lambda row: (row["position_deg"], row["position"]) != (None, None)
-    )
-    return view(sheet, "posture", {"joint": "", "position_deg": "", "position": ""})
-
-
-def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Impulse through every joint, or through those with the largest force."""
-    share = ["joint_torque_share"] * (profile.stiffness is None)
-    sheet = joints_sheet(profile).only("joint", "joint_impulse", "joint_moment", "along", *share)
-    if share and "joint_torque_share" in (column.key for column in sheet.columns):
-        sheet = sheet._replace(notes=(*sheet.notes, _torque_note(profile)))
-    return (
-        sheet.largest(most, "joint", [float(row[1] or 0.0) for row in sheet.rows])
-        .ranked("joint_impulse")
-        .known()
-    )
-
-
-def joint_models(profile: ShockProfile, most: int | None = None) -> Sheet:
-    """The same landing with free joints, as modelled and with locked joints, and its range over the
-    drives.
-
-    Args:
-        profile: the landing.
-        most: rows, of the first place, the trunk and the largest shocks; None for all.
-    """
-    model, headings = profile.landing.joint_model, {"shock_at": "", "shock_free": "joints free [-]"}
-    if model.name != "free":
-        known = any(source.status not in NOT_KNOWN for source in model.sources)
-        headings["shock"] = "with drives [-]" if known else "as modelled [-]"
-    headings |= {"shock_locked": "joints locked [-]"}
-    named = {
-        "free": "joints free",
-        "locked": "joints locked",
-        "springs_free": "locked, springs free",
-    }
-    # Without the remedy, which would be that of a scene with such joints.
-    reasons = {
-        model: text.removeprefix("no verdict: ").partition(";")[0]
-        for model, text in profile.unsolved_joints.items()
-    }
-    notes = [f"–: no solution with {named[model]}: {reason}" for model, reason in reasons.items()]
-    notes += [
-        "free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield; "
-        "neither is a bound"
-    ]
-    if model.springs.any():
-        headings["shock_springs_free"] = "locked, springs free [-]"
-        notes += [
-            "joints with springs yield in the impact, whatever their motors do, so the last column "
-            "applies, not that before it"
-        ]
-    headings |= {"smallest_found": "smallest found [-]", "largest_found": "largest [-]"}
-    sheet = view(shocks_sheet(profile), "effect of the joint model", headings, notes)
-    always = {0, *(place.name for place in shown_places(profile))}
-    shocks = profile.values(quantity("point", "shock"), profile.bracketed).tolist()
-    sizes = [
-        math.inf if k in always or place.name in always else shock
-        for k, (place, shock) in enumerate(zip(profile.bracketed, shocks, strict=True))
-    ]
-    return sheet.largest(most, "point", sizes)
+def _contact_notes(profile: ShockProfile) -> list[str]:
+    """Whether impulses are unique, and their total moment."""
+    notes = []
+    impulses = [contact.impulse for contact in profile.contacts]
+    impulses += [foot.impulse for foot in profile.stance]
+    if any(impulse is None for impulse in impulses):
+        notes.append("the contact rows are redundant, so only the sum of the impulses is unique")
+    if len(profile.places("contact")) > 1:
+        notes.append(
+            f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of "
+            f"the robot"
+        )
+    return notes
 
 
 def each_contact(profile: ShockProfile) -> Sheet:
@@ -349,26 +250,173 @@ def each_contact(profile: ShockProfile) -> Sheet:
     return sheet._replace(rows=sheet.rows[: len(profile.places("contact"))])
 
 
-def friction_contacts(profile: ShockProfile) -> Sheet:
-    """What friction changes at the contacts."""
-    title = (
+def _joint_model_keys(profile: ShockProfile) -> Keys:
+    """Free joints, those of the scene, locked ones and springs, and the range over the drives."""
+    model = profile.landing.joint_model
+    keys = {"shock_at": "", "shock_free": "joints free [-]"}
+    if model.name != "free":
+        known = any(source.status not in NOT_KNOWN for source in model.sources)
+        keys["shock"] = "with drives [-]" if known else "as modelled [-]"
+    keys["shock_locked"] = "joints locked [-]"
+    if model.springs.any():
+        keys["shock_springs_free"] = "locked, springs free [-]"
+    return keys | {"smallest_found": "smallest found [-]", "largest_found": "largest [-]"}
+
+
+def _joint_model_notes(profile: ShockProfile) -> list[str]:
+    names = {
+        "free": "joints free",
+        "locked": "joints locked",
+        "springs_free": "locked, springs free",
+    }
+    notes = []
+    for model, text in profile.unsolved_joints.items():
+        # Without the remedy, which would be that of a scene with such joints.
+        reason = text.removeprefix("no verdict: ").partition(";")[0]
+        notes.append(f"–: no solution with {names[model]}: {reason}")
+    notes.append(
+        "free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield; "
+        "neither is a bound"
+    )
+    if profile.landing.joint_model.springs.any():
+        notes.append(
+            "joints with springs yield in the impact, whatever their motors do, so the last column "
+            "applies, not that before it"
+        )
+    return notes
+
+
+def _joint_model_sizes(profile: ShockProfile, _: Sheet) -> list[float]:
+    """Shocks, of which those of the first lines and of the heaviest body are always shown."""
+    always = {place.name for place in shown_places(profile)}
+    shocks = profile.values(quantity("point", "shock"), profile.bracketed).tolist()
+    sizes = [math.inf]
+    for place, shock in zip(profile.bracketed[1:], shocks[1:], strict=True):
+        sizes.append(math.inf if place.name in always else shock)
+    return sizes
+
+
+def _has_directions(profile: ShockProfile) -> bool:
+    return any(block.kind != "stop" for block in profile.landing.contacts)
+
+
+def _directions_of_moved(profile: ShockProfile) -> Sheet:
+    """The table of directions without bodies that the impact does not move."""
+    still = set()
+    for name, moved in zip(profile.bodies, profile.moved, strict=True):
+        if not moved:
+            still.add(f"CoM of {name}")
+    return directions_sheet(profile).where(lambda row: row["place"] not in still)
+
+
+def _direction_sizes(profile: ShockProfile, sheet: Sheet) -> list[float]:
+    """Shocks, of which those of the heaviest body and of points are always shown."""
+    heaviest = profile.bodies[profile.main_body]
+    return _sizes(sheet, {f"CoM of {heaviest}", *(point.frame for point in profile.points)})
+
+
+def _load_keys(profile: ShockProfile) -> Keys:
+    keys = kept("joint", "joint_impulse", "joint_moment", "along")
+    return keys if _yields(profile) else keys | kept("joint_torque_share")
+
+
+def _load_notes(profile: ShockProfile) -> list[str]:
+    known = np.isfinite(profile.value("joint_torque_share", "joint")).any()
+    return [_torque_note(profile)] if known and not _yields(profile) else []
+
+
+def _load_sizes(_: ShockProfile, sheet: Sheet) -> list[float]:
+    return _sizes(sheet, set())
+
+
+def each_joint(profile: ShockProfile) -> Sheet:
+    """The table of joints without notes, which are on the impulses."""
+    return joints_sheet(profile)._replace(notes=())
+
+
+def _joints_with_position(profile: ShockProfile) -> Sheet:
+    """The table of joints without those of several coordinates."""
+    return each_joint(profile).where(
+        lambda row: (row["position_deg"], row["position"]) != (None, None)
+    )
+
+
+def _friction_title(profile: ShockProfile) -> str:
+    return (
         f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not "
         f"proven)"
     )
-    headings = {
-        "contact": "",
-        **_vector("impulse_friction", "impulse {} [N s]"),
-        **_vector("slip", ""),
-        "state": "",
-    }
-    return view(each_contact(profile), title, headings)
 
 
-def friction_shocks(profile: ShockProfile) -> Sheet:
-    """What friction changes at the points."""
-    headings = {
+def _friction_shock_keys(profile: ShockProfile) -> Keys:
+    friction = profile.scene.friction or 0.0
+    return {
         "shock_at": "",
         "shock": "sticking [-]",
-        "shock_friction": f"friction {profile.scene.friction or 0.0:g} [-]",
+        "shock_friction": f"friction {friction:g} [-]",
     }
-    return view(shocks_sheet(profile), "effect of friction", headings)
+
+
+VIEWS: dict[str, View] = {
+    "points": View(points_sheet, has_points, _point_keys, _points_title, _point_notes, brief=True),
+    "parts": View(
+        parts_sheet,
+        lambda profile: profile.parts,
+        {
+            **kept("part", "speed_change", "critical_velocity_change", "velocity_margin"),
+            **kept("peak_g", "filtered_peak", "critical_acceleration"),
+            "acceleration_margin": "by peak [-]",
+            **kept("along", "torque", "momentary_torque", "part_margin", "governed_by", "missing"),
+        },
+        notes=_part_notes,
+        brief=True,
+    ),
+    "contacts": View(
+        contacts_sheet,
+        lambda _: True,
+        {"contact": "", "impulse": "impulse {} [N s]", "friction_needed": "", "what": ""},
+        "contacts (impulse of the ground on the robot, world axes)",
+        _contact_notes,
+    ),
+    "joint_models": View(
+        shocks_sheet,
+        has_joints,
+        _joint_model_keys,
+        "effect of the joint model",
+        _joint_model_notes,
+        _joint_model_sizes,
+        "point",
+        brief=True,
+    ),
+    "directions": View(
+        _directions_of_moved, _has_directions, None, sizes=_direction_sizes, row="body"
+    ),
+    "joints": View(
+        joints_sheet,
+        has_joints,
+        _load_keys,
+        notes=_load_notes,
+        sizes=_load_sizes,
+        row="joint",
+        ranked="joint_impulse",
+        brief=True,
+    ),
+    "friction_contacts": View(
+        each_contact,
+        _slides,
+        {"contact": "", "impulse_friction": "impulse {} [N s]", "slip": "", "state": ""},
+        _friction_title,
+        brief=True,
+    ),
+    "friction_shocks": View(
+        shocks_sheet, _slides, _friction_shock_keys, "effect of friction", brief=True
+    ),
+}
+"""The views of a landing by name, in the order of reading; before them is that of the bodies, after
+them those of wings and that of the posture.
+"""
+
+POSTURE = View(
+    _joints_with_position, has_joints, kept("joint", "position_deg", "position"), "posture"
+)
+"""Where every joint of one coordinate stands."""

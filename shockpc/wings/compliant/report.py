@@ -19,10 +19,8 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.report import Picture
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
+from shockpc.studies.analyze.view import View
 from shockpc.wings.compliant.texts import stiffness_text
-
-ANSWER = ("stiffness_contacts", "stiffness_points", "peaks")
-"""Views of an answer."""
 
 
 def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
@@ -34,13 +32,13 @@ def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
     return {"modes": modes_sheet}
 
 
-def views(profile: ShockProfile, most: int | None) -> dict[str, Callable[[], Sheet]]:
-    """What people read of the tables, by name; of long ones `most` rows."""
+def views(profile: ShockProfile) -> dict[str, View]:
+    """What people read of the tables, by name."""
     if profile.stiffness is None:
         return {}
-    from shockpc.wings.compliant.sheets import soft_views
+    from shockpc.wings.compliant.sheets import VIEWS
 
-    return soft_views(profile, most)
+    return VIEWS
 
 
 def lines(profile: ShockProfile) -> list[str]:

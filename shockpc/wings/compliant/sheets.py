@@ -1,34 +1,26 @@
 """The tables of a landing on contacts of finite stiffness."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Column, Sheet
-from shockpc.studies.analyze.sheets import joints_sheet, points_sheet, shocks_sheet
-from shockpc.studies.analyze.views import READINGS, each_contact, readings_notes, view
+from shockpc.studies.analyze.sheets import points_sheet, shocks_sheet
+from shockpc.studies.analyze.view import View, kept
+from shockpc.studies.analyze.views import (
+    READINGS,
+    each_contact,
+    each_joint,
+    has_joints,
+    has_points,
+    readings_notes,
+)
 from shockpc.wings.compliant.texts import stiffness_text
 
 MOTORS = {"standing": ", motors hold the weight", "none": ", motors give no torque"}
 """Torques of motors, in words."""
-
-
-def soft_views(profile: ShockProfile, most: int | None) -> dict[str, Callable[[], Sheet]]:
-    """What people read of the tables, by name; of long ones `most` rows."""
-    views: dict[str, Callable[[], Sheet]] = {
-        "stiffness_contacts": lambda: stiffness_contacts(profile),
-        "stiffness_points": lambda: stiffness_points(profile),
-        "stiffness_shocks": lambda: stiffness_shocks(profile),
-        "modes": lambda: modes_sheet(profile).without("contacts_share").largest(most, "mode"),
-        "peaks": lambda: peaks_sheet(profile, most),
-    }
-    if not profile.points:
-        del views["stiffness_points"]
-    if not profile.robot.joint_names:
-        del views["peaks"]
-    return views
 
 
 def modes_sheet(profile: ShockProfile) -> Sheet:
@@ -45,43 +37,28 @@ def modes_sheet(profile: ShockProfile) -> Sheet:
     return Sheet.of("modes, and the normal force that they carry", columns)
 
 
-def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Peaks through every joint, or through those with the largest torque, or else force."""
-    keys = ("joint", "peak_joint_force", "peak_joint_moment", "peak_torque", "joint_torque_share")
-    sheet = joints_sheet(profile).only(*keys)
-    sheet = sheet._replace(title="peaks through the joints", notes=())
+def _few_modes(profile: ShockProfile) -> Sheet:
+    return modes_sheet(profile).without("contacts_share")
+
+
+def _first_rows(_: ShockProfile, __: Sheet) -> list[float]:
+    """No sizes: a terminal shows the first rows."""
+    return []
+
+
+def _peak_sizes(profile: ShockProfile, _: Sheet) -> list[float]:
+    """The largest torques come first, then the largest forces."""
     force = profile.value("peak_joint_force", "joint")
     torque = profile.value("peak_torque", "joint")
-    sizes = np.where(torque > 0.0, 1e6 * torque, force)
-    return sheet.largest(most, "joint", sizes.tolist())
+    sizes: list[float] = np.where(torque > 0.0, 1e6 * torque, force).tolist()
+    return sizes
 
 
-def stiffness_contacts(profile: ShockProfile) -> Sheet:
-    """Forces of the contacts, and their times."""
-    title = (
+def _contacts_title(profile: ShockProfile) -> str:
+    return (
         f"contacts of {stiffness_text(profile)} (frozen geometry{_constant_forces(profile)}; "
         f"double precision, not proven)"
     )
-    headings = {"contact": "", "duration": "", "peak_force": "", "peak_force_time": ""}
-    return view(each_contact(profile), title, headings)
-
-
-def stiffness_points(profile: ShockProfile) -> Sheet:
-    """Peak accelerations of the points."""
-    title = "peak accelerations on these contacts"
-    headings = {"point": "", "peak_acceleration": "peak [g]", "peak_acceleration_time": ""}
-    return view(points_sheet(profile), title, {**headings, **READINGS}, readings_notes(profile))
-
-
-def stiffness_shocks(profile: ShockProfile) -> Sheet:
-    """Shocks against those of the impulse model."""
-    headings = {
-        "shock_at": "",
-        "shock_compressed": "end of compression [-]",
-        "shock_separated": "end of contact [-]",
-        "shock": "impulse model [-]",
-    }
-    return view(shocks_sheet(profile), "velocity jumps on these contacts", headings)
 
 
 def _constant_forces(profile: ShockProfile) -> str:
@@ -91,3 +68,44 @@ def _constant_forces(profile: ShockProfile) -> str:
     motors = MOTORS.get(profile.scene.joints.motors or "", "")
     torques = ", given torques" if profile.scene.joints.torque else ""
     return f", under gravity{motors}{torques}"
+
+
+VIEWS: dict[str, View] = {
+    "stiffness_contacts": View(
+        each_contact,
+        lambda _: True,
+        kept("contact", "duration", "peak_force", "peak_force_time"),
+        _contacts_title,
+        brief=True,
+    ),
+    "stiffness_points": View(
+        points_sheet,
+        has_points,
+        {"point": "", "peak_acceleration": "peak [g]", "peak_acceleration_time": "", **READINGS},
+        "peak accelerations on these contacts",
+        readings_notes,
+        brief=True,
+    ),
+    "stiffness_shocks": View(
+        shocks_sheet,
+        lambda _: True,
+        {
+            "shock_at": "",
+            "shock_compressed": "end of compression [-]",
+            "shock_separated": "end of contact [-]",
+            "shock": "impulse model [-]",
+        },
+        "velocity jumps on these contacts",
+    ),
+    "modes": View(_few_modes, lambda _: True, None, sizes=_first_rows, row="mode"),
+    "peaks": View(
+        each_joint,
+        has_joints,
+        kept("joint", "peak_joint_force", "peak_joint_moment", "peak_torque", "joint_torque_share"),
+        "peaks through the joints",
+        sizes=_peak_sizes,
+        row="joint",
+        brief=True,
+    ),
+}
+"""What people read of the tables of a landing on such contacts, by name."""
