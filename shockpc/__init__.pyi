@@ -24,7 +24,6 @@ from .profile import shock_profile as shock_profile
 from .quantities.maps import ShockMaps as ShockMaps
 from .quantities.records import Bracket as Bracket
 from .quantities.records import ContactImpulse as ContactImpulse
-from .quantities.records import Health as Health
 from .quantities.records import JointLoad as JointLoad
 from .quantities.records import PartMargin as PartMargin
 from .quantities.records import PointShock as PointShock
@@ -33,6 +32,7 @@ from .quantities.selection import QUANTITIES as QUANTITIES
 from .quantities.selection import Selection as Selection
 from .quantities.selection import select as select
 from .quantities.shock_profile import ShockProfile as ShockProfile
+from .quantities.trust import Health as Health
 from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
 from .studies.batch.study import Batch as Batch

@@ -32,7 +32,8 @@ from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.method.dynamics import dynamics
 from shockpc.method.equation import Equation
-from shockpc.quantities.shock_profile import Judge, ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.quantities.trust import Judge
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import warn

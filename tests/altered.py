@@ -2,7 +2,7 @@
 compute or differ by machine.
 """
 
-from shockpc.quantities.records import Health
+from shockpc.quantities.trust import Health
 
 
 class Altered:

@@ -33,9 +33,9 @@ from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.bending import Bending, bends, rings
 from shockpc.quantities.of_parts import REMEDIES
 from shockpc.quantities.ranges import sensor_peaks
-from shockpc.quantities.records import Health
 from shockpc.quantities.selection import quantity, select
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.quantities.trust import Health
 from shockpc.text.diagnostic import Diagnostic, by_cause
 
 CLEARLY_BEYOND = 1e-6

@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from shockpc.judgement.first_number import first_deciding, first_range
-from shockpc.quantities.records import Unknown
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.quantities.trust import Unknown
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.geometry import body_outline, inertias_about_origins
 from shockpc.robot.motors import effort_hint

@@ -3,22 +3,24 @@ quantities of that kind.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from shockpc.core.most_severe import ExtremeDirections
 from shockpc.core.spatial import Array
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
-from shockpc.landing.ratings import Strength, TorqueStrength
-from shockpc.quantities.quantity import Quantity
+from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
+from shockpc.quantities.of_parts import not_judged
 from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import quantities_of, quantity
-from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.printed import few
+from shockpc.quantities.values import LandingValues
 
 R = TypeVar("R", bound="NamedTuple")
+
+NO_KEYS: Mapping[str, str] = {}
 
 
 def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
@@ -166,104 +168,122 @@ class Bracket(NamedTuple):
     springs_free: float | None
 
 
-class Health(NamedTuple):
-    """How far to trust a profile: the arithmetic, for the robot as loaded.
-
-    Attributes:
-        rank: number of independent contact and closure rows.
-        rows: number of these rows.
-        error_bound: proven error of the reported jumps, relative to each body's motion, the largest
-            over the bodies [1].
-        body_error_bounds: the same for every body.
-        double_error: true error of the solution in double precision, the largest over the bodies
-            [1]; inf if it has none.
-        data_sensitivity: how far the result moves when every datum changes in its last digit, the
-            largest over the bodies [1].
-        bits: precision of the ball arithmetic.
-        warnings: each with its consequence.
-    """
-
-    rank: int
-    rows: int
-    error_bound: float
-    body_error_bounds: tuple[float, ...]
-    double_error: float
-    data_sensitivity: float
-    bits: int
-    warnings: tuple[Diagnostic, ...]
+def point_shocks(profile: LandingValues) -> tuple[PointShock, ...]:
+    """The shock at sensors and points of a landing."""
+    bodies = [
+        "world" if p.body < 0 else profile.robot.bodies[p.body].name for p in profile.landing.points
+    ]
+    extremes = directions(profile, "point")
+    each = [ExtremeDirections(*(part[k] for part in extremes)) for k in range(len(bodies))]
+    return _records(PointShock, profile, "point", {"body": bodies, "directions": each})
 
 
-class Unknown(NamedTuple):
-    """Something that a landing takes for granted; `str` gives it in words, with what to give.
-
-    Attributes:
-        kind: what it is about: "drives", "inertia", "geometry", "springs", "contact", "posture",
-            "base" or "duration".
-        status: "unknown" or "simulation model" of drives that nobody knows, "implausible" of
-            inertias, and "missing" of geometry; "published", "derived" or "identified" of drives
-            that are known, and "chosen" or "assumed" of the rest.
-        subjects: names of the joints, links or contacts.
-        deciding: those of the joints that decide about the first number of the answer, the ones
-            that count most first.
-        text: what is not known, or was chosen; of contacts without their names.
-        remedy: what to give, or to change.
-        effect: largest over smallest value of the first number that what is known allows [1]; 1
-            where that is not computed.
-    """
-
-    kind: str
-    status: str
-    subjects: tuple[str, ...]
-    deciding: tuple[str, ...]
-    text: str
-    remedy: str
-    effect: float
-
-    def __str__(self) -> str:
-        return f"{self.named}; {self.remedy}" if self.remedy else self.named
-
-    @property
-    def named(self) -> str:
-        """What is not known, or was chosen, without what to give."""
-        return f"{few(self.subjects, 4)}: {self.text}" if self.kind == "contact" else self.text
-
-    @property
-    def known(self) -> bool:
-        """Whether somebody stands for it: a source of the drives, or a rule by which it was chosen."""
-        return self.status not in ("unknown", "simulation model", "implausible", "missing")
-
-
-class Valued(Protocol):
-    """What has places, and values of quantities there: a profile."""
-
-    def places(self, kind: PlaceKind) -> tuple[Place, ...]:
-        """The places of one kind."""
-
-    def values(self, wanted: Quantity, places: Sequence[Place] | None = None) -> Array:
-        """The values of a quantity at some places, by default all of its kind."""
-
-
-def records(
-    record: type[R],
-    profile: Valued,
-    kind: PlaceKind,
-    places: Sequence[Place] | None = None,
-    **given: str | Sequence[Any],
-) -> tuple[R, ...]:
-    """A record for each place: its first field is the place's name, others are given, or quantities
-    by their or given keys.
-    """
-    names = [place.name for place in (profile.places(kind) if places is None else places)]
-    columns: dict[str, Any] = (
-        {field: field for field in record._fields} | {record._fields[0]: names} | given
+def directions(profile: LandingValues, kind: PlaceKind) -> ExtremeDirections:
+    """The most and the least severe impact directions at all places of a kind."""
+    return ExtremeDirections(
+        profile.value("most_severe_direction", kind),
+        profile.value("most_severe", kind),
+        profile.value("least_severe_direction", kind),
+        profile.value("least_severe", kind),
     )
-    values = {
-        field: map(_number, profile.values(quantity(kind, column), places))
-        if isinstance(column, str)
-        else column
-        for field, column in columns.items()
+
+
+def part_margins(profile: LandingValues) -> tuple[PartMargin, ...]:
+    """The margins of the parts of a landing's scene."""
+    landing = profile.landing
+    joint_names = {place.number: place.name for place in profile.places("joint")}
+    margins = profile.value("part_margin", "part")
+    by_velocity = profile.value("velocity_margin", "part")
+    columns: dict[str, list[Any]] = {
+        "body": [profile.robot.bodies[place.body].name for place in landing.parts],
+        "joint": [joint_names.get(place.joint, "") for place in landing.parts],
+        "strength": [],
+        "governed_by": [],
+        "missing": [],
     }
-    return tuple(map(record._make, zip(*values.values(), strict=True)))
+    for k, place in enumerate(landing.parts):
+        part = landing.scene.part[place.number]
+        joint = columns["joint"][k]
+        if joint:
+            columns["strength"].append(torque_strength(profile.robot, part, joint))
+            governed_by = "torque"
+        else:
+            columns["strength"].append(strength(part))
+            governed_by = "velocity change" if margins[k] == by_velocity[k] else "acceleration"
+        missing = ""
+        if np.isnan(margins[k]):
+            governed_by = ""
+            missing = not_judged(landing, place, profile.redundant)
+        columns["governed_by"].append(governed_by)
+        columns["missing"].append(missing)
+    return _records(PartMargin, profile, "part", columns)
+
+
+def contact_impulses(profile: LandingValues) -> tuple[ContactImpulse, ...]:
+    """The impulses, friction and effective masses of the contacts of a landing."""
+    landing = profile.landing
+    every = _records(ContactImpulse, profile, "contact", {"frame": _feet(landing)})
+    return every[: len(landing.contacts)]
+
+
+def stance_impulses(profile: LandingValues) -> tuple[StanceImpulse, ...]:
+    """The impulses of the standing feet of a landing."""
+    landing = profile.landing
+    every = _records(StanceImpulse, profile, "contact", {"frame": _feet(landing)})
+    return every[len(landing.contacts) :]
+
+
+def _feet(landing: PosedLanding) -> list[str]:
+    """The frames of contacts and standing feet."""
+    return [block.frame for block in (*landing.contacts, *landing.stance)]
+
+
+def joint_loads(profile: LandingValues) -> tuple[JointLoad, ...]:
+    """The loads of the joints between bodies of a landing."""
+    return _records(JointLoad, profile, "joint", {})
+
+
+def brackets(profile: LandingValues, places: Sequence[Place]) -> tuple[Bracket, ...]:
+    """The shock at points of a landing with other models of the joints."""
+    keys = {
+        "free": "shock_free",
+        "as_modelled": "shock",
+        "locked": "shock_locked",
+        "springs_free": "shock_springs_free",
+    }
+    return _records(Bracket, profile, "point", {}, keys, places)
+
+
+def _records(
+    record: type[R],
+    profile: LandingValues,
+    kind: PlaceKind,
+    columns: Mapping[str, Sequence[Any]],
+    keys: Mapping[str, str] = NO_KEYS,
+    places: Sequence[Place] | None = None,
+) -> tuple[R, ...]:
+    """A record for each place of a kind.
+
+    A field without a column is a quantity; the first one without is the name of the place.
+
+    Args:
+        record: the type.
+        profile: the landing.
+        kind: of the places.
+        columns: values of fields that are no quantities, by field.
+        keys: of the quantity of a field, where it is not the name of the field.
+        places: some places; by default all of the kind.
+    """
+    at = profile.places(kind) if places is None else places
+    names = {record._fields[0]: [place.name for place in at]}
+    fields = list[Sequence[Any]]()
+    for field in record._fields:
+        column = {**names, **columns}.get(field)
+        if column is None:
+            values = profile.values(quantity(kind, keys.get(field, field)), places)
+            column = [_number(value) for value in values]
+        fields.append(column)
+    return tuple(record._make(row) for row in zip(*fields, strict=True))
 
 
 def _number(value: Any) -> Any:
