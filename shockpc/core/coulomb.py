@@ -21,7 +21,7 @@ and slip stops or reverses (Kane and Levinson 1985, "Dynamics: Theory and Applic
 solution comes with its change of energy.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,13 @@ CLOSE = 1e-9
 """Share of the velocities and impulses below which two of them are the same."""
 
 CONVERGED = 1e-10
+"""Residual, besides that of rounding, below which impulses count as a solution."""
+
+GAIN = 1e-12
+"""Change of energy, as a share of its terms, up to which it is rounding."""
+
+RANK = 1e-12
+"""Share of the largest eigenvalue of a Delassus matrix up to which one is zero."""
 """Residual, besides that of rounding, below which impulses count as a solution."""
 
 
@@ -77,27 +84,27 @@ def solve_friction(
     Raises:
         ValueError: an argument is not finite, or µ or e is negative, or e is above 1.
     """
-    velocity, mu, e = (
-        np.asarray(values, dtype=float) for values in (velocity, friction, restitution)
-    )
+    velocity = np.asarray(velocity, dtype=float)
+    mu = np.asarray(friction, dtype=float)
+    e = np.asarray(restitution, dtype=float)
     if not all(np.all(np.isfinite(values)) for values in (A, velocity, mu, e)):
         raise ValueError("the Delassus matrix, velocities, friction and restitution must be finite")
     if np.any(mu < 0.0) or np.any((e < 0.0) | (e > 1.0)):
         raise ValueError(
             f"friction must not be negative, and restitution in [0, 1]: {mu.tolist()}, {e.tolist()}"
         )
-    problem = _Problem(A, velocity, mu, velocity[:, 2] - e * np.maximum(-velocity[:, 2], 0.0))
-    impulses = (
-        _one_contact(A, problem.free[0], float(mu[0])) if len(mu) == 1 else problem.search(starts)
-    )
+    problem = _Problem(A, velocity, mu, _free_velocity(velocity, e))
+    if len(mu) == 1:
+        candidates: Iterable[Array] = _one_contact(A, problem.free[0], float(mu[0]))
+    else:
+        candidates = problem.search(starts)
+
     solutions: list[FrictionImpact] = []
-    for impulse in impulses:
+    for impulse in candidates:
         solution = problem.describe(np.reshape(impulse, (-1, 3)))
-        near = [
-            np.abs(solution.velocity - other.velocity).max() <= 1e3 * CLOSE * problem.speed
-            for other in solutions
-        ]
-        if solution.residual <= CONVERGED + problem.rounding(solution.impulse) and not any(near):
+        if solution.residual > CONVERGED + problem.rounding(solution.impulse):
+            continue
+        if not any(problem.same(solution, known) for known in solutions):
             solutions.append(solution)
     return tuple(sorted(solutions, key=lambda solution: solution.gains_energy))
 
@@ -114,54 +121,78 @@ def solve_each(A: Array, velocity: Array, friction: Array, restitution: Array) -
     Returns: (N, 3) impulses of the ground on the robot [N s]; of several solutions those that gain
         no energy go first, then those that stick. NaN where there is none, or each gains energy.
     """
+    impulses, valid = _candidates(A, _free_velocity(velocity, restitution), friction)
+    energy, size = _energy(impulses, velocity[:, None], impulses @ A, axis=-1)
+    valid &= energy <= GAIN * size
+    first = np.asarray(valid.argmax(axis=1))
+    exists = np.asarray(valid.any(axis=1))
+    impulse = impulses[np.arange(len(A)), first]
+    return np.where(exists[:, None], impulse, np.nan)
+
+
+def _free_velocity(velocity: Array, restitution: Array) -> Array:
+    """The velocities before (m, 3), with v_n⁻ − e max(−v_n⁻, 0) along the normal: b of A λ + b."""
     b = velocity.copy()
     b[:, 2] -= restitution * np.maximum(-velocity[:, 2], 0.0)
-    impulses, valid = _candidates(A, b, friction)
-    change = impulses @ A
-    energy = np.sum(impulses * (velocity[:, None] + change / 2.0), axis=-1)
-    valid &= energy <= 1e-12 * np.sum(
-        np.abs(impulses) * (np.abs(velocity[:, None]) + np.abs(change)), axis=-1
-    )
-    first, exists = np.asarray(valid.argmax(axis=1)), np.asarray(valid.any(axis=1))
-    return np.where(exists[:, None], impulses[np.arange(len(A)), first], np.nan)
+    return b
 
 
-def _candidates(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray]:
+def _energy(
+    impulse: Array, velocity: Array, change: Array, axis: int | None = None
+) -> tuple[Array, Array]:
+    """The change of kinetic energy λᵀ (v⁻ + Δv / 2) [J], and the sum of the sizes of its terms."""
+    energy = np.sum(impulse * (velocity + change / 2.0), axis=axis)
+    size = np.sum(np.abs(impulse) * (np.abs(velocity) + np.abs(change)), axis=axis)
+    return np.asarray(energy), np.asarray(size)
+
+
+def _candidates(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
     """Impulses (N, 6, 3) of one contact with the velocity A λ + b, and which of them obey the laws.
 
     The first sticks, four slide and the last is none. b_n includes the velocity that restitution
     demands.
     """
-    mu = friction[:, None]
     # A least-squares solution serves a contact that cannot move along a tangent.
-    s, Q = np.linalg.eigh(A)
-    kept = s > 1e-12 * s[:, -1:]
-    stick = -(
-        Q
-        @ (
-            np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)[..., None]
-            * (Q.swapaxes(1, 2) @ b[..., None])
-        )
-    )[..., 0]
-    sticks = (stick[:, 2] > 0.0) & (
-        np.hypot(stick[:, 0], stick[:, 1]) <= friction * stick[:, 2] * (1.0 + CLOSE)
-    )
-    angle, valid = _slip_angles(A, b, friction)
-    d = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    pressing = A[:, 2, 2, None] - mu * (d @ A[:, :2, 2, None])[..., 0]
-    valid &= pressing * -b[:, 2, None] > 0.0
-    normal = -b[:, 2, None] / np.where(valid, pressing, 1.0)
-    slip = b[:, None, :2] + normal[..., None] * (
-        A[:, None, :2, 2] - mu[..., None] * (d @ A[:, :2, :2])
-    )
-    valid &= np.sum(slip * d, axis=-1) > 0.0
-    slides = np.concatenate([-(mu * normal)[..., None] * d, normal[..., None]], axis=-1)
-    impulses = np.concatenate([stick[:, None], slides, np.zeros((len(A), 1, 3))], axis=1)
-    valid = np.concatenate([sticks[:, None], valid, b[:, 2, None] >= 0.0], axis=1)
+    stick = -_smallest_solution(A, b)
+    tangential = np.hypot(stick[:, 0], stick[:, 1])
+    within_cone = tangential <= mu * stick[:, 2] * (1.0 + CLOSE)
+    sticks = (stick[:, 2] > 0.0) & within_cone
+
+    slide, slides = _sliding(A, b, mu)
+    none = np.zeros((len(A), 1, 3))
+    separates = b[:, 2] >= 0.0
+    impulses = np.concatenate([stick[:, None], slide, none], axis=1)
+    valid = np.concatenate([sticks[:, None], slides, separates[:, None]], axis=1)
     return impulses, valid
 
 
-def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray]:
+def _sliding(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
+    """Impulses (N, 4, 3) with which a contact slides at the end, and which of them obey the laws.
+
+    With A = [T a; aᵀ N], the final slip along the unit vector d and λ_t = −µ λ_n d,
+
+        λ_n (N − µ a·d) = −b_n,    (b_t + λ_n (a − µ T d))·d > 0
+    """
+    angle, valid = _slip_angles(A, b, mu)
+    d = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    T = A[:, :2, :2]
+    a = A[:, :2, 2]
+    N = A[:, 2, 2, None]
+    q = -b[:, 2, None]
+    mu = mu[:, None]
+
+    pressing = N - mu * (d @ a[..., None])[..., 0]
+    valid &= pressing * q > 0.0
+    normal = q / np.where(valid, pressing, 1.0)
+
+    slip_by_normal = a[:, None] - mu[..., None] * (d @ T)
+    slip = b[:, None, :2] + normal[..., None] * slip_by_normal
+    valid &= np.sum(slip * d, axis=-1) > 0.0
+    tangential = -(mu * normal)[..., None] * d
+    return np.concatenate([tangential, normal[..., None]], axis=-1), valid
+
+
+def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
     """Angles φ (N, 4) of the final slip, and which of them are such.
 
     Friction along −d, d = (cos φ, sin φ), leaves no slip across d. From λ_n (N − µ a·d) = q and
@@ -169,32 +200,53 @@ def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray
     That is a quartic in w, of which the roots of unit modulus count.
     """
     (txx, txy, ax), (_, tyy, ay), (_, _, N) = np.moveaxis(A, 0, -1)
-    (x, y), q, mu = b.T[:2], -b[:, 2], friction
+    x, y = b.T[:2]
+    q = -b[:, 2]
     k0 = mu / 2.0 * (ay * x - ax * y)
     k1 = N * y + q * ay + 1j * (N * x + q * ax)
-    k2 = mu * (
-        -(ax * y + ay * x) / 2.0 - q * txy + 1j * ((ay * y - ax * x) / 2.0 + q * (tyy - txx) / 2.0)
-    )
+    k2_real = -(ax * y + ay * x) / 2.0 - q * txy
+    k2_imaginary = (ay * y - ax * x) / 2.0 + q * (tyy - txx) / 2.0
+    k2 = mu * (k2_real + 1j * k2_imaginary)
+
+    # Without a second harmonic: cos(φ + arg k₁) = −k₀ / |k₁|.
     size = np.abs(k0) + np.abs(k1) + np.abs(k2)
     quartic = np.abs(k2) > 1e-15 * size
+    k1_size = np.where(np.abs(k1) > 0.0, np.abs(k1), 1.0)
+    half = np.arccos(np.clip(-k0 / k1_size, -1.0, 1.0))
+    angle = half[:, None] * np.array([1, -1, 1, -1]) - np.angle(k1)[:, None]
+
+    # Else k₂ w⁴ + k₁ w³ + 2 k₀ w² + k₁* w + k₂* = 0; its roots are eigenvalues of the companion.
     companion = np.zeros((len(A), 4, 4), dtype=complex)
     companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
-    companion[quartic, 0] = -(
-        np.stack([k1, 2.0 * k0, k1.conj(), k2.conj()], axis=1)[quartic] / k2[quartic, None]
-    )
-    angle = np.angle(np.linalg.eigvals(companion))
-    # Without the term of the second order: cos(φ + arg k₁) = −k₀ / |k₁|.
-    half = np.arccos(np.clip(-k0 / np.where(np.abs(k1) > 0.0, np.abs(k1), 1.0), -1.0, 1.0))[
-        :, None
-    ] * np.array([1, -1, 1, -1])
-    angle = np.where(quartic[:, None], angle, half - np.angle(k1)[:, None])
-    k0, k1, k2, size = (part[:, None] for part in (k0, k1, np.where(quartic, k2, 0.0), size))
+    coefficients = np.stack([k1, 2.0 * k0, k1.conj(), k2.conj()], axis=1)
+    companion[quartic, 0] = -(coefficients[quartic] / k2[quartic, None])
+    roots = np.angle(np.linalg.eigvals(companion))
+    angle = np.where(quartic[:, None], roots, angle)
+    harmonics = k0[:, None], k1[:, None], np.where(quartic, k2, 0.0)[:, None]
+    return _polished(angle, harmonics, size[:, None])
+
+
+def _polished(
+    angle: Array, harmonics: tuple[Array, Array, Array], size: Array
+) -> tuple[Array, np.ndarray]:
+    """Roots (N, 4) of k₀ + Re(k₁ w + k₂ w²), w = exp(iφ), by Newton's method from angles near them,
+    and which are roots.
+
+    Args:
+        angle: (N, 4) φ.
+        harmonics: k₀, k₁ and k₂, (N, 1) each.
+        size: (N, 1) sum of their absolute values.
+    """
+    k0, k1, k2 = harmonics
     for _ in range(4):
         w = np.exp(1j * angle)
-        value, slope = k0 + ((k1 + k2 * w) * w).real, -((k1 + 2.0 * k2 * w) * w).imag
-        near = np.abs(slope) > 1e-12 * size
-        angle = angle - np.where(near, np.clip(value / np.where(near, slope, 1.0), -0.1, 0.1), 0.0)
-    return angle, np.asarray((np.abs(value) <= CLOSE * size) & (size > 0.0))
+        value = k0 + ((k1 + k2 * w) * w).real
+        slope = -((k1 + 2.0 * k2 * w) * w).imag
+        steep = np.abs(slope) > 1e-12 * size
+        step = np.clip(value / np.where(steep, slope, 1.0), -0.1, 0.1)
+        angle = angle - np.where(steep, step, 0.0)
+    is_root = (np.abs(value) <= CLOSE * size) & (size > 0.0)
+    return angle, np.asarray(is_root)
 
 
 def _one_contact(A: Array, b: Array, mu: float) -> list[Array]:
@@ -204,46 +256,69 @@ def _one_contact(A: Array, b: Array, mu: float) -> list[Array]:
     return [impulses[0, k] for k in order if valid[0, k]]
 
 
-def _solve(A: Array, b: Array) -> Array:
-    """The smallest x with A x = b for a matrix that is positive semidefinite."""
+def _smallest_solution(A: Array, b: Array) -> Array:
+    """The smallest x (..., n) with A x = b, for positive semidefinite matrices A (..., n, n)."""
     s, Q = np.linalg.eigh(A)
-    kept = s > 1e-12 * s[-1]
-    return np.asarray(Q[:, kept] @ ((Q[:, kept].T @ b) / s[kept]))
+    positive = s > RANK * s[..., -1:]
+    inverse = np.where(positive, 1.0 / np.where(positive, s, 1.0), 0.0)
+    along = Q.swapaxes(-1, -2) @ b[..., None]
+    return np.asarray((Q @ (inverse[..., None] * along))[..., 0])
 
 
 class _Problem:
-    """The laws of several contacts as one equation R(λ) = 0 (Alart and Curnier)."""
+    """The laws of several contacts as one equation R(λ) = 0 (Alart and Curnier).
 
-    def __init__(self, A: Array, velocity: Array, mu: Array, b_n: Array):
-        self.A, self.velocity, self.mu = A, velocity, mu
-        self.free = np.column_stack([velocity[:, :2], b_n])
-        self.speed = float(np.abs(self.free).max()) or 1.0
+    With a mass ρ and y = λ − ρ v⁺ of each contact, v⁺ = A λ + b,
+
+        R_n = λ_n − max(y_n, 0),    R_t = λ_t − y_t on or within a circle of radius µ max(λ_n, 0)
+
+    Args:
+        A: (3m, 3m) Delassus matrix [1/kg].
+        velocity: (m, 3) before impact [m/s].
+        mu: (m,) coefficients of friction.
+        free: (m, 3) b, with the velocity that restitution demands along the normal.
+    """
+
+    def __init__(self, A: Array, velocity: Array, mu: Array, free: Array):
+        self.A = A
+        self.velocity = velocity
+        self.mu = mu
+        self.free = free
+        self.speed = float(np.abs(free).max()) or 1.0
         mobility = np.array([np.trace(A[i : i + 3, i : i + 3]) for i in range(0, len(A), 3)])
         self.mass = 1.0 / np.where(mobility > 0.0, mobility, 1.0)
+
+    def change(self, impulse: Array) -> Array:
+        """A λ (m, 3) for impulses (m, 3) [m/s]."""
+        return np.asarray((self.A @ impulse.ravel()).reshape(-1, 3))
 
     def residual(self, impulse: Array) -> tuple[Array, Array]:
         """R (3m,) at impulses (m, 3) [N s], and its derivative (3m, 3m)."""
         m = len(impulse)
-        v = self.free + (self.A @ impulse.ravel()).reshape(m, 3)
-        R, D = impulse.copy(), np.eye(3 * m)
-        for i in range(m):
-            rho, rows = self.mass[i], slice(3 * i, 3 * i + 3)
-            step = impulse[i] - rho * v[i]
-            if step[2] <= 0.0:
-                continue
-            moved = D[rows] - rho * self.A[rows]
-            R[i, 2], D[3 * i + 2] = rho * v[i, 2], D[3 * i + 2] - moved[2]
-            radius, length = self.mu[i] * max(impulse[i, 2], 0.0), float(np.hypot(step[0], step[1]))
-            along = step[:2] / (length or 1.0)
+        rho_v = self.mass[:, None] * (self.free + self.change(impulse))
+        y = impulse - rho_v
+        R = impulse.copy()
+        D = np.eye(3 * m)
+        for i in np.flatnonzero(y[:, 2] > 0.0).tolist():
+            tangents = slice(3 * i, 3 * i + 2)
+            normal = 3 * i + 2
+            dy = D[3 * i : 3 * i + 3] - self.mass[i] * self.A[3 * i : 3 * i + 3]
+
+            # Where y is its own projection, λ − y = ρ v⁺, without the rounding of λ.
+            R[i, 2] = rho_v[i, 2]
+            D[normal] -= dy[2]
+            radius = self.mu[i] * max(impulse[i, 2], 0.0)
+            length = float(np.hypot(y[i, 0], y[i, 1]))
             if length <= radius:
-                R[i, :2] = rho * v[i, :2]
-                D[3 * i : 3 * i + 2] -= moved[:2]
-            else:
-                R[i, :2] -= radius * along
-                across = (np.eye(2) - np.outer(along, along)) * (radius / length)
-                D[3 * i : 3 * i + 2] -= across @ moved[:2]
-                if radius > 0.0:
-                    D[3 * i : 3 * i + 2, 3 * i + 2] -= self.mu[i] * along
+                R[i, :2] = rho_v[i, :2]
+                D[tangents] -= dy[:2]
+                continue
+            # Onto the circle: radius d with d = y_t / |y_t| and ∂d/∂y_t = (1 − d dᵀ) / |y_t|.
+            d = y[i, :2] / (length or 1.0)
+            R[i, :2] -= radius * d
+            D[tangents] -= (np.eye(2) - np.outer(d, d)) * (radius / length) @ dy[:2]
+            if radius > 0.0:
+                D[tangents, normal] -= self.mu[i] * d
         return R.ravel(), D
 
     def error(self, R: Array) -> float:
@@ -252,55 +327,59 @@ class _Problem:
 
     def rounding(self, impulse: Array) -> float:
         """What the rounding of impulses (m, 3) alone may contribute to `error`."""
-        return (
-            4.0
-            * float(np.finfo(float).eps * (np.abs(impulse).max(axis=1) / self.mass).max())
-            / self.speed
-        )
+        largest = float((np.abs(impulse).max(axis=1) / self.mass).max())
+        return 4.0 * float(np.finfo(float).eps) * largest / self.speed
 
     def newton(self, impulse: Array) -> Array:
         """Newton's method from impulses (m, 3), as far as it gets nearer; contacts that do not
         press take no impulse.
         """
-        best, minimum = impulse, np.inf
+        best = impulse
+        smallest_error = np.inf
         for _ in range(20):
             R, D = self.residual(impulse)
             error = self.error(R)
-            if error < minimum:
-                best, minimum = impulse, error
+            if error < smallest_error:
+                best = impulse
+                smallest_error = error
             if error < 1e-14 or not np.isfinite(error):
                 break
             impulse = impulse - np.linalg.lstsq(D, R, rcond=1e-13)[0].reshape(-1, 3)
-        pressing = (
-            best[:, 2] > self.mass * (self.free + (self.A @ best.ravel()).reshape(-1, 3))[:, 2]
-        )
+        after = self.free + self.change(best)
+        pressing = best[:, 2] > self.mass * after[:, 2]
         return np.where(pressing[:, None], best, 0.0)
 
     def sweep(self, impulse: Array, order: list[int]) -> Array:
-        """Solve each contact exactly, the impulses of the others given."""
+        """Solve each contact exactly, with the impulses of the others as they are."""
         impulse = impulse.copy()
         for i in order:
             rows = slice(3 * i, 3 * i + 3)
             local = self.A[rows, rows]
             b = self.free[i] + self.A[rows] @ impulse.ravel() - local @ impulse[i]
-            solutions = list(_one_contact(local, b, float(self.mu[i])))
-            if solutions:
-                impulse[i] = min(solutions, key=lambda one: float(np.abs(one - impulse[i]).sum()))
+            solutions = np.array(_one_contact(local, b, float(self.mu[i])))
+            if len(solutions):
+                steps = np.abs(solutions - impulse[i]).sum(axis=1)
+                impulse[i] = solutions[steps.argmin()]
         return impulse
+
+    def starts(self, count: int) -> Iterator[tuple[Array, list[int]]]:
+        """Impulses (m, 3) to start from, and orders of the contacts: all stick, none, random ones."""
+        m = len(self.mu)
+        rng = np.random.default_rng(0)
+        stick = -_smallest_solution(self.A, self.free.ravel()).reshape(m, 3)
+        size = np.abs(stick).max()
+        for k in range(count):
+            impulse = stick * (k == 0)
+            if k > 1:
+                impulse = size * np.column_stack([rng.normal(size=(m, 2)), np.ones(m)])
+            order = list(range(m))
+            if k > 0:
+                order = rng.permutation(m).tolist()
+            yield impulse, order
 
     def search(self, starts: int) -> Iterator[Array]:
         """Impulses (m, 3) that solve the equation, or come nearest, from several starts."""
-        m = len(self.mu)
-        rng = np.random.default_rng(0)
-        stick = -_solve(self.A, self.free.ravel()).reshape(m, 3)
-        size = np.abs(stick).max()
-        for k in range(starts):
-            impulse = (
-                size * np.column_stack([rng.normal(size=(m, 2)), np.ones(m)])
-                if k > 1
-                else stick * (k == 0)
-            )
-            order = rng.permutation(m).tolist() if k else list(range(m))
+        for impulse, order in self.starts(starts):
             for _ in range(30):
                 polished = self.newton(impulse)
                 if self.error(self.residual(polished)[0]) <= CONVERGED:
@@ -309,22 +388,24 @@ class _Problem:
                 for _ in range(5):
                     impulse = self.sweep(impulse, order)
 
+    def same(self, a: FrictionImpact, b: FrictionImpact) -> bool:
+        """Whether two solutions have the same velocities after impact."""
+        apart = float(np.abs(a.velocity - b.velocity).max())
+        return apart <= 1e3 * CLOSE * self.speed
+
     def describe(self, impulse: Array) -> FrictionImpact:
         """The solution that impulses (m, 3) are."""
-        change = (self.A @ impulse.ravel()).reshape(-1, 3)
+        change = self.change(impulse)
         after = self.velocity + change
-        energy = float(np.sum(impulse * (self.velocity + change / 2.0)))
-        scale = float(np.sum(np.abs(impulse) * (np.abs(self.velocity) + np.abs(change))))
-        slipping = np.hypot(after[:, 0], after[:, 1]) > CLOSE * self.speed
-        state = tuple(
-            "separates" if p[2] <= 0.0 else "slides" if slips else "sticks"
-            for p, slips in zip(impulse, slipping, strict=True)
-        )
+        energy, size = _energy(impulse, self.velocity, change)
+        slips = np.hypot(after[:, 0], after[:, 1]) > CLOSE * self.speed
+        state = np.where(slips, "slides", "sticks")
+        state = np.where(impulse[:, 2] <= 0.0, "separates", state)
         return FrictionImpact(
-            impulse,
-            after,
-            state,
-            energy,
-            bool(energy > 1e-12 * scale),
-            self.error(self.residual(impulse)[0]),
+            impulse=impulse,
+            velocity=after,
+            state=tuple(state.tolist()),
+            energy=float(energy),
+            gains_energy=bool(energy > GAIN * size),
+            residual=self.error(self.residual(impulse)[0]),
         )

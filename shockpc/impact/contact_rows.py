@@ -28,7 +28,7 @@ class RowLayout:
         turn: (n, nc) the rows of contacts, of those of the equation.
         axes: (n, 3) along which they are, world axes.
         number: (n,) contact or standing foot of each row.
-        place: (n,) tangent 0 or 1, or normal 2, of each row.
+        axis: (n,) tangent 0 or 1, or normal 2, of each row.
         restitution: (n,) e of each row: of a contact that sticks, with restitution along the
             normal, zero along the tangents.
     """
@@ -38,18 +38,18 @@ class RowLayout:
     turn: Array
     axes: Array
     number: np.ndarray
-    place: np.ndarray
+    axis: np.ndarray
     restitution: Array
 
     @property
     def normal(self) -> np.ndarray:
         """Whether each row (n,) is along the normal of its contact."""
-        return np.asarray(self.place == 2)
+        return np.asarray(self.axis == 2)
 
     @property
     def index(self) -> np.ndarray:
         """Which (n,) these are, where every contact has three rows: two tangents and the normal."""
-        return np.asarray(3 * self.number + self.place)
+        return np.asarray(3 * self.number + self.axis)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ContactRows(RowLayout):
         equation: Eq. 4 of the landing.
         speeds: (n,) along each row before the impact, and after what is held rigidly has stopped
             [m/s].
-        stop: (ny,) jump with which a sole that turns stops turning [rad/s, m/s].
+        halt: (ny,) jump with which a sole that turns stops turning [rad/s, m/s].
         basis: (ny, m) the free velocities for unit coordinates.
         M: (m, m) inertia.
         J: (n, m) speeds along the rows.
@@ -68,7 +68,7 @@ class ContactRows(RowLayout):
 
     equation: Equation
     speeds: Array
-    stop: Array
+    halt: Array
     basis: Array
     M: Array
     J: Array
@@ -82,12 +82,12 @@ class ContactRows(RowLayout):
             straight: (h, m) speeds for unit coordinates of what the contacts stop too, as of hinges
                 in links that bend.
         """
-        rows, speeds = (
-            np.vstack([self.J, straight]),
-            np.append(self.speeds, np.zeros(len(straight))),
-        )
-        impulse = np.linalg.lstsq(rows @ np.linalg.solve(self.M, rows.T), speeds, rcond=1e-10)[0]
-        return float(np.sqrt((stiffness * self.speeds) @ self.speeds / (speeds @ impulse)))
+        rows = np.vstack([self.J, straight])
+        speeds = np.append(self.speeds, np.zeros(len(straight)))
+        delassus = rows @ np.linalg.solve(self.M, rows.T)
+        impulse = np.linalg.lstsq(delassus, speeds, rcond=1e-10)[0]
+        stiffness_sum = (stiffness * self.speeds) @ self.speeds
+        return float(np.sqrt(stiffness_sum / (speeds @ impulse)))
 
 
 def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
@@ -101,62 +101,81 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
         stands: whether standing feet stay where they are, as in Eq. 4, and have no rows.
     """
     landing = landing.without_stops
-    equation, blocks = landing.equation(landing.state), landing.blocks
-    layout = row_layout(blocks, stands)
-    turn, rigid = layout.turn, layout.rigid
-    basis, H = np.eye(equation.H.shape[1]), equation.H[0]
-    stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
-    rigid_blocks = tuple(
-        _without_rows(block) if i in layout.blocks else block for i, block in enumerate(blocks)
-    )
-    if rigid.any():
-        chosen = np.flatnonzero(rigid)[
-            independent_rows_of(landing, tuple(block for block in rigid_blocks if block.size))
-        ]
-        K, by_impulse = equation.J_c[0, chosen], np.linalg.solve(H, equation.J_c[0, chosen].T)
-        stop = -by_impulse @ np.linalg.solve(K @ by_impulse, equation.b[0, chosen, 3])
+    equation = landing.equation(landing.state)
+    layout = row_layout(landing.blocks, stands)
+    J, b = rows_as_meant(landing)
+    H = equation.H[0]
+    basis = np.eye(len(H))
+    halt = np.zeros(len(H))
+    if layout.rigid.any():
+        # Of what is held rigidly, K: the jump −H⁻¹ Kᵀ (K H⁻¹ Kᵀ)⁻¹ b, and the null space.
+        independent = _independent_rigid_rows(landing, layout)
+        K = equation.J_c[0, independent]
+        by_impulse = np.linalg.solve(H, K.T)
+        halt = -by_impulse @ np.linalg.solve(K @ by_impulse, equation.b[0, independent, 3])
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
-    speeds = turn @ b / (1.0 + layout.restitution) + turn @ J @ stop
-    fixed = {field.name: getattr(layout, field.name) for field in fields(layout)}
+    along = layout.turn @ J
+    before = layout.turn @ b / (1.0 + layout.restitution)
     return ContactRows(
-        **fixed,
+        **{field.name: getattr(layout, field.name) for field in fields(layout)},
         equation=equation,
-        speeds=speeds,
-        stop=stop,
+        speeds=before + along @ halt,
+        halt=halt,
         basis=basis,
         M=basis.T @ H @ basis,
-        J=turn @ J @ basis,
+        J=along @ basis,
     )
+
+
+def _independent_rigid_rows(landing: PosedLanding, layout: RowLayout) -> np.ndarray:
+    """The rows of Eq. 4, of those held rigidly, from which all of these follow."""
+    blocks = list(landing.blocks)
+    for k in layout.blocks:
+        blocks[k] = _without_rows(blocks[k])
+    independent = independent_rows_of(landing, tuple(block for block in blocks if block.size))
+    return np.asarray(np.flatnonzero(layout.rigid)[independent])
 
 
 def row_layout(blocks: tuple[ConstraintBlock, ...], stands: bool = False) -> RowLayout:
     """The rows of contacts and standing feet. Args: as of `contact_rows`."""
-    contact_indices = [
-        k
-        for k, block in enumerate(blocks)
-        if block.kind in ("contact", "stop") or (block.kind == "stance" and not stands)
-    ]
-    sides = [_axes(blocks[k]) for k in contact_indices]
-    axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
-    number = np.repeat(np.arange(len(contact_indices)), [len(part) for part, _ in sides])
-    e, every = (
-        np.array(part)[number]
-        for part in zip(
-            *((blocks[k].restitution, blocks[k].rebound is None) for k in contact_indices),
-            strict=True,
-        )
-    )
+    kinds = ("contact", "stop") if stands else ("contact", "stop", "stance")
+    having_rows = [k for k, block in enumerate(blocks) if block.kind in kinds]
     size = sum(block.size for block in blocks)
-    turn, rigid = np.zeros((len(number), size)), np.ones(size, dtype=bool)
-    for k, (i, (along, _)) in enumerate(zip(contact_indices, sides, strict=True)):
-        start, stop = slices_of(blocks)[i].start, blocks[i].kind == "stop"
-        forces = slice(start, start + (1 if stop else len(blocks[i].forces)))
-        turn[number == k, forces] = (
-            1.0 if stop else np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
-        )
+    rigid = np.ones(size, dtype=bool)
+    turns: list[Array] = []
+    directions: list[Array] = []
+    numbers: list[int] = []
+    axes: list[int] = []
+    restitution: list[float] = []
+    for number, k in enumerate(having_rows):
+        block = blocks[k]
+        along, axes_along = _axes(block)
+        start = slices_of(blocks)[k].start
+        # A stop has one row, along the rate of its joint; of others Fᵀ x = aᵀ for each axis a.
+        forces = slice(start, start + 1)
+        of_forces: Array = np.ones((1, 1))
+        if block.kind != "stop":
+            forces = slice(start, start + len(block.forces))
+            of_forces = np.asarray(np.linalg.lstsq(block.forces.T, along.T, rcond=None)[0].T)
+        turn = np.zeros((len(along), size))
+        turn[:, forces] = of_forces
         rigid[forces] = False
+        turns.append(turn)
+        directions.append(along)
+        for axis in axes_along.tolist():
+            # With a direction of rebound, the normal alone has restitution.
+            bounces = axis == 2 or block.rebound is None
+            numbers.append(number)
+            axes.append(axis)
+            restitution.append(block.restitution if bounces else 0.0)
     return RowLayout(
-        contact_indices, rigid, turn, axes, number, place, np.where((place == 2) | every, e, 0.0)
+        blocks=having_rows,
+        rigid=rigid,
+        turn=np.concatenate(turns),
+        axes=np.concatenate(directions),
+        number=np.array(numbers),
+        axis=np.array(axes),
+        restitution=np.array(restitution),
     )
 
 
@@ -177,8 +196,11 @@ def _axes(block: ConstraintBlock) -> tuple[Array, np.ndarray]:
         return np.zeros((1, 3)), np.array([2])
     _, size, basis = np.linalg.svd(block.forces)
     rank = int(np.sum(size > 3.0 * np.finfo(float).eps * size[0]))
+    normal = block.normal
     if rank == 3:
-        return np.array([*across(block.normal), block.normal]), np.arange(3)
+        return np.array([*across(normal), normal]), np.arange(3)
     if rank == 1:
-        return block.normal[None], np.array([2])
-    return np.array([np.cross(np.cross(*basis[:2]), block.normal), block.normal]), np.array([0, 2])
+        return normal[None], np.array([2])
+    # The plane in which it is stopped holds the normal; their tangent is across its own normal.
+    tangent = np.cross(np.cross(*basis[:2]), normal)
+    return np.array([tangent, normal]), np.array([0, 2])

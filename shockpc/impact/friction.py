@@ -66,7 +66,7 @@ class FrictionProblem(NamedTuple):
         restitution: (N, m) e of the scene along the normals.
         stops: number of end stops.
         by_impulse: (N, ny, 3m) jumps of the free velocities for unit impulses.
-        stop: (N, ny) jumps with which what turns on a sole stops turning, whatever the impulses
+        halt: (N, ny) jumps with which what turns on a sole stops turning, whatever the impulses
             [rad/s, m/s].
     """
 
@@ -75,7 +75,7 @@ class FrictionProblem(NamedTuple):
     restitution: Array
     stops: int
     by_impulse: Array
-    stop: Array
+    halt: Array
 
     def impulses(
         self, mu: Array | float, restitution: float | None = None
@@ -88,30 +88,33 @@ class FrictionProblem(NamedTuple):
             restitution: of the contacts and standing feet along their normals; by default the
                 scene's.
         """
-        (N, S, m, _), failures = self.before.shape, dict[int, SolveError]()
+        N, S, m, _ = self.before.shape
         mu = np.broadcast_to(mu, N)
         impulses = np.full((N, S, 3 * m), np.nan)
         if m == 1:
-            A, before, each = (
-                np.repeat(self.A, S, axis=0),
-                self.before.reshape(-1, 3),
-                np.repeat(mu, S),
-            )
-            e = (
-                np.repeat(self.restitution, S)
-                if restitution is None
-                else np.full(N * S, restitution)
-            )
-            known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
-            impulses.reshape(-1, 3)[known] = solve_each(
-                A[known], before[known], each[known], e[known]
-            )
+            impulses = self._of_one_contact(mu, restitution)
+        failures = dict[int, SolveError]()
         for i, s in np.argwhere(np.isnan(impulses).any(axis=2)).tolist():
             try:
-                impulses[i, s] = self.solved(float(mu[i]), restitution, (i, s))[0].impulse.ravel()
+                solution, _ = self.solved(float(mu[i]), restitution, (i, s))
             except SolveError as error:
                 failures.setdefault(i, error)
+            else:
+                impulses[i, s] = solution.impulse.ravel()
         return impulses, failures
+
+    def _of_one_contact(self, mu: Array, restitution: float | None) -> Array:
+        """The impulses (N, S, 3) of a single contact, all at once; NaN where there are none."""
+        N, S = self.before.shape[:2]
+        A = np.repeat(self.A, S, axis=0)
+        before = self.before.reshape(-1, 3)
+        e = np.repeat(self.restitution, S)
+        if restitution is not None:
+            e = np.full(N * S, restitution)
+        impulses = np.full((N * S, 3), np.nan)
+        known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
+        impulses[known] = solve_each(A[known], before[known], np.repeat(mu, S)[known], e[known])
+        return impulses.reshape(N, S, 3)
 
     def solved(
         self, mu: float, restitution: float | None = None, of: tuple[int, int] = (0, 0)
@@ -126,13 +129,13 @@ class FrictionProblem(NamedTuple):
         Raises:
             SolveError: no solution was found, or each gains kinetic energy.
         """
-        e, m = self.restitution[of[0]].copy(), self.contacts
+        m = self.contacts
+        e = self.restitution[of[0]].copy()
         if restitution is not None:
             e[:m] = restitution
+        friction = np.repeat([mu, 0.0], [m, self.stops])
         try:
-            solutions = solve_friction(
-                self.A[of[0]], self.before[of], np.repeat([mu, 0.0], [m, self.stops]), e
-            )
+            solutions = solve_friction(self.A[of[0]], self.before[of], friction, e)
         except (np.linalg.LinAlgError, ValueError) as refusal:
             raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
         if not solutions:
@@ -140,20 +143,17 @@ class FrictionProblem(NamedTuple):
                 f"no verdict: no impulse was found that obeys Coulomb's law with a friction of "
                 f"{mu:g}; take another one"
             )
-        # Of several solutions that in which the contacts stick is the one of Eq. 4.
-        best = min(
-            solutions,
-            key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}),
-        )
+
+        def order(solution: FrictionImpact) -> tuple[bool, bool]:
+            """Of several solutions that in which the contacts stick is the one of Eq. 4."""
+            return solution.gains_energy, set(solution.state[:m]) != {"sticks"}
+
+        best = min(solutions, key=order)
         if best.gains_energy:
-            gained = (
-                f"with friction {mu:g} and the restitution of the contacts the impact would gain "
-                f"{best.energy:.3g} J"
-            )
             raise SolveError(
-                f"no verdict: {gained} of kinetic energy (Newton's restitution is not valid where "
-                f"slip stops or reverses); take "
-                "less restitution"
+                f"no verdict: with friction {mu:g} and the restitution of the contacts the impact "
+                f"would gain {best.energy:.3g} J of kinetic energy (Newton's restitution is not "
+                f"valid where slip stops or reverses); take less restitution"
             )
         return best, len(solutions)
 
@@ -164,20 +164,25 @@ class FrictionProblem(NamedTuple):
 
     def part(self, postures: np.ndarray) -> "FrictionProblem":
         """The same in some of the postures."""
-        return FrictionProblem._make(
-            part[postures] if isinstance(part, np.ndarray) else part for part in self
+        return FrictionProblem(
+            self.A[postures],
+            self.before[postures],
+            self.restitution[postures],
+            self.stops,
+            self.by_impulse[postures],
+            self.halt[postures],
         )
 
     def scaled(self, factor: float) -> "FrictionProblem":
         """The same with all velocities before the impact times a factor above zero."""
-        return self._replace(before=factor * self.before, stop=factor * self.stop)
+        return self._replace(before=factor * self.before, halt=factor * self.halt)
 
     def delta(self, impulses: Array) -> Array:
         """Jumps (N, S, ny) of the free velocities.
 
         Args: impulses (N, S, 3m), as `impulses` gives them.
         """
-        return np.asarray(self.stop[:, None] + impulses @ np.swapaxes(self.by_impulse, 1, 2))
+        return np.asarray(self.halt[:, None] + impulses @ np.swapaxes(self.by_impulse, 1, 2))
 
 
 def friction_problem(landing: PosedLanding) -> FrictionProblem:
@@ -195,24 +200,34 @@ def _problem_of(
     """The problem, the rows of contacts and standing feet, and the end stops."""
     rows = contact_rows(landing)
     m = int(rows.number[-1]) + 1
-    nothing: tuple[tuple[ConstraintBlock, ...], Array, Array] = (
-        (),
-        np.zeros((0, landing.robot.model.nv)),
-        np.zeros(0),
-    )
-    stops, along, speeds = stop_rows(landing) if landing.scene.stops else nothing
-    along = along if rows.equation.G is None else along @ rows.equation.G[0]
-    before, J = np.zeros(3 * (m + len(stops))), np.zeros((3 * (m + len(stops)), len(rows.M)))
-    before[rows.index], J[rows.index] = rows.speeds, rows.J
-    before[3 * m + 2 :: 3], J[3 * m + 2 :: 3] = speeds + along @ rows.stop, along @ rows.basis
+    stops: tuple[ConstraintBlock, ...] = ()
+    along_stops = np.zeros((0, landing.robot.model.nv))
+    stop_speeds = np.zeros(0)
+    if landing.scene.stops:
+        stops, along_stops, stop_speeds = stop_rows(landing)
+    if rows.equation.G is not None:
+        along_stops = along_stops @ rows.equation.G[0]
+
+    # Three rows a contact; of an end stop the normal alone moves.
+    normals = slice(3 * m + 2, None, 3)
+    before = np.zeros(3 * (m + len(stops)))
+    before[rows.index] = rows.speeds
+    before[normals] = stop_speeds + along_stops @ rows.halt
+    J = np.zeros((len(before), len(rows.M)))
+    J[rows.index] = rows.J
+    J[normals] = along_stops @ rows.basis
     e = np.concatenate([rows.restitution[rows.normal], [stop.restitution for stop in stops]])
     try:
         by_impulse = np.linalg.solve(rows.M, J.T)
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict with friction: {refusal}") from None
-    A, velocities = (J @ by_impulse)[None], before.reshape(1, 1, -1, 3)
     problem = FrictionProblem(
-        A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]
+        A=(J @ by_impulse)[None],
+        before=before.reshape(1, 1, -1, 3),
+        restitution=e[None],
+        stops=len(stops),
+        by_impulse=(rows.basis @ by_impulse)[None],
+        halt=rows.halt[None],
     )
     return problem, rows, stops
 
@@ -232,28 +247,40 @@ def friction_problems(
         `friction_problem` has it.
     """
     layout = row_layout(equation.blocks)
-    e, normal = layout.restitution, layout.place == 2
     if layout.rigid.any() or landing.scene.stops:
         return None
     to_contacts = np.zeros((3 * (int(layout.number[-1]) + 1), len(layout.rigid)))
-    to_contacts[layout.index] = layout.turn / (1.0 + e)[:, None]
-    before = (speeds @ to_contacts.T).reshape(*speeds.shape[:2], -1, 3)
     to_contacts[layout.index] = layout.turn
     J = to_contacts @ equation.J_c
     by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
-    restitution = np.broadcast_to(e[normal], (len(J), np.sum(normal)))
-    return FrictionProblem(
-        J @ by_impulse, before, restitution, 0, by_impulse, np.zeros(by_impulse.shape[:2])
-    ), to_contacts
+
+    # The speeds to be undone are (1 + e) times those before.
+    to_contacts_before = to_contacts.copy()
+    to_contacts_before[layout.index] /= (1.0 + layout.restitution)[:, None]
+    before = (speeds @ to_contacts_before.T).reshape(*speeds.shape[:2], -1, 3)
+    e = layout.restitution[layout.normal]
+    problem = FrictionProblem(
+        A=J @ by_impulse,
+        before=before,
+        restitution=np.broadcast_to(e, (len(J), len(e))),
+        stops=0,
+        by_impulse=by_impulse,
+        halt=np.zeros(by_impulse.shape[:2]),
+    )
+    return problem, to_contacts
 
 
 def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
     """Problems with as many contacts, stops, free velocities and strikes each as one, in the
     postures of all of them.
     """
-    parts = zip(*problems, strict=True)
-    return FrictionProblem._make(
-        np.concatenate(part) if isinstance(part[0], np.ndarray) else part[0] for part in parts
+    return FrictionProblem(
+        A=np.concatenate([problem.A for problem in problems]),
+        before=np.concatenate([problem.before for problem in problems]),
+        restitution=np.concatenate([problem.restitution for problem in problems]),
+        stops=problems[0].stops,
+        by_impulse=np.concatenate([problem.by_impulse for problem in problems]),
+        halt=np.concatenate([problem.halt for problem in problems]),
     )
 
 
@@ -279,23 +306,35 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
         loops hold rows rigidly, or stops count. Quantities are NaN where that holds for one
         posture: rows are redundant, or friction has no solution.
     """
-    landing, equation, mu = impact.landing, impact.equation, impact.landing.scene.friction
+    landing = impact.landing
+    equation = impact.equation
+    mu = landing.scene.friction
     assert mu is not None
     problems = friction_problems(landing, equation, impact.along(impact.speeds))
     if problems is None:
         return None
     problem, to_contacts = problems
-    (n, bodies), size = (len(problem.A), impact.bodies), len(to_contacts.T)
-    jumps = jumps_in_body_axes(landing, equation.full(problem.by_impulse), equation.state, bodies)
-    # Of the solution of Eq. 4 only these are read.
-    impulse = np.broadcast_to(to_contacts.T, (n, *to_contacts.T.shape))
+    n = len(problem.A)
+    rows, size = to_contacts.shape
+    jumps = jumps_in_body_axes(
+        landing, equation.full(problem.by_impulse), equation.state, impact.bodies
+    )
+    # Of the solution of Eq. 4 only these are read: columns of unit impulses of the contacts.
     solution = Solution(
-        problem.by_impulse, impulse, np.ones((n, size)), np.full(n, size), np.ones(n), {}, {}
+        delta_qd=problem.by_impulse,
+        impulse=np.broadcast_to(to_contacts.T, (n, size, rows)),
+        scale=np.ones((n, size)),
+        rank=np.full(n, size),
+        condition=np.ones(n),
+        choices={},
+        independent={},
     )
+    inertias = vars(impact).get("inertias")
     slipping = _Slipping(
-        landing, equation, solution, jumps, bodies, impact.strikes, vars(impact).get("inertias")
+        landing, equation, solution, jumps, impact.bodies, impact.strikes, inertias
     )
-    slipping.impulses = np.where(impact.clear[:, None, None], problem.impulses(mu)[0], np.nan)
+    impulses, _ = problem.impulses(mu)
+    slipping.impulses = np.where(impact.clear[:, None, None], impulses, np.nan)
     return slipping
 
 
@@ -309,59 +348,134 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     Raises:
         SolveError: no solution was found, or each gains kinetic energy.
     """
-    landing = landing.without_stops
-    problem, rows, stops = _problem_of(landing)
-    mu, m = landing.scene.friction, problem.contacts
-    before = problem.before[0, 0, :m]
+    bare = landing.without_stops
+    problem, rows, stops = _problem_of(bare)
+    mu = bare.scene.friction
     assert mu is not None
-    best, count = problem.solved(mu)
-    moved, pushed = problem.delta(best.impulse.reshape(1, 1, -1))[0, 0], best.impulse[m:, 2]
-    unstopped, acting = landing, tuple(stops[i] for i in np.flatnonzero(pushed > 0.0))
-    landing = replace(landing, acting=acting) if acting else landing
-    equation, unstopped_rows = landing.equation(landing.state), len(rows.rigid)
-    impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
-    impulse[0, :unstopped_rows, 3], impulse[0, unstopped_rows:, 3] = (
-        rows.turn.T @ best.impulse[:m].ravel()[rows.index],
-        pushed[pushed > 0.0],
-    )
-    closing, rigid = (
-        equation.H[0] @ moved - equation.J_c[0].T @ impulse[0, :, 3],
-        np.flatnonzero(rows.rigid),
-    )
-    impulse[0, rigid, 3] = np.linalg.lstsq(equation.J_c[0, rigid].T, closing, rcond=1e-10)[0]
-    # What is linear in the strike does not exist: friction is not.
-    delta = np.full((1, len(moved), 4), np.nan)
-    delta[0, :, 3] = moved
-    tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
-    bounces = np.zeros(m, dtype=bool)
-    bounces[rows.number[rows.place < 2]] = rows.restitution[rows.place < 2] > 0.0
+    solution, count = problem.solved(mu)
+    impulses = solution.impulse[: problem.contacts]
+    stop_impulses = solution.impulse[problem.contacts :, 2]
+    delta_y = problem.delta(solution.impulse.reshape(1, 1, -1))[0, 0]
+
+    # Stops that push are rows behind those of the landing without stops.
+    acting = np.flatnonzero(stop_impulses > 0.0)
+    stopped = bare
+    if len(acting):
+        stopped = replace(bare, acting=tuple(stops[i] for i in acting))
+    equation = stopped.equation(stopped.state)
+    impulse = _along_rows(equation, rows, impulses, stop_impulses[acting], delta_y)
+    delta_qd = equation.full(delta_y[None, :, None])[..., 0]
+
+    state = solution.state[: problem.contacts]
     impact = None
-    if set(best.state[:m]) != {"sticks"} or np.any(tangential & bounces):
-        jumps, plain = (
-            jumps_in_body_axes(landing, equation.full(delta), equation.state),
-            solution_in_doubles(unstopped),
-        )
-        freeze(impulse, delta, jumps)
-        impact = DoubleImpact(
-            landing,
-            equation,
-            Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}),
-            jumps,
-        )
-        freeze(impact.delta_qd)
-        if plain.choices:
-            impact.unique[0, :unstopped_rows] = plain.choices[0].unique
-    axes = np.zeros((3 * m, 3))
-    axes[rows.index] = rows.axes
-    velocity = (best.velocity[:m, None] @ axes.reshape(-1, 3, 3))[:, 0]
-    velocity += _free_slip(landing, axes.reshape(-1, 3, 3), equation.full(delta)[..., 3])
-    rates = equation.b[0, :, 3]
-    if any(block.restitution for block in landing.blocks):
-        stilled = tuple(block._replace(restitution=0.0) for block in landing.blocks)
-        rates = approach_speeds(landing.state, stilled, landing.before)[0, :, 3]
-    lost = -float(np.nan_to_num(impulse[0, :, 3]) @ (rates + equation.J_c[0] @ moved / 2.0))
+    if set(state) != {"sticks"} or _bounces_along_the_ground(problem, rows):
+        impact = _impact(stopped, bare, equation, impulse, delta_y)
+    velocity = _velocity_after(stopped, rows, solution, delta_qd)
+    lost = _energy_lost(stopped, equation, impulse, delta_y)
     freeze(velocity)
-    return FrictionResult(best.state[:m], velocity, count, best.residual, lost, impact)
+    return FrictionResult(state, velocity, count, solution.residual, lost, impact)
+
+
+def _along_rows(
+    equation: Equation, rows: ContactRows, impulses: Array, of_stops: Array, delta_y: Array
+) -> Array:
+    """Impulses (nc,) along all rows of Eq. 4 [N s].
+
+    Those of contacts follow from their tangents and normals. Those of rows that are held rigidly
+    are what the jump still needs: J_rᵀ λ_r = H Δẏ − J_cᵀ λ.
+
+    Args:
+        equation: with the stops that act.
+        rows: of contacts and standing feet.
+        impulses: (m, 3) of contacts.
+        of_stops: (s,) of the stops that act.
+        delta_y: (ny,) jumps of the free velocities.
+    """
+    J_c = equation.J_c[0]
+    impulse = np.append(rows.turn.T @ impulses.ravel()[rows.index], of_stops)
+    missing = equation.H[0] @ delta_y - J_c.T @ impulse
+    rigid = np.flatnonzero(rows.rigid)
+    impulse[rigid] = np.linalg.lstsq(J_c[rigid].T, missing, rcond=1e-10)[0]
+    return impulse
+
+
+def _bounces_along_the_ground(problem: FrictionProblem, rows: ContactRows) -> bool:
+    """Whether Eq. 4 reverses tangential velocities, which friction does not."""
+    before = problem.before[0, 0, : problem.contacts]
+    moves = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
+    tangents = ~rows.normal
+    bounces = np.zeros(problem.contacts, dtype=bool)
+    bounces[rows.number[tangents]] = rows.restitution[tangents] > 0.0
+    return bool(np.any(moves & bounces))
+
+
+def _impact(
+    landing: PosedLanding,
+    unstopped: PosedLanding,
+    equation: Equation,
+    impulse: Array,
+    delta_y: Array,
+) -> DoubleImpact:
+    """The impact for the scene's strike; what is linear in the strike does not exist: friction is
+    not.
+
+    Args:
+        landing: with the stops that act.
+        unstopped: without stops.
+        equation: of the landing.
+        impulse: (nc,) along its rows.
+        delta_y: (ny,) jumps of the free velocities.
+    """
+    sticking = solution_in_doubles(unstopped)
+    impulses = _last_column(impulse)
+    delta = _last_column(delta_y)
+    jumps = jumps_in_body_axes(landing, equation.full(delta), equation.state)
+    freeze(impulses, delta, jumps)
+    solution = sticking._replace(delta_qd=delta, impulse=impulses, choices={}, independent={})
+    impact = DoubleImpact(landing, equation, solution, jumps)
+    freeze(impact.delta_qd)
+    if sticking.choices:
+        unique = sticking.choices[0].unique
+        impact.unique[0, : len(unique)] = unique
+    return impact
+
+
+def _last_column(values: Array) -> Array:
+    """Values (n,) as the column of the scene's strike (1, n, 4); those of unit strikes are NaN."""
+    out = np.full((1, len(values), 4), np.nan)
+    out[0, :, 3] = values
+    return out
+
+
+def _energy_lost(
+    landing: PosedLanding, equation: Equation, impulse: Array, delta_y: Array
+) -> float:
+    """The kinetic energy that impulses (nc,) take, −λᵀ (v⁻ + v⁺) / 2 = −λᵀ (v⁻ + J_c Δẏ / 2) [J]."""
+    v_before = equation.b[0, :, 3]
+    if any(block.restitution for block in landing.blocks):
+        # b is (1 + e) v⁻.
+        still = tuple(block._replace(restitution=0.0) for block in landing.blocks)
+        v_before = approach_speeds(landing.state, still, landing.before)[0, :, 3]
+    mean_velocity = v_before + equation.J_c[0] @ delta_y / 2.0
+    return -float(np.nan_to_num(impulse) @ mean_velocity)
+
+
+def _velocity_after(
+    landing: PosedLanding, rows: ContactRows, solution: FrictionImpact, delta_qd: Array
+) -> Array:
+    """Velocities (m, 3) of the contacts after the impact, world axes [m/s].
+
+    Args:
+        landing: in its posture.
+        rows: of the m contacts.
+        solution: their velocities along these.
+        delta_qd: (1, nv) jumps of the joint velocities.
+    """
+    m = int(rows.number[-1]) + 1
+    axes = np.zeros((m, 3, 3))
+    axes[rows.number, rows.axis] = rows.axes
+    along_rows = (solution.velocity[:m, None] @ axes)[:, 0]
+    return along_rows + _free_slip(landing, axes, delta_qd)
 
 
 def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
@@ -373,16 +487,15 @@ def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
         axes: (m, 3, 3) along which each contact is stopped; the others zero.
         delta_qd: (1, nv) jumps of the joint velocities.
     """
-    slip, state = np.zeros((len(axes), 3)), landing.state
-    for k in np.unique(np.argwhere(~axes.any(axis=2))[:, 0]).tolist():
+    state = landing.state
+    slip = np.zeros((len(axes), 3))
+    free = np.unique(np.argwhere(~axes.any(axis=2))[:, 0])
+    for k in free.tolist():
         block = landing.blocks[k]
-        jump = (block_wrenches(state, block._replace(forces=np.eye(3), moments=NO_AXES)) @ state.J)[
-            0
-        ]
-        jump = (jump * state.ancestors[block.body]) @ delta_qd[0]
-        slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ (
-            contact_velocity(landing, state, block)[0] + jump
-        )
+        point = block._replace(forces=np.eye(3), moments=NO_AXES)
+        J = (block_wrenches(state, point) @ state.J)[0] * state.ancestors[block.body]
+        after = contact_velocity(landing, state, block)[0] + J @ delta_qd[0]
+        slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ after
     return slip
 
 
@@ -394,17 +507,18 @@ def may_gain_with_friction(impact: DoubleImpact) -> np.ndarray:
     the slip, so that only landings with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved. Without
     restitution none gains: λᵀ v⁺ ≤ 0.
     """
-    landing, velocity, mu = impact.landing, impact.base_velocities, impact.landing.scene.friction
-    e, normals = (
-        np.array(values)
-        for values in zip(*((c.restitution, c.normal) for c in landing.contacts), strict=True)
-    )
+    landing = impact.landing
+    mu = landing.scene.friction
+    e = np.array([contact.restitution for contact in landing.contacts])
+    normals = np.array([contact.normal for contact in landing.contacts])
     if mu is None or not e.any():
-        return np.zeros(velocity.shape[:2], dtype=bool)
+        return np.zeros(impact.base_velocities.shape[:2], dtype=bool)
     along = np.sum(impact.approach * normals, axis=-1)
     across = np.linalg.norm(impact.approach - along[..., None] * normals, axis=-1)
     doubtful = ((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)
-    slipping = with_friction(impact) if doubtful.any() else None
-    return np.asarray(
-        doubtful if slipping is None else doubtful & np.isnan(slipping.impulses).any(axis=-1)
-    )
+    if not doubtful.any():
+        return np.asarray(doubtful & False)
+    slipping = with_friction(impact)
+    if slipping is None:
+        return np.asarray(doubtful)
+    return np.asarray(doubtful & np.isnan(slipping.impulses).any(axis=-1))

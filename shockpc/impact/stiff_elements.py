@@ -148,7 +148,7 @@ def _of_contacts(
 def _refuse_turning(landing: PosedLanding, rows: ContactRows) -> None:
     """Refuse flat contacts that turn before the impact."""
     before = landing.before
-    if np.abs(rows.stop).max() > LEAST_HELD * max(
+    if np.abs(rows.halt).max() > LEAST_HELD * max(
         np.abs(before.omega).max(), np.abs(before.joint_rates).max()
     ):
         raise SolveError(

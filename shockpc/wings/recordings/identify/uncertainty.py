@@ -208,7 +208,7 @@ def errors_of_free_impulse(fit: Fit, found: Solution) -> Array:
     for rows, problem, to_measured in predictor.problems(values)[0]:
         moves, stops = (
             to_measured @ problem.by_impulse,
-            (to_measured @ (scale * problem.stop)[..., None])[..., 0],
+            (to_measured @ (scale * problem.halt)[..., None])[..., 0],
         )
         for row, moved, stop in zip(rows.tolist(), moves, stops, strict=True):
             columns = np.flatnonzero(np.isfinite(measured[row]))
