@@ -694,7 +694,9 @@ def test_text_and_json(capfd, here):
     assert outcome.code == 1
     assert all(line.isprintable() for line in outcome.out.splitlines())
     assert not any(line.lstrip().startswith("::") for line in outcome.out.splitlines())
-    assert outcome.out.startswith("budgets of 1 landing: 1 passed, 1 exceeded; rounding below ")
+    assert outcome.out.startswith(
+        "budgets of 1 landing: 1 passed, 1 exceeded; rounding error below "
+    )
     rows = [
         line.split()[0]
         for line in outcome.out.splitlines()

@@ -95,7 +95,7 @@ def test_a_body_that_slides(capfd, here, mu):
         before - after - 0.05 * turn**2, abs=1e-12
     )
     text = good(capfd, "analyze", *words)
-    assert f"contacts with friction {mu:g} (world axes; double precision, not proven)" in text
+    assert f"contacts with friction {mu:g} (world axes; double precision)" in text
     assert "all other tables are without it, for contacts that stick" in text
 
 

@@ -837,7 +837,7 @@ def test_friction_counts_where_the_scene_has_it():
         replace(scene, point=(Point(frame="imu_link"),)), vary=LEGS[:1], robot=robot, starts=0
     )
     assert found.values[0][1] < found.values[0][0]
-    assert says(improve_report(found).text("table"), "accuracy", "in double precision, not proven")
+    assert says(improve_report(found).text("table"), "accuracy", "in double precision")
 
 
 def test_ranges_without_the_landing_as_given_are_named():

@@ -680,7 +680,7 @@ def test_budgets_of_parts(capfd, here):
     ):
         (here / "budgets.toml").write_text(text + part_text + shared + budget)
         assert (
-            "not proven: part_margin, joint_torque_share" not in run(capfd, "check").out
+            "in double precision: part_margin, joint_torque_share" not in run(capfd, "check").out
         ) == proven
     (here / "budgets.toml").write_text(case + '[[part]]\nname = 3\nrange = "1"\n' + budget)
     assert "part[0].name has to be text" in run(capfd, "check").err

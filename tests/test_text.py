@@ -224,7 +224,7 @@ def test_the_last_line_is_the_accuracy():
     profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
-        "accuracy: rounding below 2e-16 of each body's motion (proven), 128 bits; double precision "
+        "accuracy: rounding error below 2e-16 of each body's motion, 128 bits; double precision "
         "was off by 6e-15; last-digit changes of the data move it by 3e-15"
     )
     assert text_of([proven], "table").splitlines()[-1] == line

@@ -15,7 +15,7 @@ from shockpc.method.approach import approach_speeds
 from shockpc.method.constraints import block_axes, block_point
 from shockpc.quantities.selection import QUANTITIES
 
-PROVEN = "shockpc, proven"
+PROVEN = "shockpc, exact"
 WORLD_AXES = pin.LOCAL_WORLD_ALIGNED
 
 

@@ -36,18 +36,17 @@ WHOLE = "shockpc, all quantities"
 WHOLE_NOTE = f'"{WHOLE}": a whole analysis, from the scene to every number of the document'
 NOTES = (
     "error: of the velocity jump, largest over the bodies, relative to the body's motion; for "
-    "shockpc's printed numbers the "
-    "proven bound, for the robot as loaded; below 1e-16 it is that of the reference, which is "
-    "rounded to doubles",
+    "shockpc's printed numbers the bound on rounding, for the robot as loaded. Below 1e-16 it is "
+    "the error of the reference, which is rounded to doubles",
     "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the "
     "difference from the rigid impact "
     "becomes smaller with it",
 )
 
 REFERENCE = (
-    "reference: the answer that shockpc proves by ball arithmetic; run times are from q to the "
-    "velocities of all bodies, in one "
-    'thread, without the first run; those of "shockpc, proven" include the proof'
+    "reference: shockpc's answer in ball arithmetic. Run times are from q to the velocities of "
+    'all bodies, in one thread, without the first run; those of "shockpc, exact" include the ball '
+    "arithmetic"
 )
 
 LIMITS = (
@@ -208,7 +207,7 @@ def _chart(results: Iterable[Result]) -> Picture:
             series.setdefault(result.method.split(", τ")[0], []).append(
                 (median(result.seconds), result.error)
             )
-    title = "Error against run time; for shockpc's printed numbers the proven bound"
+    title = "Error against run time; for shockpc's printed numbers the bound on rounding"
     return Picture(
         "error-against-run-time",
         "error against run time",

@@ -360,7 +360,7 @@ BODIES = (
     Quantity(
         "error_bound",
         "body",
-        "proven error of the jump, relative to the motion",
+        "bound on the rounding error of the jump, relative to the motion",
         "1",
         "greater",
         lambda health, places: [health.body_error_bounds[place.body] for place in places],

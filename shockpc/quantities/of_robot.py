@@ -317,8 +317,8 @@ ROBOT = (
     FEASIBLE_IF_TILTED,
     _health("rank", "independent contact and closure rows", worse="neither"),
     _health("rows", "contact and closure rows", worse="neither"),
-    _health("error_bound", "proven error of the jumps, for the robot as loaded"),
+    _health("error_bound", "bound on the rounding error of the jumps, for the robot as loaded"),
     _health("double_error", "error of double precision"),
     _health("data_sensitivity", "effect of the last digit of the data"),
-    _health("bits", "precision of the proof", "bit", "neither"),
+    _health("bits", "precision of the ball arithmetic", "bit", "neither"),
 )

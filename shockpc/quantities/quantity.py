@@ -184,9 +184,9 @@ class Quantity(NamedTuple):
         remarks = {
             "vector": self.vector,
             "of either sign": self.signed,
-            "computed with a proof": one_posture and proven != "never",
-            "in double precision, not proven": proven == "never",
-            "in double precision, not proven, with a contact stiffness": proven == "rigid",
+            "always exact": one_posture and proven != "never",
+            "in double precision": proven == "never",
+            "in double precision with a contact stiffness": proven == "rigid",
             "of minimum norm where rows are redundant": self.scope.shared,
             f"no value: {self.scope.missing}": bool(self.scope.missing),
         }

@@ -149,10 +149,8 @@ STICKING = (
 
 
 def proof_text(bound: float) -> str:
-    """How large the rounding of the jumps is, which is proven; not how far a real robot agrees with
-    its file.
-    """
-    return f"rounding below {bound:.0e} of each body's motion (proven)"
+    """Bound on the rounding error of the jumps; not how far a real robot agrees with its file."""
+    return f"rounding error below {bound:.0e} of each body's motion"
 
 
 def proof_lines(
@@ -167,18 +165,19 @@ def proof_lines(
         columns: of the table.
     """
     if proven:
-        yield f"rounding proven (ill-conditioned, redundant, or a quantity that needs it): {count(proven, 'landing')}"
+        landings = count(proven, "landing")
+        yield f"exact (ill-conditioned, redundant, or a quantity that needs it): {landings}"
     if compared:
         rows = count(compared, "other landing" if proven else "landing")
         yield (
-            f"double precision, compared with a proof in {rows}: off by at most {largest:.0e} of "
-            f"the point's most severe shock"
+            f"double precision, compared with exact arithmetic in {rows}: off by at most "
+            f"{largest:.0e} of the point's most severe shock"
         )
     unproven = [
         column.name for column in columns if column.selection.quantity.evaluation.proven != "always"
     ]
     if unproven:
-        yield f"in double precision, not proven: {few(unproven, 4)}"
+        yield f"in double precision: {few(unproven, 4)}"
 
 
 def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:

@@ -126,7 +126,7 @@ def _heading(profile: ShockProfile) -> list[str]:
     words = [
         f"posture {posture_text(profile)}",
         f"base {scene.base or 'free'}",
-        f"strike {strike_text(profile)}",
+        f"speed {strike_text(profile)}",
     ]
     words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)

@@ -331,7 +331,7 @@ def _answer(
         for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness))
         if given
     ]
-    numbers = f"below {profile.health.error_bound:.0e} (proven)" + "".join(
+    numbers = f"error below {profile.health.error_bound:.0e}" + "".join(
         f"; those with {name} in double precision" for name in doubles
     )
     tables = shown_tables(profile, bodies, JOINTS, brief=True)
@@ -357,16 +357,16 @@ def landing_lines(lines: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
 
 
 def accuracy_line(profile: ShockProfile) -> str:
-    """The proven error bound, and what double precision and the last digit of the data contribute."""
+    """The bound on rounding, and the effects of double precision and of the data's last digit."""
     health = profile.health
-    proven = f"{proof_text(health.error_bound)}, {health.bits} bits"
+    rounding = f"{proof_text(health.error_bound)}, {health.bits} bits"
     double = (
         f"was off by {health.double_error:.0e}"
         if math.isfinite(health.double_error)
         else "finds no solution"
     )
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
-    return f"accuracy: {proven}; double precision {double}; {data}"
+    return f"accuracy: {rounding}; double precision {double}; {data}"
 
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
@@ -438,7 +438,7 @@ def _friction_lines(profile: ShockProfile) -> list[str]:
         f"energy lost {sliding.energy_lost:.4g} J",
         "all other tables are without it, for contacts that stick",
     )
-    return [f"{name}: {lost}, residual {sliding.residual:.0e}, not proven{others}; {rest}"]
+    return [f"{name}: {lost}, residual {sliding.residual:.0e}{others}; {rest}"]
 
 
 def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:

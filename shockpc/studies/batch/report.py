@@ -382,9 +382,7 @@ def _notes(batch: Batch) -> Iterable[str]:
         ]
         others = "the others are of contacts that stick"
         yield (
-            f"in double precision, not proven: {few(names, 4)}; {others}"
-            if names
-            else f"warning: {STICKING}"
+            f"in double precision: {few(names, 4)}; {others}" if names else f"warning: {STICKING}"
         )
     yield from _bending(rows, short)
     warned = [row for row in rows if row.warnings]

@@ -194,7 +194,7 @@ def _verdicts(check: Check) -> str:
 
 
 def _summary_text(check: Check) -> str:
-    """How many budgets are met, and how far the numbers are proven, in a sentence."""
+    """How many budgets are met, and the bound on rounding, in a sentence."""
     text = f"budgets of {count(check.landings, 'landing')}: {_verdicts(check)}"
     text += f"; {proof_text(check.error_bound)}" if check.error_bound else ""
     scenes = {case: profile.scene for case, profile in check.profiles.items()}
@@ -204,7 +204,7 @@ def _summary_text(check: Check) -> str:
     unproven = dict.fromkeys(
         selection.name for selection, scene in computed if selection.quantity.of_ground(scene)
     )
-    return text + (f"; in double precision, not proven: {', '.join(unproven)}" if unproven else "")
+    return text + (f"; in double precision: {', '.join(unproven)}" if unproven else "")
 
 
 def _limit_text(budget: Budget) -> str:

@@ -293,7 +293,7 @@ def _unproven(comparison: Comparison) -> list[str]:
     names = [
         one.name for one in quantities if any(one.quantity.of_ground(scene) for scene in scenes)
     ]
-    return [f"in double precision, not proven: {few(names, 6)}"] if names else []
+    return [f"in double precision: {few(names, 6)}"] if names else []
 
 
 def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:

@@ -140,7 +140,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         f"{count(len(study.runs), 'run')} by {slopes}, {study.agreeing} of them to within 1 % of "
         f"the optimum; seed {study.seed}"
     )
-    lines.append(("runs", f"{runs}; no proof that nothing better exists"))
+    lines.append(("runs", f"{runs}; a better optimum may exist"))
     profiles = (*study.before.values(), *study.after.values())
     unproven = any(
         cost.column.selection.quantity.of_ground(profile.scene)
@@ -151,7 +151,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     lines.append(
         (
             "accuracy",
-            "both values in double precision, not proven" if unproven else f"both values: {proof}",
+            "both values in double precision" if unproven else f"both values: {proof}",
         )
     )
     return lines

@@ -191,12 +191,10 @@ class Improvement:
     "'joint_impulse@FL_calf_joint<=2'",
     more=(
         "Without --contact the robot lands on all level feet together, on each edge of their "
-        "support, and on each "
-        "foot. The worst landing is improved. The numbers as given and at the optimum are proven, "
-        "unless friction or "
-        "a contact stiffness applies; a better optimum may exist. The landings must be possible on "
-        "flat ground, but "
-        "collisions between links are not checked. --out writes the scenes of the optimum."
+        "support, and on each foot. The worst landing is improved; a better optimum may exist. "
+        "The numbers before and after are exact, unless friction or a contact stiffness applies. "
+        "The landings must be possible on flat ground, but collisions between links are not "
+        "checked. --out writes the scenes of the optimum."
     ),
     reads="landings",
     passed=("trace",),

@@ -344,7 +344,7 @@ def limits(
             "Question",
             "LOW:HIGH",
             unit="deg",
-            default="-30:75; the scene's where many landings need a proof",
+            default="-30:75; the scene's for quantities that are always exact",
         ),
     ] = None,
     step: Annotated[
@@ -355,8 +355,8 @@ def limits(
             "STEP",
             unit=VALUE,
             default=(
-                "0.1 deg or 0.0001 m, 20 times that where many landings need a proof; of others a "
-                "200th of the range"
+                "0.1 deg or 0.0001 m, 20 times that for quantities that are always exact; a 200th "
+                "of the range for other subjects"
             ),
         ),
     ] = None,

@@ -134,7 +134,7 @@ def _places(study: PlaceStudy) -> Sheet:
             f"those before"
         )
     body = study.robot.bodies[study.body].name
-    title = f"places on {body} (in its frame; shock relative to the strike)"
+    title = f"places on {body} (in its frame; shock: |Δv| / v_in)"
     sheet = sheet_of(study.table, title, notes)
     rows = [
         (*row, sensor.bound is None, sensor.bound)

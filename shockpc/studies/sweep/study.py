@@ -102,7 +102,7 @@ def sweep(
     prove: Annotated[
         int,
         Option(
-            "Random landings that are compared with a proof, besides those that need one.",
+            "Number of random landings that are also solved in exact arithmetic, as a check.",
             "What is computed",
             "N",
             least=0.0,

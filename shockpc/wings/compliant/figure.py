@@ -116,7 +116,7 @@ def draw_time(profile: ShockProfile) -> Figure:
     ) + "; thin: rigid links" * bool(profile.scene.flex)
     words += (
         f"; {count(left, 'more event')} not written" * bool(left)
-        + "; frozen geometry, double precision, not proven"
+        + "; frozen geometry, double precision"
     )
     figure.supxlabel(fill(words, LETTERS), fontsize=7.0, x=0.02, ha="left")
     return figure

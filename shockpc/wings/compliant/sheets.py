@@ -57,7 +57,7 @@ def _peak_sizes(profile: ShockProfile, _: Sheet) -> list[float]:
 def _contacts_title(profile: ShockProfile) -> str:
     return (
         f"contacts of {stiffness_text(profile)} (frozen geometry{_constant_forces(profile)}; "
-        f"double precision, not proven)"
+        "double precision)"
     )
 
 

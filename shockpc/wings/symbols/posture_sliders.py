@@ -58,7 +58,7 @@ def _note(landing: PosedLanding, live: LiveLanding) -> str:
     )
     first = "the contact is the first one" if len(landing.contacts) > 1 else ""
     extra = "; ".join(filter(None, (masses, first)))
-    return "Other postures are computed in double precision, those of the scene are proven" + (
+    return "The posture of the scene is exact; others are computed in double precision" + (
         f"; {extra}." if extra else "."
     )
 

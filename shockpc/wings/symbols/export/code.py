@@ -61,7 +61,7 @@ double w[{slots}];
 {calls}}}
 """
 
-C_TEST = """/* Compares landing.c with {n} landings that were proven, and prints the maximum error. */
+C_TEST = """/* Compares landing.c with {n} exact landings, and prints the maximum error. */
 #include "landing.h"
 #include <math.h>
 #include <stdio.h>
@@ -116,7 +116,7 @@ export function landing({arrays}, out = new Float64Array({count})) {{
 }}
 """
 
-JS_TEST = """// Compares landing.mjs with {n} landings that were proven, and prints the maximum error.
+JS_TEST = """// Compares landing.mjs with {n} exact landings, and prints the maximum error.
 import {{ landing }} from "./landing.mjs";
 
 const given = [

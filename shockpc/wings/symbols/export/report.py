@@ -42,7 +42,7 @@ def _lines(study: Export) -> list[tuple[str, str]]:
         ),
         (
             "compared",
-            f"with proven landings in {count(n, 'random posture')}: maximum error "
+            f"with exact landings in {count(n, 'random posture')}: maximum error "
             f"{study.error:.1e} of a number{left_out}",
         ),
     ]

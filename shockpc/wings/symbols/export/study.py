@@ -92,8 +92,9 @@ class Export:
 
 @study(
     "shockpc export anymal_b --contact LF_FOOT --quantity shock@imu_link --lang c --out code/",
-    more="The code needs no library. It is compared with proven landings in random postures. With every number come the condition "
-    "and the smallest pivot of the contacts, which say how near a singular posture is.",
+    more="The code needs no library. It is compared with exact landings in random postures. With "
+    "every number come the condition and the smallest pivot of the contacts, which say how "
+    "near a singular posture is.",
     reads="scene",
 )
 def export(
@@ -118,7 +119,7 @@ def export(
     sample: Annotated[
         int,
         Option(
-            "Random postures in which it is compared with what is proven.",
+            "Number of random postures in which it is compared with exact landings.",
             "Code",
             "N",
             least=1.0,
