@@ -149,8 +149,8 @@ def shock_maps(
         landing = resolve(scene := scene_of(landing), robot_of(scene))
     if landing.scene.stops:
         raise SceneError(
-            "with end stops the jumps are not linear in the strike, so there are no maps; leave "
-            "stops out"
+            "with end stops the jumps are not linear in the contact velocity, so there are no "
+            "maps; leave stops out"
         )
     Q, nq = doubles("Q", Q), landing.robot.model.nq
     if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):

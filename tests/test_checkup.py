@@ -33,9 +33,8 @@ FREE = Finding(
     "note",
     "every joint",
     "zero armature (none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of "
-    "a <transmission>, no "
-    "rotor_params): joints are computed without the inertia of their motors; with geared or locked "
-    "joints the shock is different",
+    "a <transmission>, no rotor_params): joints are computed without the inertia of their motors; "
+    "with it, or with locked joints, the shock is different",
 )
 
 

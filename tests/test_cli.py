@@ -93,7 +93,9 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
     assert out.count("(dog, 7.5 kg, 5 moving bodies, payload:=1.5)\n") == 4
     assert re.findall(r"^contact      (\w+) at ", out, re.MULTILINE) == list(FEET)
     assert (
-        out.count("\nstrike       1 m/s, 30 deg from the vertical: velocity (0.5, 0, -0.866) m/s\n")
+        out.count(
+            "\nvelocity     contact at 1 m/s, 30 deg from the vertical: (0.5, 0, -0.866) m/s\n"
+        )
         == 4
     )
     summary = out.partition("\nsummary: ")[2].splitlines()

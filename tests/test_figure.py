@@ -342,14 +342,14 @@ def test_every_eye_can_order_the_bands(blindness):
 BAR = "normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded"
 WRITTEN = {
     "anymal_b: shock of landing on LF_FOOT": {},
-    "posture standing; base planar; strike 2 m/s, 30 deg from the vertical; contact slides; "
+    "posture standing; base planar; speed 2 m/s, 30 deg from the vertical; contact slides; "
     "restitution 0.5": {
         "base": "planar",
         "strike": Strike(speed=2.0, strike_angle_deg=30.0),
         "contact": Contact(frame="LF_FOOT", directions=("z",), restitution=0.5),
     },
     # Of the contact's velocity, as in the report.
-    "strike 3.723 m/s, −40.06 deg from the vertical, robot rotates at (0, 5, 0) rad/s": {
+    "speed 3.723 m/s, −40.06 deg from the vertical, robot rotates at (0, 5, 0) rad/s": {
         "strike": Strike(angular_velocity=(0.0, 5.0, 0.0))
     },
     "joint model: free (zero reflected inertia; a stiff gearbox changes the results considerably)": {
@@ -454,7 +454,7 @@ def test_a_long_line_under_the_title_is_wrapped():
     assert len(lines) > 2
     whole = " ".join(lines)
     assert all(f"{name} = −90 deg" in whole for name in angles)
-    assert "strike 1 m/s, 0 deg from the vertical" in whole
+    assert "speed 1 m/s, 0 deg from the vertical" in whole
     width = figure.get_size_inches()[0] * figure.dpi
     assert all(text.get_window_extent().x1 < width for text in texts)
     heading = Page(4.0, 2.0, ["title", "words " * 60]).figure.axes[0].texts[1:]

@@ -593,7 +593,7 @@ def test_browser_follows_the_sliders_of_the_posture(moving, here, tmp_path_facto
             assert page.evaluate(OVERLAPS) == 0
         page.evaluate("document.getElementById('reset').click()")
         assert page.evaluate("document.getElementById('state').textContent").startswith(
-            "the strike of the scene"
+            "the contact velocity of the scene"
         )
         page.evaluate(SET % ("landing", 1))
         page.evaluate(SLIDE % ("knee", "1e-9"))

@@ -762,7 +762,7 @@ def test_other_variations_have_limits_too(base, subject, span, target):
 @pytest.mark.parametrize(
     ("subject", "text"),
     [
-        ("strike-angle", "strike angles are what limits are found for"),
+        ("strike-angle", "limits are found over strike angles"),
         ("contact", "contacts have names, which have no order"),
     ],
 )
@@ -935,8 +935,8 @@ def test_limits_are_given_at_both_ends_of_the_drives(capfd):
         "0.1",
     )
     text = good(capfd, *words)
-    assert says(text, "as modelled: -84.7 to -50.82 deg at the scene's strike")
-    assert says(text, "largest inertias: -84.7 to -67.1 deg at the scene's strike")
+    assert says(text, "as modelled: -84.7 to -50.82 deg at the scene's strike angle")
+    assert says(text, "largest inertias: -84.7 to -67.1 deg at the scene's strike angle")
     given = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), point=(Point(frame="imu"),))
     robot = robot_of(given)
     found = limits(

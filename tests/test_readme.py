@@ -472,9 +472,11 @@ def test_what_was_measured():
     compute.
     """
     text = " ".join(TEXTS[README].split())
-    r, _, error, *_ = measured("geared, springs free | 6 ms")
+    r, _, error, *_ = measured("with reflected inertia, springs free | 6 ms")
     assert f"joint rates 6 ms after contact: error {error}, r {r};" in text
-    assert f"error {measured('geared, springs free | 30 ms')[2]} after 30 ms" in text
+    assert (
+        f"error {measured('with reflected inertia, springs free | 30 ms')[2]} after 30 ms" in text
+    )
     torques = measured("1e5 N/m, measured torques of the motors")[1:]
     assert "joint rates after 12 and 30 ms: error {} and {}".format(*torques) in text
     assert "without these torques: error {} and {}".format(*measured("1e5 N/m")[1:]) in text
@@ -494,7 +496,7 @@ def test_what_was_measured():
         r"that lags, has a correlation of (\S+), worse than no jump", " ".join(MEASURED.split())
     )
     assert f"trunk velocity: r {trunk};" in text
-    assert f"which foot: r {measured('geared, drives as published')[0]}" in text
+    assert f"which foot: r {measured('with reflected inertia, drives as published')[0]}" in text
     assert "its correlation is 0.51" in MEASURED
     assert "a single touchdown: r 0.51" in text
 

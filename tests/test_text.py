@@ -199,7 +199,7 @@ def test_report_of_a_robot_with_joints():
         "base         moves in the plane only; --base free releases it",
         "contact      heel at (-0.304, 0.000, 0.048) m, slides, constrained along z, restitution "
         "0.3",
-        "strike       2 m/s, 30 deg from the vertical: velocity (1, 0, -1.732) m/s",
+        "velocity     contact at 2 m/s, 30 deg from the vertical: (1, 0, -1.732) m/s",
         "energy lost: 4.076 J",
         "contact rows: 1 of 1 independent",
     ):
@@ -383,44 +383,44 @@ def test_names_cannot_break_a_table():
 UP = "deg from the vertical"
 HEADERS = [
     (
-        "strike",
+        "velocity",
         {"strike": Strike(speed=2.5, strike_angle_deg=30.0)},
-        f"2.5 m/s, 30 {UP}: velocity (1.25, 0, -2.165) m/s",
+        f"contact at 2.5 m/s, 30 {UP}: (1.25, 0, -2.165) m/s",
     ),
     (
-        "strike",
+        "velocity",
         {"strike": Strike(velocity=(0.0, 0.0, -2.0))},
-        f"2 m/s, 0 {UP}: velocity (0, 0, -2) m/s",
+        f"contact at 2 m/s, 0 {UP}: (0, 0, -2) m/s",
     ),
     (
-        "strike",
+        "velocity",
         {"strike": Strike(drop_height=0.5)},
-        f"3.132 m/s, 0 {UP}, after a fall of 0.5 m: velocity (0, 0, -3.132) m/s",
+        f"contact at 3.132 m/s, 0 {UP}, after a fall of 0.5 m: (0, 0, -3.132) m/s",
     ),
     (
-        "strike",
+        "velocity",
         {"strike": Strike(strike_angle_deg=-12.345)},
-        f"1 m/s, -12.35 {UP}: velocity (-0.2138, 0, -0.9769) m/s",
+        f"contact at 1 m/s, -12.35 {UP}: (-0.2138, 0, -0.9769) m/s",
     ),
     (
-        "strike",
+        "velocity",
         {"strike": Strike(strike_angle_deg=30.0), "plane": (0, 1.0, 0)},
-        f"1 m/s, 30 {UP}: velocity (0.5, 0, -0.866) m/s",
+        f"contact at 1 m/s, 30 {UP}: (0.5, 0, -0.866) m/s",
     ),
     (
-        "strike",
+        "velocity",
         {"strike": Strike(angular_velocity=(0.0, 2.0, 0.0)), "v_in": "com"},
-        f"1 m/s, 0 {UP}, robot rotates at (0, 2, 0) rad/s: velocity (0, 0, -1) m/s; shock relative "
-        f"to 2 m/s of the centre of mass",
+        f"contact at 1 m/s, 0 {UP}, robot rotates at (0, 2, 0) rad/s: (0, 0, -1) m/s; shock "
+        "relative to 2 m/s of the centre of mass",
     ),
     # A point 1 m below the base moves back: speed and angle are those of the contact.
     (
-        "strike",
+        "velocity",
         {
             "strike": Strike(angular_velocity=(0.0, 1.0, 0.0)),
             "contact": Contact(frame="pivot", offset=(0.0, 0.0, -1.0)),
         },
-        f"1.414 m/s, -45 {UP}, robot rotates at (0, 1, 0) rad/s: velocity (-1, 0, -1) m/s",
+        f"contact at 1.414 m/s, -45 {UP}, robot rotates at (0, 1, 0) rad/s: (-1, 0, -1) m/s",
     ),
     *(
         ("plane", {"plane": plane, "strike": Strike(velocity=(0.0, 0.0, -1.0))}, line)

@@ -15,9 +15,9 @@ from shockpc.wings.recordings.recorded.study import compare_measured
 MOTORS = ("hip_*", "knee_left", "knee_right", "toe_*")
 
 MODELS = {
-    "geared, springs free": Joints(),
+    "with reflected inertia, springs free": Joints(),
     "no reflected inertia, springs free": Joints(model="free"),
-    "geared, springs rigid": Joints(model="rigid"),
+    "with reflected inertia, springs rigid": Joints(model="rigid"),
     "motors locked, springs free": Joints(locked=MOTORS),
 }
 """Joint models of Cassie."""

@@ -446,8 +446,8 @@ class VariedLandings:
                     if abs(scene.posture.joints_deg.get(joint.name, value) - value) > MOVED:
                         raise StudyError(
                             f'{variation.subject}: closing the loops moves "{joint.name}" away '
-                            f"from {value:g} {variation.unit}; "
-                            "let other joints move with --assemble"
+                            f"from {value:g} {variation.unit}; let other joints move with "
+                            "--assemble"
                         )
         return scene, robot
 
@@ -522,8 +522,8 @@ def varied_landings(
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
     if not variations:
         raise StudyError(
-            "nothing varies; name a joint or another quantity with --vary, or draw random postures "
-            "with --sample"
+            "nothing varies; name a joint or another quantity with --vary, or draw random "
+            "postures with --sample"
         )
     variations = [
         part
@@ -538,8 +538,8 @@ def varied_landings(
     source = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
     if source.rows > MOST_ROWS:
         raise StudyError(
-            f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw "
-            f"a sample with --sample"
+            f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or "
+            "draw a sample with --sample"
         )
     plane = plane_of(scene)
     for varied in source.axes:
@@ -561,14 +561,13 @@ def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
         )
         if not high > low or not math.isfinite(high - low):
             raise StudyError(
-                f'joint "{joint.name}" has no range of motion in the robot file; give values, such '
-                f"as {joint.name}=0:0.1:5"
+                f'joint "{joint.name}" has no range of motion in the robot file; give values, '
+                f"such as {joint.name}=0:0.1:5"
             )
         varied = replace(varied, subject=joint.name, span=(low, high))
     if not sample and varied.span is not None:
         raise StudyError(
-            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number of "
-            f"values too, such as "
-            f"{varied.span[0]:g}:{varied.span[1]:g}:10"
+            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number "
+            f"of values too, such as {varied.span[0]:g}:{varied.span[1]:g}:10"
         )
     return varied

@@ -340,10 +340,9 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
         free = ", or free the base"
     raise SolveError(
         f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s "
-        f"are left along ({axis}), "
-        "because the mechanism cannot move that way here, or another contact asks for the "
-        "opposite; leave that direction out of "
-        f"the contact or of the strike, take another contact point or posture{free}",
+        f"are left along ({axis}), because the mechanism cannot move that way here, or another "
+        "contact asks for the opposite; leave that direction out of the contact or of the contact "
+        f"velocity, take another contact point or posture{free}",
         blocks=[block.frame],
         rows=[worst],
     )
@@ -416,17 +415,13 @@ def _refuse_singular(
     ]
     block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
     raise SolveError(
-        f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the '
-        f"strike, because "
-        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so "
-        f"({block.name} has almost no motion "
-        f"along ({axis}) "
+        f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as '
+        f"the contact, because {_posture(landing)}{' with ' if at else ''}{few(at, 4)} is "
+        f"singular or nearly so ({block.name} has almost no motion along ({axis}) "
         f"there{', up to rounding of the angles and lengths in the file' if rounded else ''}), or "
-        f"almost no inertia "
-        "resists that motion. Set another posture, such as with --set "
-        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of "
-        f"the strike, or lock joints "
-        "without inertia with --lock",
+        "almost no inertia resists that motion. Set another posture, such as with --set "
+        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or "
+        "of the contact velocity, or lock joints without inertia with --lock",
         blocks=[block.frame],
         bodies=[robot.bodies[body].name],
         joints=[joint.name for joint in fast],

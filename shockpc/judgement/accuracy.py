@@ -94,11 +94,9 @@ def nearly_singular(profile: ShockProfile) -> Iterator[Diagnostic]:
     if times > FASTEST_PLAUSIBLE:
         name = landing.robot.bodies[body].name
         text = (
-            f'body "{name}" would move or turn {times:.0e} times as fast as the strike: the '
-            f"posture is nearly singular, "
-            "or almost no inertia resists this motion. This is not physically plausible: set "
-            "another posture, or lock "
-            "the joint with --lock"
+            f'body "{name}" would move or turn {times:.0e} times as fast as the contact: the '
+            "posture is nearly singular, or almost no inertia resists this motion. This is not "
+            "physically plausible: set another posture, or lock the joint with --lock"
         )
         yield Diagnostic("posture", name, times, text)
     most = max(
@@ -106,9 +104,9 @@ def nearly_singular(profile: ShockProfile) -> Iterator[Diagnostic]:
     )
     if most > UNPHYSICAL:
         text = (
-            f"other strikes would move a body up to {most:.0e} times as fast as the strike, "
-            f"because the posture is singular or "
-            "nearly so; the most severe directions are not physically plausible"
+            f"in other impact directions a body would move up to {most:.0e} times as fast as the "
+            "contact, because the posture is singular or nearly so; the most severe directions "
+            "are not physically plausible"
         )
         yield Diagnostic("posture", "", most, text)
 

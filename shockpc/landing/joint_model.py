@@ -185,10 +185,9 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         and not (model.armature + model.rotor)[driven & ~model.locked].any()
     ):
         raise SceneError(
-            "the joints are to be geared, but neither the file nor the scene gives any reflected "
-            "inertia; "
-            "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have "
-            "a gearbox"
+            "geared joints need reflected inertias, but neither the file nor the scene gives any; "
+            "give the armature (reflected), or the rotor (inertia and gear_ratio), of the joints "
+            "that have a gear"
         )
     of_drives = robot.velocities(drives.by_joint)
     for name, _ in given:
@@ -523,7 +522,7 @@ def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
             others += free[:1] if follower else [mimic.joint]
     if coupled:
         raise SceneError(
-            f"joint {listed(coupled[:1])} is locked, but geared by a mimic to "
+            f"joint {listed(coupled[:1])} is locked, but coupled by a mimic to "
             f"{listed(dict.fromkeys(others))}; lock all or none",
             joints=[coupled[0], *dict.fromkeys(others)],
         )

@@ -57,13 +57,10 @@ class Joints(Record):
 
     model: JointModelName | None = option(
         None,
-        "Free, geared (reflected inertia), rigid (stiff springs) or locked. free: no joint has a "
-        "reflected inertia, whatever the robot's file, --drives or the catalogue give; geared: "
-        "springs "
-        "yield; rigid: springs do not yield (a joint with a spring is locked, a rotor behind a "
-        "spring is "
-        "joined to its joint); locked: no joint moves. By default each joint is as its drive makes "
-        "it.",
+        "Reflected inertia: none, as given, with rigid springs, or locked. free: whatever the "
+        "robot's file, --drives or the catalogue give; geared: springs yield; rigid: springs do "
+        "not yield (a joint with a spring is locked, a rotor behind a spring is joined to its "
+        "joint); locked: no joint moves. By default each joint is as its drive makes it.",
         JOINT_MODEL,
         name="joints",
     )

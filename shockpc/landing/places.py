@@ -74,8 +74,8 @@ def moving_point(robot: Robot, point: Point) -> Place:
     place = point_place(robot, point)
     if place.body < 0:
         raise StudyError(
-            f'point "{place.name}" is fixed to the world, so no strike moves it; name a frame on a '
-            f"moving link"
+            f'point "{place.name}" is fixed to the world, so no impact moves it; name a frame on '
+            "a moving link"
         )
     return place
 

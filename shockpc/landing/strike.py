@@ -111,9 +111,8 @@ class Strike(Record):
         angles = self.strike_angle_deg is not None, self.forward_speed is not None
         if sum(ways) > 1 or all(angles) or (self.velocity is not None and any(angles)):
             raise SceneError(
-                "the strike is given in two ways; keep one of: speed with strike angle, velocity, "
-                "drop height with strike angle or "
-                "forward speed"
+                "the contact velocity is given in two ways; keep one of: speed with strike angle, "
+                "velocity, drop height with strike angle or forward speed"
             )
         if self.forward_speed is not None and self.drop_height is None:
             raise SceneError(

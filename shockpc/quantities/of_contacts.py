@@ -52,7 +52,7 @@ way.
 LEFT_OUT = 10.0
 """The same where a direction is left out, relative to what rounding of the file makes of it."""
 
-STANDS = "a standing foot strikes nothing"
+STANDS = "a standing foot has no contact velocity"
 TILTS = {"edge": 1, "flat": 2}
 """How many rotations about axes along the ground each kind of contact holds: the first of its
 moments.

@@ -203,7 +203,7 @@ DELTA_V = Quantity(
 MOST_SEVERE = Quantity(
     "most_severe",
     "point",
-    "shock of the most severe strike",
+    "shock of the most severe impact direction",
     "1",
     "greater",
     lambda i, p: _most_severe(i, p)[1],
@@ -222,7 +222,7 @@ AT_CENTRE = (
     Quantity(
         "most_severe_direction",
         "point",
-        "most severe strike, world axes",
+        "most severe impact direction, world axes",
         "1",
         "neither",
         lambda i, p: _most_severe(i, p)[0],
@@ -232,7 +232,7 @@ AT_CENTRE = (
     Quantity(
         "least_severe_direction",
         "point",
-        "least severe strike, world axes",
+        "least severe impact direction, world axes",
         "1",
         "neither",
         lambda i, p: directions(i, p).least_severe,
@@ -241,7 +241,7 @@ AT_CENTRE = (
     Quantity(
         "least_severe",
         "point",
-        "shock of the least severe strike",
+        "shock of the least severe impact direction",
         "1",
         "greater",
         lambda i, p: directions(i, p).least_severe_shock,

@@ -182,8 +182,10 @@ def _drives(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
         yield "note", "", "every joint", f"{text}; --drives none leaves them out"
     elif not armature.any():
         text = (
-            f"zero armature ({_NO_ARMATURE.get(robot.source.kind, 'none is read from the file')}): joints are computed without the "
-            f"inertia of their motors; with geared or locked joints the shock is different"
+            "zero armature "
+            f"({_NO_ARMATURE.get(robot.source.kind, 'none is read from the file')}): joints are "
+            "computed without the inertia of their motors; with it, or with locked joints, the "
+            "shock is different"
         )
         yield "note", "", "every joint", text
 

@@ -140,7 +140,8 @@ def scene_lines(profile: ShockProfile) -> list[tuple[str, str]]:
             if profile.stance
             else {}
         ),
-        "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
+        "velocity": f"contact at {strike_text(profile)}: ({vector_text(profile.strike)}) m/s"
+        + normalised,
         "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
         "plane": plane_text(profile),
     }

@@ -191,8 +191,8 @@ def _answer(
     parts = [_part(block, folder, report, files) for block in _above(body, report)]
     if report.landings and parts and not report.lead:
         parts.append(
-            '<p class="note">These lines are for the strike of the scene. Parts with a blue edge '
-            "follow the controls.</p>"
+            '<p class="note">These lines are for the contact velocity of the scene. Parts with a '
+            "blue edge follow the controls.</p>"
         )
     return [*parts, *_closing(report)] if report.lead else parts
 
@@ -219,7 +219,7 @@ def _below(
 ) -> list[str]:
     """Figures, tables and lines. Args: folder, of the report's files."""
     parts = [
-        f"<h2>Results{' for the strike of the scene' if report.landings or folder else ''}</h2>"
+        f"<h2>Results{' for the contact velocity of the scene' if report.landings or folder else ''}</h2>"
     ]
     parts += [_part(block, folder, report, files) for block in body[len(_above(body, report)) :]]
     parts = parts if any(parts[1:]) else []
@@ -236,7 +236,7 @@ def _histories_and_scene(number: int, profile: ShockProfile) -> Iterator[str]:
     with relative paths.
     """
     if profile.scene.yields:
-        yield '<h2 class="screen">Histories for the strike of the scene</h2>'
+        yield '<h2 class="screen">Histories for the contact velocity of the scene</h2>'
         yield from (f'<div class="screen" id="history-{number}-{k}"></div>' for k in range(2))
     lines = map(_text, scene_text(profile.scene, Path()).splitlines())
     yield "<h2>Scene</h2><pre>{}</pre>".format("\n".join(lines))
@@ -331,7 +331,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int, notes: Sequence[str]) -
         for key, text, on in (
             ("bodies", "bodies", True),
             ("through", "transparent", False),
-            ("marks", "contacts, strike, sensors", True),
+            ("marks", "contacts, contact velocity, sensors", True),
             ("axes", "CoPc and screw axes", False),
         )
     )
@@ -373,14 +373,22 @@ def _view(shown: Mapping[str, ShockProfile], every: int, notes: Sequence[str]) -
         f"{_head([*map(Column.of, header)], [k > 1 and head != 'motion' for k, head in enumerate(header)])}"
         "<tbody></tbody></table></div>"
         for key, title, header in (
-            ("point-rows", "sensors and points, for this strike (Δv in the frame's axes)", points),
-            ("body-rows", f"bodies, for this strike (CoPc in body coordinates{doubtful})", bodies),
+            (
+                "point-rows",
+                "sensors and points, for this contact velocity (Δv in the frame's axes)",
+                points,
+            ),
+            (
+                "body-rows",
+                f"bodies, for this contact velocity (CoPc in body coordinates{doubtful})",
+                bodies,
+            ),
             (
                 "contact-rows",
-                "impulses of the ground on the robot, for this strike (world axes)",
+                "impulses of the ground on the robot, for this contact velocity (world axes)",
                 contacts,
             ),
-            ("joint-rows", "impulses through the joints, for this strike", joints),
+            ("joint-rows", "impulses through the joints, for this contact velocity", joints),
         )
     ]
     nonlinear = any(profile.scene.friction is not None for profile in shown.values())

@@ -99,11 +99,11 @@
       jumps: model.jumps.map(values), contacts: model.contacts.map(values), loads: model.loads.map(values),
     };
     const refusal = inputs.some((name) => !Number.isFinite(byId(name).valueAsNumber)) ?
-      "give an angle, a heading and a speed: without them there is no strike" :
+      "give an angle, a heading and a speed: without them there is no contact velocity" :
       doubts.refused(posture.sliders()) ? doubts.refused(posture.sliders()) : parting ? `${parting.name} does not approach the ground: there is no impact` :
       !(now.condition < data.singular) ? "the posture is singular, or nearly: no verdict" :
         posture.moved() || !contradicts(model, [...s, 1]) ? "" :
-          "the mechanism or other contacts prevent that a contact is stopped for this strike: no verdict";
+          "no verdict: the mechanism or other contacts prevent that a contact is stopped for this velocity";
     const known = (rows) => (refusal ? rows.map((row) => row.map(() => NaN)) : rows);
     const v_in = refusal ? NaN : Math.max(...landing.reference.map((motion) => norm(approach(motion, s))));
     const jumps = known(now.jumps).map((jump) => ({ omega: jump.slice(0, 3), v: jump.slice(3) }));
@@ -193,7 +193,7 @@
     const joints = model === "with drives" ? "joints with drives" : `joints ${model}`;
     const ofScene = model === "with drives" && !posture.changed() && inputs.every((name, k) => typed(name, k) === landing.strike[k]);
     byId("state").textContent = refusal ||
-      `${ofScene ? "the strike of the scene" : "another posture, strike or joint model than the scene's"}; shock is relative to ` +
+      `${ofScene ? "the contact velocity of the scene" : "another posture, contact velocity or joint model than the scene's"}; shock is relative to ` +
       `${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
     const points = landing.contacts.map(({ r }, k) => posture.contact(k, r));

@@ -195,7 +195,7 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
         - {place.name for place in places}
     )
     notes += [f"{hidden} further sensors and points with --all"] if hidden else []
-    return Sheet.of("shock relative to the strike, a line for each landing", columns, notes)
+    return Sheet.of("shock |Δv| / v_in, a line for each landing", columns, notes)
 
 
 def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:

@@ -166,7 +166,7 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     }
     spin = {Column("delta_omega", "|Δω|", "rad/s"): np.linalg.norm(profile.delta_omega, axis=1)}
     motion = [_motion(profile, i) for i in range(len(profile.bodies))]
-    title = "bodies (CoPc in body coordinates; shock relative to the strike)"
+    title = "bodies (CoPc in body coordinates; shock: |Δv| / v_in)"
     sheet = Sheet.of(title, {**named, **spin, **_quantities(profile, "body"), "motion": motion})
     return sheet if bodies is None else sheet._replace(rows=[sheet.rows[i] for i in bodies])
 

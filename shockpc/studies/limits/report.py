@@ -87,7 +87,7 @@ def _allowed_words(study: JointLimits) -> str:
     """What is allowed at the strike of the scene, and at all strikes of the range."""
     first, last, unit = study.limits[0], study.limits[-1], f" {study.shown_unit}".removesuffix(" -")
     texts = []
-    for one, where in ((first, "at the scene's strike"), (last, "at all strikes")):
+    for one, where in ((first, "at the scene's strike angle"), (last, "at all strike angles")):
         pieces = [
             f"{study.shown(low):.4g} to {study.shown(high):.4g}{unit}" for low, high in one.usable
         ]

@@ -79,7 +79,7 @@ UNCHANGED = 1e-9
 """Share of a number by which rounding may change it."""
 
 NOT_LIMITED = {
-    "strike-angle": "strike angles are what limits are found for; give their range with --strikes",
+    "strike-angle": "limits are found over strike angles; give their range with --strikes",
     "contact": (
         "contacts have names, which have no order; compute each landing, or compare them with "
         "shockpc sweep"
@@ -340,7 +340,7 @@ def limits(
     strikes: Annotated[
         tuple[float, float] | None,
         Option(
-            "Strike angles to look at.",
+            "Range of strike angles.",
             "Question",
             "LOW:HIGH",
             unit="deg",
@@ -471,8 +471,8 @@ def _refuse_senseless(
     in_plane = landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)
     if not landing.plane.level and not np.linalg.norm(in_plane) > 0.0:
         raise StudyError(
-            "the robot's velocity has no part in the plane that a strike angle could turn; give "
-            "another plane or velocity"
+            "the robot's velocity lies across the plane, so a strike angle does not change it; "
+            "give another plane or velocity"
         )
 
 

@@ -164,7 +164,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         asked = (
             f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
         )
-        yield f"shock is relative to the strike, and the same at every speed; {asked}"
+        yield f"shock is relative to the contact velocity, and the same at every speed; {asked}"
     refused, *counts = summary.refused
     if refused:
         causes = (

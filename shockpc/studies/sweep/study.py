@@ -102,7 +102,7 @@ def sweep(
     prove: Annotated[
         int,
         Option(
-            "Number of random landings that are also solved in exact arithmetic, as a check.",
+            "Random landings that are checked in exact arithmetic.",
             "What is computed",
             "N",
             least=0.0,

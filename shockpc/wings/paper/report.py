@@ -151,7 +151,7 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
         else ()
     )
     return Sheet(
-        "bodies (CoPc in body coordinates, joints free; shock relative to the strike)",
+        "bodies (CoPc in body coordinates, joints free; shock: |Δv| / v_in)",
         header,
         rows,
         notes,

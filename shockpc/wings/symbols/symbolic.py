@@ -180,8 +180,8 @@ class SymbolicLanding:
         if (still := np.flatnonzero(~(np.linalg.norm(np.atleast_2d(v), axis=1) > 0.0))).size:
             row = f"in row {still[0]} " if v.ndim == 2 else ""
             raise SceneError(
-                f"{self.before} is zero {row}before the impact, so that nothing strikes; give one "
-                f"above zero"
+                f"{self.before} is zero {row}before the impact, so there is no impact; give one "
+                "above zero"
             )
         return inputs_of(self._values, Q, v)
 

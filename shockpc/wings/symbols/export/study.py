@@ -111,7 +111,8 @@ def export(
     before: Annotated[
         Before,
         Option(
-            "What the code is given of the motion before the impact: the strike, or the velocity of all joints and the base.",
+            "Input of the code for the motion before the impact: the velocity of the base, or the "
+            "velocity of all joints and the base.",
             "Code",
             "MOTION",
         ),
