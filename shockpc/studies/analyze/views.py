@@ -342,10 +342,7 @@ def _joints_with_position(profile: ShockProfile) -> Sheet:
 
 
 def _friction_title(profile: ShockProfile) -> str:
-    return (
-        f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not "
-        f"proven)"
-    )
+    return f"contacts with friction {profile.scene.friction:g} (world axes; double precision)"
 
 
 def _friction_shock_keys(profile: ShockProfile) -> Keys:

@@ -171,7 +171,7 @@ class PlaceStudy:
         "Without --contact the landings are those on all level feet together, on each edge of "
         "their support, and on each foot. Places are compared by the maximum shock over all "
         "landings. The optimum over the body is exact up to the stated gap; the shock at the "
-        "places is proven. --pulse (or --imu-bandwidth) with --range-g also gives the unused range "
+        "places is exact. --pulse (or --imu-bandwidth) with --range-g also gives the unused range "
         "of a sensor along each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
