@@ -11,13 +11,13 @@ from commands import good
 
 from shockpc import Scene, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.judgement.margins import lost_margin, rigid_links
-from shockpc.landing.bending import SPECIFIC_STIFFNESS, leg_modes
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact
-from shockpc.quantities.bending import RINGS, bending, bends
 from shockpc.quantities.of_points import point_velocity
+from shockpc.wings.compliant.bending import RINGS, bending, bends
+from shockpc.wings.compliant.leg_modes import SPECIFIC_STIFFNESS, leg_modes
+from shockpc.wings.compliant.of_profile import lost_margin, rigid_links
 
 TWO_HINGES = 1.1079
 """First frequency of a uniform beam, free at both ends, on two hinges, over the exact one."""

@@ -24,7 +24,6 @@ import shockpc
 from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock, shock_profile
 from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.landing.scene_file import plane_of
-from shockpc.quantities.on_finite_stiffness import ON_FINITE_STIFFNESS
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.quantities.with_friction import WITH_FRICTION
 from shockpc.robot.changes import changed, read_changes
@@ -34,6 +33,7 @@ from shockpc.studies.check.report import check_report
 from shockpc.studies.check.study import check_budgets
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.printed import printable
+from shockpc.wings.compliant.quantities import ON_FINITE_STIFFNESS
 
 ACTION = Path(__file__).parents[1] / ".github/actions/check/action.yml"
 GEOMETRY = (

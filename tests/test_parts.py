@@ -32,10 +32,10 @@ from shockpc import (
 from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
 from shockpc.evaluation.designs import Design
-from shockpc.judgement.margins import lost_margin
 from shockpc.landing.ratings import strength
 from shockpc.landing.strike import GRAVITY
 from shockpc.text.errors import SceneError, StudyError, UnknownName
+from shockpc.wings.compliant.of_profile import lost_margin
 
 K = 1e5
 RATING = "half-sine 1500 g 0.5 ms"
@@ -774,7 +774,7 @@ def test_a_margin_that_takes_too_many_events_is_not_sought(here, monkeypatch):
     """On a very soft contact a leg may oscillate thousands of times, for each stiffness that is
     tried.
     """
-    monkeypatch.setattr("shockpc.quantities.of_parts.MOST_SEGMENTS", 1)
+    monkeypatch.setattr("shockpc.wings.compliant.margin_lost.MOST_SEGMENTS", 1)
     part = (Part(name="gear", joint="slide", momentary_torque=300.0),)
     contact = Contact(frame="foot", directions=("z",))
     scene = Scene(

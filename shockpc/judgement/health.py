@@ -16,7 +16,6 @@ from shockpc.judgement.accuracy import (
     strained,
 )
 from shockpc.judgement.drive_range import deciding_joints, drives_advice, ranges_of
-from shockpc.judgement.margins import rigid_links
 from shockpc.judgement.plausibility import (
     angles,
     gained,
@@ -30,23 +29,18 @@ from shockpc.judgement.standing import hanging, lying, straight
 from shockpc.judgement.unknowns import not_known
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
-from shockpc.quantities.bending import Bending, bends, rings
 from shockpc.quantities.of_parts import REMEDIES
 from shockpc.quantities.ranges import sensor_peaks
-from shockpc.quantities.selection import quantity, select
+from shockpc.quantities.selection import select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.trust import Health
 from shockpc.text.diagnostic import Diagnostic, by_cause
+from shockpc.text.wings import doors
 
 CLEARLY_BEYOND = 1e-6
 """Share of the largest rate with which a joint moves beyond an end stop from which on that is no
 rounding of double precision.
 """
-
-DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
-"""Share by which shock on contacts of finite stiffness differs from that of the impulse model, from
-which a warning says so; and
-the smallest difference of which one does [1]."""
 
 
 def health_of(profile: ShockProfile) -> Health:
@@ -79,42 +73,19 @@ def warnings_of(profile: ShockProfile) -> tuple[Diagnostic, ...]:
     return by_cause(warning for check in CHECKS for warning in check(profile))
 
 
-def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings where springs in joints, or a finite stiffness of the contacts, make another result
-    than the impulse model.
-    """
-    if profile.stiffness is not None:
-        places = [*profile.bracketed, *profile.landing.mounted]
-        impulse, finite = (
-            profile.values(quantity("point", key), places) for key in ("shock", "shock_separated")
-        )
-        differs, texts = np.abs(finite - impulse), set[str]()
-        for k in np.flatnonzero(
-            (differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)
-        ).tolist():
-            name, rigid = places[k].name, " with rigid links" * bool(profile.scene.flex)
-            text = (
-                f"shock at {name} is {finite[k]:.3g} at the end of contact on "
-                f"{profile.scene.contact_stiffness:g} "
-                f"N/m, but {impulse[k]:.3g} in the other tables, which are of the impulse "
-                f"model{rigid}. The impulse "
-                "model does not hold there"
-            )
-            if text not in texts:  # a part may be at a sensor
-                yield Diagnostic("contact", name, float(differs[k]), text)
-            texts.add(text)
-        yield from profile.stiffness.warnings()
+def _of_wings(profile: ShockProfile) -> Iterator[Diagnostic]:
+    """What wings warn of."""
+    for door in doors("checks"):
+        for check in door.CHECKS:
+            yield from check(profile)
+
+
+def _springs(profile: ShockProfile) -> Iterator[Diagnostic]:
+    """A warning where springs in joints have an effect while the contact lasts."""
     time = spring_time(profile.landing)
     if math.isfinite(time):
         duration = None if profile.stiffness is None else profile.impact_length
         yield from early_springs(profile.landing, time, duration)
-
-
-def _bending(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning where not even links of metal are stiff enough to be taken as rigid."""
-    if profile.lasts:
-        links = rigid_links(profile)
-        yield from bends(links if isinstance(links, Bending) else None)
 
 
 def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
@@ -254,9 +225,8 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     pulled,
     slipping,
     gained,
-    _beyond_the_impulse,
-    _bending,
-    lambda profile: rings(profile.landing),
+    _of_wings,
+    _springs,
     _saturated,
     _overloaded,
     _beyond_stops,

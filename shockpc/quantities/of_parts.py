@@ -2,18 +2,15 @@
 torques of joints.
 """
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import Pulse, peak_acceleration
-from shockpc.core.spatial import Array, in_body_axes
-from shockpc.impact.impact import DoubleImpact, Impact
-from shockpc.impact.landed import solved
+from shockpc.core.spatial import Array
+from shockpc.impact.impact import Impact
 from shockpc.impact.motion import motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
@@ -24,7 +21,6 @@ from shockpc.landing.ratings import (
     torque_limits,
     torque_strength,
 )
-from shockpc.landing.resolve import landing_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_joints import MULTIAXIAL, REDUNDANT
 from shockpc.quantities.of_points import (
@@ -36,10 +32,8 @@ from shockpc.quantities.of_points import (
     point_velocity,
     readings,
 )
-from shockpc.quantities.on_finite_stiffness import PEAK_TORQUE
-from shockpc.quantities.peaks import ALONG, point_peaks
+from shockpc.quantities.peaks import ALONG, joint_peaks, point_peaks
 from shockpc.quantities.quantity import PROVEN_IF_RIGID, Places, Quantity, Scope, largest_jump
-from shockpc.text.errors import SceneError, SolveError
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
 NO_TORQUE = "no torque or effort limit is known"
@@ -59,15 +53,6 @@ REMEDIES = {
     NEEDS_STIFFNESS: ", because its spring gives its torque after the instant of the impact",
 }
 """What to change where a part of a joint has no margin."""
-
-SOFTEST, STIFFEST = 1e2, 1e9
-"""Stiffness of contacts between which that is sought from which on a margin is lost [N/m]."""
-
-START, STEPS, CLOSE = 1e5, 40, 1e-3
-"""The first value of it [N/m]; how many are tried; and how far from 1 a margin may be there."""
-
-MOST_SEGMENTS = 1500
-"""Bound of the number of segments of all motions together that are computed for it."""
 
 OF_A_JOINT, OF_A_POINT = "the part is of a joint", "the part is at a point"
 
@@ -199,8 +184,8 @@ def _torque(impact: Impact, places: Places, durations: Array) -> Any:
         durations: (n,) for which a part says that a joint withstands its torque [s]; NaN where none
             does.
     """
-    if impact.landing.scene.yields:
-        return PEAK_TORQUE.compute(impact, places)
+    if (motion := motion_of(impact.landing)) is not None:
+        return joint_peaks(motion, places)[2][None, None]
     impulse, rates = ALONG.compute(impact, places), _rates(impact, durations)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
     # A spring before a rotor gives no impulse in the instant of the impact, but a torque
@@ -257,7 +242,8 @@ def _torque_margin(impact: Impact, places: Places) -> Any:
     return _quotient(impact, limits, torque, _part_torque_size(impact, torque))
 
 
-def _part_margin(impact: Impact, places: Places) -> Any:
+def part_margin(impact: Impact, places: Places) -> Any:
+    """The governing margin (N, S, n) of parts; NaN where none is known."""
     of_joints = np.array([place.joint >= 0 for place in places])
     return np.where(
         of_joints,
@@ -278,96 +264,7 @@ def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
     return "contacts or loops are redundant" if redundant else NEEDS_TIME
 
 
-class MarginLost(NamedTuple):
-    """Where a margin is lost.
-
-    Attributes:
-        contact_stiffness: smallest stiffness of the contacts on which a part has a margin below 1,
-            or a joint more than its torque limit [N/m]; 0 if that is so on `SOFTEST`, infinite if
-            not even on `STIFFEST`; NaN where it is not known.
-        place: the name of that part or joint; empty if there is none.
-        refused: why it is not known; empty if it is.
-    """
-
-    contact_stiffness: float
-    place: str
-    refused: str
-
-
-def margin_lost(landing: PosedLanding) -> MarginLost | None:
-    """The contact stiffness from which on a margin is lost, of parts and of joints with a torque or
-    an effort limit.
-
-    Contacts stick. Without springs in joints peaks are as the root of the stiffness, so that k
-    times the squared margin is the answer; with them it is the next value, which a bracket keeps.
-
-    Returns: None where there is neither a part nor a limit, or an end stop strikes.
-    """
-    from shockpc.impact.stiffness import compliant_landing
-
-    scene, robot = landing.scene, landing.robot
-    if any(block.kind == "stop" for block in landing.contacts):
-        return None
-    k = scene.contact_stiffness or START
-    along = None if scene.tangential_stiffness is None else scene.tangential_stiffness / k
-    try:
-        bare = replace(scene, contact_stiffness=k, pulse=None, range_g=None, friction=None)
-        stiff = landing if bare == scene else landing_of(bare, robot)
-        equation, solution, jumps = solved(stiff)
-        jumps = in_body_axes(jumps, equation.state.rotation)
-        limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
-        judged = ~np.isnan(limits) & ~stiff.joint_model.rotor_unknown
-        joints = [p for p in stiff.places("joint") if p.number not in rated and judged[p.number]]
-        if not (
-            joints
-            or any(
-                part.joint < 0 or not stiff.joint_model.rotor_unknown[part.joint]
-                for part in stiff.parts
-            )
-        ):
-            return None
-
-        def least(k: float) -> tuple[float, str, int]:
-            changed = replace(
-                stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k
-            )
-            varied = stiff if changed == stiff.scene else replace(stiff, scene=changed)
-            impact = DoubleImpact(varied, equation, solution, jumps)
-            with np.errstate(divide="ignore"):
-                margins = [_part_margin(impact, varied.parts)[0, 0]] if varied.parts else []
-                margins += [1.0 / _torque_share(impact, joints)[0, 0]] if joints else []
-            known = np.nan_to_num(np.concatenate(margins).astype(float), nan=np.inf)
-            worst = int(np.argmin(known))
-            return (
-                float(known[worst]),
-                [*varied.parts, *joints][worst].name,
-                len(compliant_landing(varied).motion.segments),
-            )
-
-        low, high, segments = SOFTEST, STIFFEST, 0
-        for _ in range(STEPS):
-            margin, name, more = least(k)
-            segments += more
-            if segments > MOST_SEGMENTS:
-                raise SolveError(
-                    f"the elements change {segments} times in the motions that were computed for "
-                    f"it, too often"
-                )
-            low, high = (k, high) if margin >= 1.0 else (low, k)
-            if abs(margin - 1.0) < CLOSE or low == STIFFEST or high == SOFTEST:
-                break
-            k = float(np.clip(k * min(margin, 1e4) ** 2, SOFTEST, STIFFEST))
-            k = k if low <= k <= high else math.sqrt(low * high)
-    except (SceneError, SolveError) as refusal:
-        return MarginLost(math.nan, "", str(refusal))
-    return MarginLost(
-        0.0 if high == SOFTEST else math.inf if low == STIFFEST else k,
-        "" if low == STIFFEST else name,
-        "",
-    )
-
-
-def _torque_share(impact: Impact, places: Places) -> Any:
+def torque_share(impact: Impact, places: Places) -> Any:
     """Torque (N, S, n) along the axes of joints, of their momentary torques."""
     limits, durations = (values[[p.number for p in places]] for values in _limits(impact))
     torque = _torque(impact, places, durations)
@@ -482,7 +379,7 @@ PARTS = (
         "margin of the part, by velocity change, acceleration or torque",
         "1",
         "less",
-        _part_margin,
+        part_margin,
         scope=Scope(f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}"),
         evaluation=PROVEN_IF_RIGID,
     ),
@@ -492,7 +389,7 @@ PARTS = (
         "torque along the axis, of the momentary torque or the effort limit",
         "1",
         "greater",
-        _torque_share,
+        torque_share,
         _share_size,
         scope=Scope(
             f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of "

@@ -10,20 +10,19 @@ import numpy as np
 
 from shockpc.core.percussion import norm
 from shockpc.landing.places import PlaceKind
-from shockpc.quantities.bending import BENDING
 from shockpc.quantities.of_bodies import BODIES
 from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_parts import PARTS
 from shockpc.quantities.of_points import POINTS
 from shockpc.quantities.of_robot import ROBOT
-from shockpc.quantities.on_finite_stiffness import ON_FINITE_STIFFNESS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.ranges import RANGES
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.with_friction import WITH_FRICTION
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
+from shockpc.text.wings import doors
 
 QUANTITIES: tuple[Quantity, ...] = (
     *POINTS,
@@ -32,10 +31,9 @@ QUANTITIES: tuple[Quantity, ...] = (
     *CONTACTS,
     *ROBOT,
     *WITH_FRICTION,
-    *ON_FINITE_STIFFNESS,
+    *(entry for door in doors("quantities") for entry in door.QUANTITIES),
     *RANGES,
     *PARTS,
-    *BENDING,
 )
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 

@@ -29,6 +29,9 @@ class Wing(NamedTuple):
             below the tables; `pictures(profile, spectrum)`;
             `document(profile, spectrum)`, keys of the JSON document; `histories(profile)`, charts of
             a page; `overlay(profile)`, lines of the figure in the plane with a note.
+        quantities: `QUANTITIES`, records of the table of quantities; opened at import.
+        checks: `CHECKS`, each from a profile to diagnostics; `SHARED`, those of which studies of
+            many landings show the worst, by kind and subject.
     """
 
     formats: str = ""
@@ -36,6 +39,8 @@ class Wing(NamedTuple):
     sliders: str = ""
     beyond: str = ""
     report: str = ""
+    quantities: str = ""
+    checks: str = ""
 
 
 @functools.cache

@@ -5,7 +5,6 @@ has them.
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from shockpc.quantities.bending import BENDS
 from shockpc.quantities.selection import select
 from shockpc.robot.feet_and_sensors import BENT
 from shockpc.show.report import Picture, Report
@@ -14,6 +13,7 @@ from shockpc.show.wording import STICKING, count, landing_names, proof_text, wit
 from shockpc.studies.batch.study import STANDARD, Batch, BatchRow
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import Cause, cause_lines, causes, few
+from shockpc.text.wings import doors
 
 CAUSES = 20
 """Different causes of landings that could not be computed that are shown."""
@@ -163,15 +163,15 @@ def _of_robots(batch: Batch) -> Sheet:
 
 
 def _bending(rows: Iterable[BatchRow], short: Mapping[str, str]) -> Iterator[str]:
-    """A warning where not even links of metal are stiff enough, with the robots, and the words of
-    the landing that lacks most.
+    """The warning of the shared checks of wings, with the robots, and the words of the landing of
+    which it is worst.
     """
-    found = [
-        (warning, row)
-        for row in rows
-        for warning in row.warnings
-        if (warning.kind, warning.subject) == BENDS
-    ]
+    shared = {key for door in doors("checks") for key in door.SHARED}
+    found = []
+    for row in rows:
+        for warning in row.warnings:
+            if (warning.kind, warning.subject) in shared:
+                found.append((warning, row))
     if found:
         worst, row = max(found, key=lambda one: one[0].size)
         robots = few(

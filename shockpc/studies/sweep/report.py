@@ -11,11 +11,9 @@ import numpy as np
 from shockpc.evaluation.column import Column as Computed
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied_landings import VariedLandings
-from shockpc.judgement.margins import rigid_links
 from shockpc.judgement.unknowns import CARRIES
 from shockpc.landing.scene import ORIGIN
 from shockpc.profile import profile_of_scene
-from shockpc.quantities.bending import Bending, bends
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import unknown_lines
@@ -24,6 +22,7 @@ from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
 from shockpc.studies.sweep.summary import PERCENTILES, Extent, Summary
 from shockpc.text.printed import cause_lines, printable
+from shockpc.text.wings import doors
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
@@ -218,7 +217,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"warning: {STICKING}"
     if stiff:
         yield LEFT_OUT
-        yield from _bending(summary)
+        yield from _worst_warning(summary)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.rows} landings"
         named = [cause._replace(first=f"row {cause.first}") for cause in summary.messages]
@@ -267,21 +266,17 @@ def _on_stiffness(column: Computed) -> bool:
     return quantity.evaluation.proven != "always"
 
 
-def _bending(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """A warning where not even links of metal are stiff enough, of the row in which they are the
-    least so.
-
-    Looked at are the rows with the most severe values of what depends on the stiffness of the
-    contacts.
+def _worst_warning(summary: Summary[VariedLandings]) -> Iterator[str]:
+    """The worst warning of the shared checks of wings, of the rows with the most severe values of
+    what depends on the stiffness of the contacts.
     """
     sweep, worst = summary.evaluation.landings, list[tuple[float, int, str]]()
     extents = [one for one in summary.extents if one.greatest_row >= 0]
+    checks = [check for door in doors("checks") for check in door.SHARED.values()]
     for row in sorted({_most_severe(one) for one in extents if _on_stiffness(one.column)}):
-        found = rigid_links(profile_of_scene(*sweep.case(row)))
-        worst += [
-            (warning.size, -row, str(warning))
-            for warning in bends(found if isinstance(found, Bending) else None)
-        ]
+        profile = profile_of_scene(*sweep.case(row))
+        for check in checks:
+            worst += [(warning.size, -row, str(warning)) for warning in check(profile)]
     if worst:
         _, row, text = max(worst)
         yield f"warning: row {-row} ({_varied(sweep, -row)}): {text}"

@@ -9,10 +9,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.judgement.margins import lost_margin, rigid_links
 from shockpc.landing.scene import CONTACTS
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.of_parts import SOFTEST, STIFFEST
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
@@ -20,6 +18,7 @@ from shockpc.show.report import Picture
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
+from shockpc.wings.compliant.of_profile import lost_margin, rigid_links
 from shockpc.wings.compliant.texts import stiffness_text
 
 
@@ -150,6 +149,8 @@ def _margin_lines(profile: ShockProfile) -> list[str]:
     lost = lost_margin(profile)
     if lost is None:
         return []
+    from shockpc.wings.compliant.margin_lost import SOFTEST, STIFFEST
+
     if lost.refused:
         return [
             f"contact stiffness from which on a margin is lost: not known, because {lost.refused}"

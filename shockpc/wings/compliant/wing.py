@@ -2,4 +2,9 @@
 
 from shockpc.text.wings import Wing
 
-WING = Wing(beyond="beyond.report", report="report")
+WING = Wing(
+    quantities="quantities",
+    checks="checks",
+    report="report",
+    beyond="beyond.report",
+)

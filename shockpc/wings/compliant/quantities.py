@@ -1,4 +1,6 @@
-"""What follows from a finite stiffness of the contacts; in double precision, without a proof."""
+"""What follows from a finite stiffness of the contacts, and when links can be taken as rigid; in
+double precision, without a proof.
+"""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -6,15 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.strike import GRAVITY
+from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
-from shockpc.quantities.quantity import Places, Quantity, Scope, cached
+from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Scope, cached, evaluate
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
+from shockpc.text.errors import RobotError
+from shockpc.wings.compliant.bending import FOR_JUMPS, FOR_TORQUES, bending
 
 if TYPE_CHECKING:
     from shockpc.impact.stiffness import CompliantLanding
+
+(EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
+
+UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
 
 JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.relations.also)
 """Quantities of the jumps only, which a landing on finite stiffness has at each time."""
@@ -159,3 +169,51 @@ ON_FINITE_STIFFNESS = (
     *(_after(entry, "compressed", "at the end of compression", 0) for entry in JUMPS),
     *(_after(entry, "separated", "at the end of contact", 1) for entry in JUMPS),
 )
+
+
+def _bending(impact: Impact, _: Places) -> Array:
+    """The numbers of `BENDING` (1, 1, 5); NaN where there are none."""
+    landing, places = impact.landing, impact.landing.places("contact")
+    k = landing.scene.contact_stiffness
+    nothing = np.full((1, 1, 5), np.nan)
+    if landing.scene.flex or (k is None and landing.pulse is None):
+        return nothing
+    try:
+        found = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
+    except RobotError:
+        return nothing
+    if found is None:
+        return nothing
+    lowest = [found.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
+    return np.array([[[*lowest, *map(found.modes.stiffness, lowest), found.modes.metal]]])
+
+
+def _of_bending(k: int, key: str, title: str, unit: str) -> Quantity:
+    """The number k of `_bending`."""
+    return Quantity(
+        key,
+        "robot",
+        title,
+        unit,
+        "neither",
+        lambda impact, places: _bending(impact, places)[..., k : k + 1],
+        scope=Scope(UNKNOWN),
+        evaluation=UNPROVEN,
+    )
+
+
+RIGID = "are those of rigid links, by a force without steps"
+MODE, EI = "first bending mode of the leg", "EI of the links of the leg"
+METAL = f"{MODE} if its links were bars or tubes of metal with their inertias"
+
+BENDING = (
+    _of_bending(0, "lowest_bending_for_jumps", f"{MODE} above which jumps {RIGID}", "Hz"),
+    _of_bending(1, "lowest_bending_for_torques", f"{MODE} above which torques {RIGID}", "Hz"),
+    _of_bending(2, "bending_stiffness_for_jumps", f"{EI} above which jumps {RIGID}", "N m²"),
+    _of_bending(3, "bending_stiffness_for_torques", f"{EI} above which torques {RIGID}", "N m²"),
+    _of_bending(4, "bending_of_metal", METAL, "Hz"),
+)
+"""What the first bending mode of the links between contacts and base has to be."""
+
+QUANTITIES = (*ON_FINITE_STIFFNESS, *BENDING)
+"""All of these."""

@@ -1,20 +1,25 @@
 """On which contacts a landing loses a margin, and on which its links can be taken as rigid."""
 
 import math
+from typing import TYPE_CHECKING
 
 from shockpc.core.memo import memoized
-from shockpc.quantities.bending import Bending, bending
-from shockpc.quantities.of_parts import MarginLost, margin_lost
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import RobotError
+from shockpc.wings.compliant.bending import Bending, bending
+
+if TYPE_CHECKING:
+    from shockpc.wings.compliant.margin_lost import MarginLost
 
 
 @memoized()
-def lost_margin(profile: ShockProfile) -> MarginLost | None:
+def lost_margin(profile: ShockProfile) -> "MarginLost | None":
     """The contact stiffness from which on a margin is lost; None without parts, or without limits
     and a contact stiffness.
     """
     if profile.landing.parts or profile.scene.yields:
+        from shockpc.wings.compliant.margin_lost import margin_lost
+
         return margin_lost(profile.landing)
     return None
 

@@ -17,20 +17,16 @@ its tangents, and torques ring.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.impact import Impact
-from shockpc.landing.bending import LegModes, leg_modes
 from shockpc.landing.landing import PosedLanding
-from shockpc.quantities.of_contacts import CONTACTS
-from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Scope, evaluate
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.errors import RobotError
 from shockpc.text.printed import few
+from shockpc.wings.compliant.leg_modes import LegModes, leg_modes
 
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
 """Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a
@@ -43,15 +39,11 @@ STEEP = 0.2
 ABRUPT = "rectangle", "saw-tooth"
 """Pulses with a step."""
 
-(EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
-
 RINGS = "torques ring, and jumps may differ, however stiff links are"
 """What a step of force does."""
 
 BENDS = "contact", "bending"
 """Kind and subject of the warning that not even links of metal are stiff enough."""
-
-UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
 
 
 class Bending(NamedTuple):
@@ -220,54 +212,3 @@ def rings(landing: PosedLanding) -> Iterator[Diagnostic]:
     ):
         text = f"links that bend ring after a step of force, and {step}"
         yield Diagnostic("contact", "", None, text)
-
-
-def _values(impact: Impact, _: Places) -> Array:
-    """The numbers of `BENDING` (5,); NaN where there are none."""
-    landing, places = impact.landing, impact.landing.places("contact")
-    k = landing.scene.contact_stiffness
-    if landing.scene.flex or (k is None and landing.pulse is None):
-        return np.full(5, np.nan)
-    try:
-        found = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
-    except RobotError:
-        found = None
-    if found is None:
-        return np.full(5, np.nan)
-    lowest = [found.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
-    return np.array([*lowest, *map(found.modes.stiffness, lowest), found.modes.metal])
-
-
-def _value(k: int) -> Callable[[Impact, Places], Array]:
-    return lambda impact, places: _values(impact, places)[None, None, k : k + 1]
-
-
-BENDING = tuple(
-    Quantity(
-        key, "robot", title, unit, "neither", _value(k), scope=Scope(UNKNOWN), evaluation=UNPROVEN
-    )
-    for k, (key, title, unit) in enumerate(
-        (
-            *(
-                (
-                    f"{key}_for_{what}",
-                    f"{title} above which {what} are those of rigid links, by a force without "
-                    f"steps",
-                    unit,
-                )
-                for key, title, unit in (
-                    ("lowest_bending", "first bending mode of the leg", "Hz"),
-                    ("bending_stiffness", "EI of the links of the leg", "N m²"),
-                )
-                for what in ("jumps", "torques")
-            ),
-            (
-                "bending_of_metal",
-                "first bending mode of the leg if its links were bars or tubes of metal with their "
-                "inertias",
-                "Hz",
-            ),
-        )
-    )
-)
-"""What the first bending mode of the links between contacts and base has to be."""
