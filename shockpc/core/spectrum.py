@@ -3,10 +3,12 @@ acceleration (ISO 18431-4).
 """
 
 import functools
-from itertools import pairwise
+import math
+from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.low_pass import ComplexArray
 from shockpc.core.spatial import Array
 
 SAMPLES_A_PERIOD = 20.0
@@ -39,7 +41,9 @@ def amplification(shape: str, periods: float) -> float:
         "haversine": np.sin(np.pi * t) ** 2,
         "rectangle": np.ones(n + 1),
     }
-    return float(shock_response(waves[shape][:, None], 1.0 / n, np.array([periods]), 0.0)[0, 0])
+    history = waves[shape][:, None]
+    response = shock_response(history, 1.0 / n, np.array([periods]), damping=0.0)
+    return float(response[0, 0])
 
 
 def shock_response(
@@ -65,51 +69,157 @@ def shock_response(
             period, or ζ is outside [0, 1).
     """
     frequencies = np.asarray(frequencies, dtype=float)
+    _refuse(frequencies, step, damping)
+    oscillators = _Oscillators.of(frequencies, step, damping)
+    c = np.zeros((len(frequencies), acceleration.shape[1]), dtype=complex)
+    if not len(acceleration):
+        return np.zeros(c.shape)
+    largest = np.zeros(c.shape)
+    before = oscillators.instant(c, acceleration[0])
+    for base in acceleration[1:]:
+        after = oscillators.instant(oscillators.after_step(before, base), base)
+        largest = np.maximum(largest, np.abs(after.value))
+        _raise_to_turning(largest, oscillators, before, after)
+        before = after
+    return np.maximum(largest, oscillators.largest_of_decay(before.c))
+
+
+def _refuse(frequencies: Array, step: float, damping: float) -> None:
+    """Refuse a damping or frequencies for which the response is not defined or not accurate.
+
+    Raises:
+        ValueError: one is.
+    """
     if not 0.0 <= damping < 1.0:
         raise ValueError(f"damping must lie in [0, 1), not {damping:g}")
-    if not np.all((frequencies > 0.0) & (frequencies * step * SAMPLES_A_PERIOD <= 1.0 + 1e-9)):
+    sampled = frequencies * step * SAMPLES_A_PERIOD <= 1.0 + 1e-9
+    if not np.all((frequencies > 0.0) & sampled):
         raise ValueError(
             f"with samples every {step:g} s, frequencies must lie above 0 and up to "
             f"{1.0 / SAMPLES_A_PERIOD / step:g} Hz, "
             f"not from {frequencies.min():g} to {frequencies.max():g} Hz"
         )
-    omega = 2.0 * np.pi * frequencies[:, None]
-    damped = omega * np.sqrt(1.0 - damping**2)
-    r = -damping * omega + 1j * damped
-    # ∫ exp(r (h − s)) ds and ∫ exp(r (h − s)) s/h ds over one step h; the latter by its series, for
-    # exp(x) − 1 − x cancels.
-    x = r * step
-    ramp = step * sum(x**k / float(np.prod(np.arange(1.0, k + 3.0))) for k in range(16))
-    hold = np.expm1(x) / r
-    # The acceleration of the mass is Re(weight · c).
-    weight = -2.0 * damping * omega + 1j * omega**2 * (1.0 - 2.0 * damping**2) / damped
-    c = np.zeros((len(frequencies), acceleration.shape[1]), dtype=complex)
-    value, largest = c.real, np.zeros(c.shape)
-    rate = -weight.real * acceleration[0] if len(acceleration) else value
-    grow = np.exp(x)
-    for before, after in pairwise(acceleration):
-        last, value_before, rate_before = c, value, rate
-        c = grow * c - (hold - ramp) * before - ramp * after
-        value, rate = (weight * c).real, (weight * (r * c - after)).real
-        largest = np.maximum(largest, np.abs(value))
-        f, m = np.nonzero(rate_before * rate < 0.0)
-        # About where a parabola turns; a maximum there is refined if it may be the largest.
-        t = step * rate_before[f, m] / (rate_before - rate)[f, m]
-        higher = np.abs(value_before[f, m] + rate_before[f, m] * t / 2.0) > 0.99 * largest[f, m]
-        if higher.any():
-            f, m, t = f[higher], m[higher], t[higher]
-            value_there = _turning_value(
-                r[f, 0], weight[f, 0], last[f, m], before[m], (after - before)[m] / step, t, step
-            )
-            largest[f, m] = np.maximum(largest[f, m], value_there)
-    # Afterwards the oscillation decays: its first extremum is the largest, where the derivative
-    # Re(weight r c exp(rt)) is zero.
-    t = (np.pi / 2.0 - np.angle(weight * r * c)) % np.pi / damped
-    return np.asarray(np.maximum(largest, np.abs((weight * c * np.exp(r * t)).real)))
+
+
+class _Oscillators(NamedTuple):
+    """Oscillators of f frequencies, and what a step of time makes of their states c (f, m).
+
+    Attributes:
+        r: (f, 1) poles −ζω + iω_d [1/s].
+        weight: (f, 1) with which the acceleration of the mass is Re(weight c) [1/s].
+        damped: (f, 1) ω_d [rad/s].
+        step: h, length of a step [s].
+        grow: (f, 1) exp(r h).
+        hold: (f, 1) ∫ exp(r (h − s)) ds from 0 to h.
+        ramp: (f, 1) ∫ exp(r (h − s)) s/h ds.
+    """
+
+    r: ComplexArray
+    weight: ComplexArray
+    damped: Array
+    step: float
+    grow: ComplexArray
+    hold: ComplexArray
+    ramp: ComplexArray
+
+    @staticmethod
+    def of(frequencies: Array, step: float, damping: float) -> "_Oscillators":
+        """Oscillators of natural frequencies (f,) [Hz]."""
+        omega = 2.0 * np.pi * frequencies[:, None]
+        damped = omega * np.sqrt(1.0 - damping**2)
+        r = -damping * omega + 1j * damped
+        x = r * step
+        # (exp(x) − 1 − x) / x² by its series: the closed form cancels.
+        series: ComplexArray = np.zeros_like(x)
+        for k in range(16):
+            series = series + x**k / math.factorial(k + 2)
+        return _Oscillators(
+            r=r,
+            weight=-2.0 * damping * omega + 1j * omega**2 * (1.0 - 2.0 * damping**2) / damped,
+            damped=damped,
+            step=step,
+            grow=np.exp(x),
+            hold=np.expm1(x) / r,
+            ramp=step * series,
+        )
+
+    def instant(self, c: ComplexArray, base: Array) -> "_Instant":
+        """An instant with states (f, m) and accelerations (m,) of the base."""
+        value = (self.weight * c).real
+        rate = (self.weight * (self.r * c - base)).real
+        return _Instant(base, c, value, rate)
+
+    def after_step(self, start: "_Instant", base: Array) -> ComplexArray:
+        """The states (f, m) after a step at whose end the base has accelerations (m,)."""
+        held = (self.hold - self.ramp) * start.base
+        return np.asarray(self.grow * start.c - held - self.ramp * base)
+
+    def largest_of_decay(self, c: ComplexArray) -> Array:
+        """The largest accelerations (f, m) after the history: the first extremum of the decay,
+        where Re(weight r c exp(rt)) is zero.
+        """
+        turning = np.pi / 2.0 - np.angle(self.weight * self.r * c)
+        t = turning % np.pi / self.damped
+        return np.abs((self.weight * c * np.exp(self.r * t)).real)
+
+
+class _Instant(NamedTuple):
+    """The base and the oscillators at a sample of time.
+
+    Attributes:
+        base: (m,) accelerations of the base [m/s²].
+        c: (f, m) states.
+        value: (f, m) accelerations of the masses [m/s²].
+        rate: (f, m) their rates of change [m/s³].
+    """
+
+    base: Array
+    c: ComplexArray
+    value: Array
+    rate: Array
+
+
+def _raise_to_turning(
+    largest: Array, oscillators: _Oscillators, before: _Instant, after: _Instant
+) -> None:
+    """Raise the largest accelerations (f, m) to those at which an acceleration turns in a step.
+
+    Args:
+        largest: changed.
+        oscillators: the oscillators.
+        before: the start of the step.
+        after: its end.
+    """
+    f, m = np.nonzero(before.rate * after.rate < 0.0)
+    # About where a parabola turns; a maximum there is refined if it may be the largest.
+    rate = before.rate[f, m]
+    t = oscillators.step * rate / (before.rate - after.rate)[f, m]
+    about = np.abs(before.value[f, m] + rate * t / 2.0)
+    refined = about > 0.99 * largest[f, m]
+    if not refined.any():
+        return
+    f = f[refined]
+    m = m[refined]
+    turning = _turning_value(
+        oscillators.r[f, 0],
+        oscillators.weight[f, 0],
+        before.c[f, m],
+        before.base[m],
+        (after.base - before.base)[m] / oscillators.step,
+        t[refined],
+        oscillators.step,
+    )
+    largest[f, m] = np.maximum(largest[f, m], turning)
 
 
 def _turning_value(
-    r: Array, weight: Array, c: Array, before: Array, slope: Array, t: Array, step: float
+    r: ComplexArray,
+    weight: ComplexArray,
+    c: ComplexArray,
+    before: Array,
+    slope: Array,
+    t: Array,
+    step: float,
 ) -> Array:
     """|Re(weight · c)| (k,) where its derivative is zero, near times t (k,) of one step; ċ = r c −
     before − slope t.
@@ -121,10 +231,10 @@ def _turning_value(
     start = weight * (r * c - before) - level
     for _ in range(2):
         wave = start * np.exp(r * t)
+        rate = (wave + level).real
         bend = (r * wave).real
-        t = np.clip(
-            t - np.divide((wave + level).real, bend, out=np.zeros_like(t), where=bend != 0.0),
-            0.0,
-            step,
-        )
-    return np.abs(((start * np.exp(r * t) + level + weight * (before + slope * t)) / r).real)
+        newton = np.divide(rate, bend, out=np.zeros_like(t), where=bend != 0.0)
+        t = np.clip(t - newton, 0.0, step)
+    # c = (ċ + before + s t) / r
+    turned = start * np.exp(r * t) + level + weight * (before + slope * t)
+    return np.abs((turned / r).real)
