@@ -219,7 +219,11 @@ def needs_proof(
     prove = (condition > limit) | ~(
         np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE
     )
-    prove[[k for k, choice in solution.choices.items() if trusted is None or choice.uncertain]] = (
-        True
-    )
+    prove[
+        [
+            k
+            for k, row_space in solution.row_spaces.items()
+            if trusted is None or row_space.uncertain
+        ]
+    ] = True
     return condition, prove

@@ -55,7 +55,7 @@ def checked(number: int) -> tuple[Checked, ShockProfile | None]:
         return Checked(
             number, str(failure), 0.0 if str(failure).startswith("no verdict") else np.inf, 0.0
         ), None
-    exact = maximal_jumps(profile.landing, profile.choice.rows)
+    exact = maximal_jumps(profile.landing, profile.row_space.rows)
     return Checked(
         number, "", excess(profile, exact), float(exact.missed.max(initial=0.0))
     ), profile
@@ -134,7 +134,7 @@ def error_of_maps(profile, found):
     assert found.prove[0] or not (
         found.rank[0] < len(profile.proof.impulse) or found.condition[0] > ILL_CONDITIONED
     )
-    assert found.rank[0] == len(profile.choice.rows)
+    assert found.rank[0] == len(profile.row_space.rows)
     if not found.prove[0]:
         assert error <= 1e-9
         # Bodies that move little lose more digits than the fastest.

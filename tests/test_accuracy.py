@@ -34,7 +34,7 @@ from shockpc import (
     shock_profile,
 )
 from shockpc.bench.cases import FAMILIES, bent, chain
-from shockpc.core.impulse import RowChoice
+from shockpc.core.impulse import RowSpace
 from shockpc.judgement.accuracy import data_sensitivity, double_error, hardly_sensitive, sensitive
 from shockpc.landing.contact import contact_block
 from shockpc.landing.joint_model import joint_model
@@ -126,7 +126,7 @@ def solved(family, variant, value):
         profile = shock_profile(*reversed(case.build()))
     except ShockError:
         return None
-    return profile, maximal_jumps(profile.landing, profile.choice.rows)
+    return profile, maximal_jumps(profile.landing, profile.row_space.rows)
 
 
 @pytest.mark.slow
@@ -168,7 +168,7 @@ def test_the_impact_of_500_links_is_proven():
     )
     plane = plane_of(Scene(robot="chain"))
     system = System(robot, "free", plane, rest > 0.0, rest, rest, before)
-    proof = Proof(Posed(system, q, (block,)), RowChoice.every(3))
+    proof = Proof(Posed(system, q, (block,)), RowSpace.every(3))
     rotation = proof.read(lambda impact: impact.state.rotation[0].astype(float))
     omega, v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
     centres = (rotation @ (v + np.cross(omega, robot.coms))[..., None])[..., 0]
@@ -536,7 +536,7 @@ def test_the_sensitivity_is_what_a_change_of_the_data_does():
         scene.contact[1], offset=(float(np.nextafter(0.3 + 1e-7, 1.0)), 0.1 + 1e-7, -0.1)
     )
     moved = shock_profile(replace(scene, contact=(scene.contact[0], second)), robot)
-    exact = maximal_jumps(profile.landing, profile.choice.rows)
+    exact = maximal_jumps(profile.landing, profile.row_space.rows)
     change = body_errors(profile.landing, exact, moved.proof.jumps[..., 3]).max()
     assert 1e-11 < change <= 10.0 * profile.health.data_sensitivity
 

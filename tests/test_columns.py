@@ -80,7 +80,7 @@ def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism
         )
         equation, impact, _ = solved(landing, landing.state)
         assert impact.rank[0] <= 2
-        assert 1 not in impact.choices[0].rows
+        assert 1 not in impact.row_spaces[0].rows
         assert np.abs(equation.J_c[0, 1]).max() < 1e-14
 
 

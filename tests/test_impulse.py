@@ -31,11 +31,11 @@ def system(seed, n, rows, k=2):
 
 
 def solved(H, J, b, terms=None):
-    """Jump, impulses and the choice of rows, if one was needed, of one posture."""
+    """Jump, impulses and the row space, if it was needed, of one posture."""
     sizes = np.abs(J) if terms is None else terms
     found = solve_impact(H[None], J[None], b[None], lambda: sizes[None], TOLERANCE)
-    assert found.rank[0] == (len(found.choices[0].rows) if found.choices else len(J))
-    return found.delta_qd[0], found.impulse[0], found.choices.get(0), int(found.rank[0])
+    assert found.rank[0] == (len(found.row_spaces[0].rows) if found.row_spaces else len(J))
+    return found.delta_qd[0], found.impulse[0], found.row_spaces.get(0), int(found.rank[0])
 
 
 def apart(one, other, tolerance):
@@ -90,17 +90,17 @@ def test_repeated_rows_change_no_jump(seed, n, k, data):
     apart(doubled[0], alone[0], worse)
     assert doubled[3] == nc
     apart(more.T @ doubled[1], J.T @ alone[1], worse)
-    choice = doubled[2]
-    assert choice.unique[0]
+    row_space = doubled[2]
+    assert row_space.unique[0]
     apart(doubled[1][0], alone[1][0], worse * np.abs(alone[1]).max() / np.abs(alone[1][0]).max())
-    assert not choice.unique[1:nc].any()
-    assert np.linalg.matrix_rank(more[choice.rows]) == nc
+    assert not row_space.unique[1:nc].any()
+    assert np.linalg.matrix_rank(more[row_space.rows]) == nc
     # Impulses that are determined take no part in the distribution over the others.
-    place = choice.rows.tolist().index(0)
-    np.testing.assert_array_equal(choice.distribution[0], np.eye(nc)[place])
-    np.testing.assert_array_equal(choice.distribution[1:, place], 0.0)
+    place = row_space.rows.tolist().index(0)
+    np.testing.assert_array_equal(row_space.distribution[0], np.eye(nc)[place])
+    np.testing.assert_array_equal(row_space.distribution[1:, place], 0.0)
     # The distribution does the same to the robot.
-    apart(more.T @ choice.distribution, more[choice.rows].T, worse)
+    apart(more.T @ row_space.distribution, more[row_space.rows].T, worse)
 
 
 @pytest.mark.parametrize(
@@ -118,8 +118,8 @@ def test_repeated_rows_change_no_jump(seed, n, k, data):
 def test_rows_count_as_repeated_only_within_rounding(distance, rank, uncertain):
     """Two rows an angle apart: two, one, or so near the limit of 64 ε √2 that rounding decides."""
     J = np.array([[1.0, 0.0, 0.0], [1.0, distance, 0.0]])
-    choice = independent_rows(J, np.abs(J), np.ones(3), np.ones(2))
-    assert (len(choice.rows), choice.uncertain) == (rank, uncertain)
+    row_space = independent_rows(J, np.abs(J), np.ones(3), np.ones(2))
+    assert (len(row_space.rows), row_space.uncertain) == (rank, uncertain)
 
 
 def test_a_row_that_hardly_moves_hides_no_other():
@@ -127,10 +127,10 @@ def test_a_row_that_hardly_moves_hides_no_other():
     rounding.
     """
     J = np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1e-12]])
-    choice = independent_rows(
+    row_space = independent_rows(
         J, np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1.0]]), np.ones(3), np.ones(3)
     )
-    assert choice.rows.tolist() == [0, 1, 2]
+    assert row_space.rows.tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("unit", [1e-4, 1e-2, 1.0, 1e4])

@@ -59,7 +59,7 @@ def test_energy_momentum_and_loads(profiles):
     for k, profile in enumerate(free):
         assert_balances(profile, warnings=k % 4 == 0 or profile.energy_lost < 0.0)
     for profile in profiles:
-        if len(profile.choice.rows) == len(profile.proof.impulse) and not profile.scene.closure:
+        if len(profile.row_space.rows) == len(profile.proof.impulse) and not profile.scene.closure:
             assert_loads(profile)
 
 
@@ -147,7 +147,7 @@ def test_two_libraries_of_long_numbers_agree(number):
     robot, scene = random_landing(number)
     profile = shock_profile(scene, robot)
     balls, numbers = (
-        maximal_jumps(profile.landing, profile.choice.rows, kind) for kind in (BALLS, MPMATH)
+        maximal_jumps(profile.landing, profile.row_space.rows, kind) for kind in (BALLS, MPMATH)
     )
     with flint.ctx.workdps(DIGITS), mpmath.workdps(DIGITS):
         size = max(abs(value.mid()) for value in balls.jumps.ravel())
@@ -166,7 +166,7 @@ def test_contacts_that_contradict_one_another_are_refused_beside_a_loop():
 def solved(robot, scene):
     """The independent solution of a scene, and its profile."""
     profile = shock_profile(scene, robot)
-    return maximal_jumps(profile.landing, profile.choice.rows), profile
+    return maximal_jumps(profile.landing, profile.row_space.rows), profile
 
 
 OBLIQUE = Strike(velocity=(0.3, 0.2, -1.0))

@@ -60,7 +60,7 @@ class Solution(NamedTuple):
         rank: (N,) number of independent rows.
         condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the
             jump that is known worst [1].
-        choices: the independent rows of each posture in which some depend on others, or nearly do,
+        row_spaces: the independent rows of each posture in which some depend on others, or nearly do,
             by its index.
         independent: (r, k) impulses along these rows only, which do the same to the robot, by the
             same index [N s].
@@ -71,7 +71,7 @@ class Solution(NamedTuple):
     scale: Array
     rank: np.ndarray
     condition: Array
-    choices: "dict[int, RowChoice]"
+    row_spaces: "dict[int, RowSpace]"
     independent: dict[int, Array]
 
     @property
@@ -80,11 +80,11 @@ class Solution(NamedTuple):
         out = self.impulse.copy() if self.independent else self.impulse
         for k, part in self.independent.items():
             out[k] = 0.0
-            out[k, self.choices[k].rows] = part
+            out[k, self.row_spaces[k].rows] = part
         return out
 
 
-class RowChoice(NamedTuple):
+class RowSpace(NamedTuple):
     """Which rows of one posture are independent.
 
     Attributes:
@@ -112,9 +112,9 @@ class RowChoice(NamedTuple):
     slack: float = 0.0
 
     @staticmethod
-    def every(n: int) -> "RowChoice":
+    def every(n: int) -> "RowSpace":
         """All of n independent rows."""
-        return RowChoice(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
+        return RowSpace(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
 def solve_impact(
@@ -161,22 +161,22 @@ def solve_impact(
         condition = delassus.stiffness / np.where(well, delassus.pivot, np.nan)
 
     # Postures in which rows depend on others, or nearly do.
-    choices, independent, rank = {}, {}, np.full(n, nc)
+    row_spaces, independent, rank = {}, {}, np.full(n, nc)
     sizes = terms() if unclear else J_c
     for k in unclear:
         limit = limits.get(k, ())
         of_columns = column_sizes(sizes[k])
-        choice = independent_rows(
+        row_space = independent_rows(
             J_c[k], sizes[k], of_columns, delassus.scale[k], tolerance, *limit
         )
-        rows = choice.rows
+        rows = row_space.rows
         part, of_rows = _least_squares(delassus.A[k][np.ix_(rows, rows)], b[k, rows])
-        choices[k], independent[k], rank[k] = choice, part, len(rows)
+        row_spaces[k], independent[k], rank[k] = row_space, part, len(rows)
         condition[k] = of_rows * delassus.stiffness[k]
-        impulse[k] = choice.distribution @ part
+        impulse[k] = row_space.distribution @ part
         delta_qd[k] = delassus.X[k][:, rows] @ part
     condition = condition * _light(size, delta_qd)
-    return Solution(delta_qd, impulse, delassus.scale, rank, condition, choices, independent)
+    return Solution(delta_qd, impulse, delassus.scale, rank, condition, row_spaces, independent)
 
 
 class _Delassus(NamedTuple):
@@ -290,7 +290,7 @@ def independent_rows(
     tolerance: float = TOLERANCE,
     most: int | None = None,
     rounded: float = 0.0,
-) -> RowChoice:
+) -> RowSpace:
     """Rows of one posture from which all others follow, and how impulses along these are
     distributed over all.
 
@@ -306,8 +306,8 @@ def independent_rows(
         terms: (nc, nv) sizes of the terms that its entries are sums of.
         size: (nv,) by which joint velocities are measured, as `column_sizes`.
         scale: (nc,) that brings each row to unit mobility.
-        tolerance: relative error of the terms. Rounding alone may change the choice only where it
-            is `TOLERANCE`.
+        tolerance: relative error of the terms. Rounding alone may change which rows
+            are independent only where it is `TOLERANCE`.
         most: how many rows can be independent; the smallest singular values beyond that count as
             zero.
         rounded: what rounding of the robot's file makes of rows beyond that, relative to their
@@ -347,7 +347,7 @@ def independent_rows(
         if rank == count
         else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
     )
-    return RowChoice(rows, distribution, unique, uncertain, discarded, infeasible, slack)
+    return RowSpace(rows, distribution, unique, uncertain, discarded, infeasible, slack)
 
 
 def _without(others: Array, scaled: Array, moves: np.ndarray) -> tuple[Array, Array]:
@@ -367,7 +367,7 @@ def _distribution(
     J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray
 ) -> Array:
     """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones,
-    as `RowChoice.distribution`.
+    as `RowSpace.distribution`.
 
     Args:
         J: (nc, nv) rows, without what is rounding in them.

@@ -232,9 +232,9 @@ def _solved(
     )
     # Rows that depend on others are replaced by zeros, and so are their impulses.
     chosen = np.ones((n, nc))
-    for k, choice in solution.choices.items():
-        regular = not choice.uncertain and len(choice.rows) >= most(k)[0]
-        chosen[k] = np.isin(np.arange(nc), choice.rows) if regular else np.nan
+    for k, row_space in solution.row_spaces.items():
+        regular = not row_space.uncertain and len(row_space.rows) >= most(k)[0]
+        chosen[k] = np.isin(np.arange(nc), row_space.rows) if regular else np.nan
     J_c = equation.J_c * chosen[..., None]
     with np.errstate(all="ignore"):
         inverse = solve_inertia(equation.inertia, np.broadcast_to(np.eye(ny), (n, ny, ny)))

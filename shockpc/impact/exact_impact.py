@@ -31,7 +31,7 @@ class ExactImpact(Impact):
     def __init__(self, solution: ExactSolution, landing: PosedLanding) -> None:
         self.solution, self.landing = solution, landing
         self.state, self.blocks = solution.state, solution.posed.blocks
-        self.unique = solution.choice.unique[None]
+        self.unique = solution.row_space.unique[None]
 
     def exact(self, values: Array) -> Numbers:
         """Doubles as numbers of the arithmetic."""

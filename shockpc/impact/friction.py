@@ -326,7 +326,7 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
         scale=np.ones((n, size)),
         rank=np.full(n, size),
         condition=np.ones(n),
-        choices={},
+        row_spaces={},
         independent={},
     )
     inertias = vars(impact).get("inertias")
@@ -431,11 +431,11 @@ def _impact(
     delta = _last_column(delta_y)
     jumps = jumps_in_body_axes(landing, equation.full(delta), equation.state)
     freeze(impulses, delta, jumps)
-    solution = sticking._replace(delta_qd=delta, impulse=impulses, choices={}, independent={})
+    solution = sticking._replace(delta_qd=delta, impulse=impulses, row_spaces={}, independent={})
     impact = DoubleImpact(landing, equation, solution, jumps)
     freeze(impact.delta_qd)
-    if sticking.choices:
-        unique = sticking.choices[0].unique
+    if sticking.row_spaces:
+        unique = sticking.row_spaces[0].unique
         impact.unique[0, : len(unique)] = unique
     return impact
 

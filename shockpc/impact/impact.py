@@ -399,8 +399,8 @@ class DoubleImpact(Impact):
             self._columns = {body: k for k, body in enumerate(bodies)}
         self.clear = np.ones(len(self.unique), dtype=bool)
         """In which postures (N,) all rows are independent, clearly."""
-        for k, choice in solution.choices.items():
-            self.clear[k], self.unique[k] = False, choice.unique
+        for k, row_space in solution.row_spaces.items():
+            self.clear[k], self.unique[k] = False, row_space.unique
         if inertias is not None:
             self.inertias = inertias
 

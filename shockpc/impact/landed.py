@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.core.impulse import (
     TOLERANCE,
     UNCERTAIN,
-    RowChoice,
+    RowSpace,
     Solution,
     column_sizes,
     in_terms,
@@ -69,15 +69,15 @@ class LandingProof(Proof):
     Args:
         landing: the landing.
         posed: its system in its posture, and what is held.
-        choice: which of its rows are independent.
+        row_space: which of its rows are independent.
 
     Attributes:
         landing: the landing.
     """
 
-    def __init__(self, landing: PosedLanding, posed: Posed, choice: RowChoice) -> None:
+    def __init__(self, landing: PosedLanding, posed: Posed, row_space: RowSpace) -> None:
         self.landing = landing
-        super().__init__(posed, choice)
+        super().__init__(posed, row_space)
 
     def numbers_of(self, solution: BallSolution) -> BallImpact:
         """The impact of the landing."""
@@ -160,8 +160,8 @@ def proven(landing: PosedLanding) -> LandingProof:
         raise without_inertia(landing, equation) from None
     if proof is not None:
         _refuse_contradiction(landing, equation, proof)
-        _refuse_singular(landing, equation, proof, len(proof.choice.rows))
-        if not proof.choice.uncertain:
+        _refuse_singular(landing, equation, proof, len(proof.row_space.rows))
+        if not proof.row_space.uncertain:
             return proof
     rows = ", ".join(block.name for block in landing.blocks)
     raise SolveError(
@@ -204,7 +204,7 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     if most[0] == len(J):
         return J, b
     # Combinations of rows, in units of their terms, of which only rounding of the file is left.
-    others = equation.row_choice(most).infeasible
+    others = equation.row_space(most).infeasible
     terms = equation.terms()[0]
     size = column_sizes(terms)
     term_size, scaled = in_terms(J, terms, size)
@@ -219,8 +219,8 @@ def independent_rows_of(landing: PosedLanding, blocks: tuple[ConstraintBlock, ..
         return []
     state = landing.state
     equation = equation_of(landing.system._replace(before=None), state, blocks)
-    choice = equation.row_choice(landing.most_independent(state, blocks)(0))
-    return [int(row) for row in choice.rows]
+    row_space = equation.row_space(landing.most_independent(state, blocks)(0))
+    return [int(row) for row in row_space.rows]
 
 
 def _posture(landing: PosedLanding) -> str:
@@ -304,14 +304,14 @@ def residual(proof: LandingProof) -> Residual:
     landing, state, blocks = proof.landing, proof.landing.state, proof.landing.blocks
     equation = landing.equation(state)
     b = equation.b[0]
-    rows = np.delete(np.arange(len(b)), proof.choice.rows)
+    rows = np.delete(np.arange(len(b)), proof.row_space.rows)
     left = row_jacobian(state, blocks)[0] @ proof.delta_qd + b
     # The independent rows are met to the last digit of the proof. In the others a share of each
     # term is rounding: that of double precision here, and that with which they were found
     # dependent. That of a file's digits counts only where rows differ by it.
     tolerance = max(
-        equation.tolerance if proof.choice.discarded else UNCERTAIN[1] * TOLERANCE,
-        proof.choice.slack,
+        equation.tolerance if proof.row_space.discarded else UNCERTAIN[1] * TOLERANCE,
+        proof.row_space.slack,
     )
     terms = row_terms(state, blocks)[0]
     size = column_sizes(terms)

@@ -107,8 +107,8 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
         return bare  # the proof names what has no inertia
     constraints, whole = equation.J_c[0] @ to_metric, np.linalg.norm(reduced @ to_metric, axis=1)
     if len(constraints):
-        choice = solution.choices.get(0)
-        constraints = constraints if choice is None else constraints[choice.rows]
+        row_space = solution.row_spaces.get(0)
+        constraints = constraints if row_space is None else constraints[row_space.rows]
         basis = np.linalg.qr(constraints.T, mode="complete")[0][:, len(constraints) :]
         to_metric = to_metric @ basis
     e = np.array([block.restitution for block in blocks])

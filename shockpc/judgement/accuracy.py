@@ -115,25 +115,27 @@ def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where rows of loops count as dependent, although more than rounding sets them
     apart.
     """
-    choice, blocks = profile.choice, profile.landing.blocks
+    row_space, blocks = profile.row_space, profile.landing.blocks
     loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in blocks])
     if (
-        choice.discarded
+        row_space.discarded
         and loops.any()
-        and (not len(choice.infeasible) or np.any(np.abs(choice.infeasible[:, loops]) > SHARE))
+        and (
+            not len(row_space.infeasible) or np.any(np.abs(row_space.infeasible[:, loops]) > SHARE)
+        )
     ):
         limit = (
             "as much as rounding of the file leaves"
-            if len(choice.infeasible)
+            if len(row_space.infeasible)
             else f"below {DATA_TOLERANCE:.0e}"
         )
         text = (
-            f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they "
+            f"rows of the loops differ by {row_space.discarded:.0e} of their size, {limit}, so they "
             f"are taken as the same (bars "
             "that are parallel to the last digits of the file); if all of them are meant to hold, "
             "give the file more digits"
         )
-        yield Diagnostic("posture", profile.robot.name, choice.discarded, text)
+        yield Diagnostic("posture", profile.robot.name, row_space.discarded, text)
 
 
 def contact_impulses(profile: ShockProfile) -> Array:

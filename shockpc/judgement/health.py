@@ -47,7 +47,7 @@ def health_of(profile: ShockProfile) -> Health:
     """How far to trust a profile."""
     proof = profile.proof
     return Health(
-        rank=len(profile.choice.rows),
+        rank=len(profile.row_space.rows),
         rows=len(proof.impulse),
         error_bound=float(np.max(proof.bounds)),
         body_error_bounds=tuple(map(float, proof.bounds)),

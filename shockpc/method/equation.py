@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, RowChoice, column_sizes, independent_rows
+from shockpc.core.impulse import TOLERANCE, RowSpace, column_sizes, independent_rows
 from shockpc.core.inertia import Inertia, definite, diagonal_of, matrix_of
 from shockpc.core.spatial import Array, Plane
 from shockpc.method.approach import Motion, approach_speeds
@@ -104,7 +104,7 @@ class Equation(NamedTuple):
             np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0)
         )
 
-    def row_choice(self, most: tuple[int, float], scale: Array | None = None) -> RowChoice:
+    def row_space(self, most: tuple[int, float], scale: Array | None = None) -> RowSpace:
         """Which rows of the first posture are independent, by their singular values in doubles.
 
         Args:

@@ -75,16 +75,16 @@ def _impulses(proof: LandingProof) -> tuple[Array, Array]:
     """The matrices of the impulses of contacts and standing feet (nc, 3, 4), and through the joints
     (nj, 7, 4).
     """
-    landing, choice = proof.landing, proof.choice
+    landing, row_space = proof.landing, proof.row_space
     equation = landing.equation(landing.state)._replace(G=None)
     solution = Solution(
         proof.delta_qd[None],
         proof.impulse[None],
         np.ones((1, len(proof.impulse))),
-        np.array([len(choice.rows)]),
+        np.array([len(row_space.rows)]),
         np.ones(1),
-        {0: choice},
-        {0: proof.impulse[choice.rows]},
+        {0: row_space},
+        {0: proof.impulse[row_space.rows]},
     )
     strikes = np.concatenate([np.eye(3), np.zeros((1, 3))])
     impact = DoubleImpact(landing, equation, solution, proof.jumps[None], strikes=strikes[None])
@@ -99,7 +99,7 @@ def _impulses(proof: LandingProof) -> tuple[Array, Array]:
         return np.asarray(np.where(np.abs(parts) < least, 0.0, parts).transpose(1, 2, 0))
 
     loads = matrices("joint", "along", "force", "moment")
-    return matrices("contact", "impulse"), loads if choice.unique.all() else np.full_like(
+    return matrices("contact", "impulse"), loads if row_space.unique.all() else np.full_like(
         loads, np.nan
     )
 

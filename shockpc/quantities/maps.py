@@ -334,7 +334,7 @@ def _impulses(landing: Landing, equation: Equation, solution: Solution) -> Array
                 @ block_axes(equation.state, block)[:, : len(block.forces)]
             )[:, 0]
         )
-        for k, choice in solution.choices.items():
-            if not choice.unique[forces].all():
+        for k, row_space in solution.row_spaces.items():
+            if not row_space.unique[forces].all():
                 parts[-1][k] = np.nan
     return np.stack(parts, axis=1)

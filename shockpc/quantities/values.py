@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.frozen import frozen
-from shockpc.core.impulse import RowChoice
+from shockpc.core.impulse import RowSpace
 from shockpc.core.spatial import Array, read_only
 from shockpc.core.threads import one_thread
 from shockpc.impact.companions import Companions, Other
@@ -86,9 +86,9 @@ class LandingValues(OfLanding):
         return self.companions.refused
 
     @property
-    def choice(self) -> RowChoice:
+    def row_space(self) -> RowSpace:
         """The rows that are independent."""
-        return self.proof.choice
+        return self.proof.row_space
 
     @property
     def redundant(self) -> bool:
@@ -96,7 +96,7 @@ class LandingValues(OfLanding):
 
         Their impulses are then one solution of many.
         """
-        return len(self.choice.rows) < len(self.proof.impulse)
+        return len(self.row_space.rows) < len(self.proof.impulse)
 
     @cached_property
     def health(self) -> Health:

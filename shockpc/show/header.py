@@ -406,7 +406,7 @@ def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
     by what rounding leaves.
     """
     block, rows = profile.landing.blocks[i], slices_of(profile.landing.blocks)[i]
-    for combination in profile.choice.infeasible:
+    for combination in profile.row_space.infeasible:
         axis = combination[rows][: len(block.forces)] @ block.forces
         length = float(np.linalg.norm(axis))
         if length > SHARE:

@@ -1,9 +1,9 @@
-"""Eq. 4 of one posture enclosed: which rows are independent, and the balls of that choice."""
+"""Eq. 4 of one posture enclosed: which rows are independent, and the balls with these."""
 
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-from shockpc.core.impulse import RowChoice, Solution
+from shockpc.core.impulse import RowSpace, Solution
 from shockpc.method.equation import Equation, Posed
 from shockpc.method.exact.arithmetic import SingularError
 from shockpc.method.exact.proof import Proof
@@ -16,9 +16,9 @@ def enclosed(
     posed: Posed,
     solution: Solution,
     most: Callable[[int], tuple[int, float]],
-    made: Callable[[Posed, RowChoice], P],
+    made: Callable[[Posed, RowSpace], P],
 ) -> P | None:
-    """The proof with the first choice of rows that balls find independent; None if there is none.
+    """The proof with the first rows that balls find independent; None if there are none.
 
     Args:
         equation: Eq. 4 in the posture (N = 1).
@@ -31,9 +31,9 @@ def enclosed(
     Raises:
         SingularError: no inertia resists a motion.
     """
-    for choice in _choices(equation, solution, most):
+    for row_space in _row_spaces(equation, solution, most):
         try:
-            proof = made(posed, choice)
+            proof = made(posed, row_space)
         except SingularError as singular:
             if singular.of_inertia:
                 raise
@@ -43,14 +43,14 @@ def enclosed(
     return None
 
 
-def _choices(
+def _row_spaces(
     equation: Equation, solution: Solution, most: Callable[[int], tuple[int, float]]
-) -> Iterator[RowChoice]:
-    """Choices of independent rows: that of the solution; or all, which are looked at more closely
-    if balls find that they are not.
+) -> Iterator[RowSpace]:
+    """Row spaces to be tried: that of the solution; or all rows, and if balls find that these are
+    dependent, that of their singular values.
     """
-    if solution.choices:
-        yield solution.choices[0]
+    if solution.row_spaces:
+        yield solution.row_spaces[0]
         return
-    yield RowChoice.every(len(equation.b[0]))
-    yield equation.row_choice(most(0), solution.scale[0])
+    yield RowSpace.every(len(equation.b[0]))
+    yield equation.row_space(most(0), solution.scale[0])

@@ -13,7 +13,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from flint import ctx
 
-from shockpc.core.impulse import RowChoice
+from shockpc.core.impulse import RowSpace
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.method.equation import Posed
 from shockpc.method.exact.arithmetic import SingularError
@@ -42,11 +42,11 @@ class Proof:
 
     Args:
         posed: the system in its posture, and what is held.
-        choice: which of the rows are independent.
+        row_space: which of the rows are independent.
 
     Attributes:
         posed: the system in its posture, and what is held.
-        choice: which of the rows are independent.
+        row_space: which of the rows are independent.
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for
             strikes of 1 m/s along world x, y and z and for the motion before the impact [rad/s,
             m/s]; the doubles nearest to the exact ones.
@@ -60,9 +60,9 @@ class Proof:
         SingularError: no inertia resists a motion, or the rows depend on one another.
     """
 
-    def __init__(self, posed: Posed, choice: RowChoice) -> None:
-        self.posed, self.choice = posed, choice
-        freeze(choice)
+    def __init__(self, posed: Posed, row_space: RowSpace) -> None:
+        self.posed, self.row_space = posed, row_space
+        freeze(row_space)
         self._bits, self._numbers = LEAST_BITS, None
         length = posed.system.robot.rotation_lengths
         self.jumps, self.bounds = map(
@@ -113,7 +113,7 @@ class Proof:
                 with ctx.workprec(self._bits):
                     try:
                         if self._numbers is None:
-                            solution = BallSolution(self.posed, self.choice)
+                            solution = BallSolution(self.posed, self.row_space)
                             self._numbers = self.numbers_of(solution)
                         values: Any = compute(self._numbers, *arguments)
                         if size is not None:
@@ -145,7 +145,7 @@ class Proof:
             SingularError: there is no solution.
         """
         with PRECISION, ctx.workprec(self.bits):
-            return compute(BallSolution(posed, self.choice, data))
+            return compute(BallSolution(posed, self.row_space, data))
 
 
 def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:

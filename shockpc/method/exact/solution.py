@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.impulse import RowChoice
+from shockpc.core.impulse import RowSpace
 from shockpc.core.spatial import Array, body_jumps, in_body_axes
 from shockpc.method.approach import Motion, approach_speeds
 from shockpc.method.constraints import ConstraintBlock, block_wrenches, row_jacobian
@@ -46,13 +46,13 @@ class ExactSolution:
 
     Args:
         posed: the system in its posture, and what is held.
-        choice: which of the rows are independent.
+        row_space: which of the rows are independent.
         data: the robot's numbers; by default as loaded.
 
     Attributes:
         arithmetic: of its numbers.
         posed: the system in its posture, and what is held.
-        choice: which of the rows are independent.
+        row_space: which of the rows are independent.
         before: the motion before the impact, which may be set until the speeds are read.
         state: the robot in the posture (N = 1).
 
@@ -64,10 +64,10 @@ class ExactSolution:
     arithmetic: Arithmetic
     before: Motion | None
 
-    def __init__(self, posed: Posed, choice: RowChoice, data: Data | None = None) -> None:
+    def __init__(self, posed: Posed, row_space: RowSpace, data: Data | None = None) -> None:
         system = posed.system
         robot = system.robot
-        self.posed, self.choice = posed, choice
+        self.posed, self.row_space = posed, row_space
         self.before = system.before
         self._data = data or data_of(robot)
         self.state, self._places, self._origins = forward_kinematics(
@@ -178,7 +178,7 @@ class ExactSolution:
         """Free velocities (ny, r) by unit impulses along the independent rows, and the Delassus
         matrix (r, r) of these.
         """
-        J = self.arithmetic.matrix(self._rows[self.choice.rows.tolist()])
+        J = self.arithmetic.matrix(self._rows[self.row_space.rows.tolist()])
         X = self._by_inertia(J.transpose())
         return X, self.arithmetic.symmetric(J * X)
 
@@ -188,7 +188,7 @@ class ExactSolution:
         4).
         """
         X, delassus = self._by_rows
-        b = self.arithmetic.matrix(self.speeds[0, self.choice.rows.tolist()])
+        b = self.arithmetic.matrix(self.speeds[0, self.row_space.rows.tolist()])
         # λ = −(J_c H⁻¹ J_cᵀ)⁻¹ b,   Δẏ = H⁻¹ J_cᵀ λ
         impulse = -solve(delassus, b)
         return X * impulse, impulse
@@ -201,7 +201,7 @@ class ExactSolution:
     @cached_property
     def impulse(self) -> Numbers:
         """Impulses (1, nc, 4) along all rows, of the ground on the robot [N s]."""
-        distribution = self.choice.distribution
+        distribution = self.row_space.distribution
         if distribution.shape[0] == distribution.shape[1]:
             return self.independent_impulse
         return entries(self.arithmetic.matrix(distribution) * self._solution[1])[None]
@@ -209,8 +209,8 @@ class ExactSolution:
     @cached_property
     def independent_impulse(self) -> Numbers:
         """The same (1, nc, 4) with none along rows that depend on others."""
-        impulse = self.exact(np.zeros((1, len(self.choice.distribution), 4)))
-        impulse[0, self.choice.rows] = entries(self._solution[1])
+        impulse = self.exact(np.zeros((1, len(self.row_space.distribution), 4)))
+        impulse[0, self.row_space.rows] = entries(self._solution[1])
         return impulse
 
     @cached_property

@@ -228,7 +228,7 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
         unit = "N s" if profile.robot.joint(load.joint).unit == "m" else "N m s"
         along = "" if math.isnan(moment) else f", {rounded(moment)} {unit} along its axis"
         force = f"{load.joint} {rounded(sizes.max())} N s{along}"
-        if not profile.choice.unique.all():
+        if not profile.row_space.unique.all():
             force = "not determined, because rows are redundant"
         elif any(one.kind == "size" for one in warnings):
             force = "not determined, because the mechanism is singular or redundant here"

@@ -242,7 +242,7 @@ def _largest(profile: ShockProfile) -> tuple[float, str]:
     )
     if (
         not places
-        or not profile.choice.unique.all()
+        or not profile.row_space.unique.all()
         or any(one.kind == "size" for one in profile.health.warnings)
     ):
         return math.nan, "not determined" if places else "no joint"

@@ -141,7 +141,7 @@ def live_landing(
             contacts=tuple(_tilted(block, T) for block in contacts),
             stance=tuple(_tilted(block, T) for block in stance),
         )
-        rows = symbols.RowChoice.every(sum(block.size for block in here.blocks))
+        rows = symbols.RowSpace.every(sum(block.size for block in here.blocks))
         changed = data._replace(mass=mass, inertia=inertia)
         solution = symbols.SymbolSolution(here.posed, rows, changed)
         impact = symbols.SymbolImpact(solution, here)

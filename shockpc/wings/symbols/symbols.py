@@ -14,7 +14,7 @@ from typing import Any, Literal, NoReturn, Self
 import casadi
 import numpy as np
 
-from shockpc.core.impulse import RowChoice
+from shockpc.core.impulse import RowSpace
 from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array, cross
 from shockpc.impact.exact_impact import ExactImpact
@@ -267,7 +267,7 @@ class SymbolSolution(ExactSolution):
         """
         # In Pinocchio's order of the free velocities, whose last is the first here.
         signs = np.where(np.arange(len(self._sizes))[::-1] * 2654435761 % 7 < 4, 1.0, -1.0)
-        J = self._rows[self.choice.rows.tolist()]
+        J = self._rows[self.row_space.rows.tolist()]
         X = entries(
             self._by_inertia(self.arithmetic.matrix(np.column_stack([J.T, self._sizes * signs])))
         )
@@ -278,7 +278,7 @@ class SymbolSolution(ExactSolution):
         """As of `ExactSolution`."""
         X = self._responses[0]
         return X, self.arithmetic.symmetric(
-            self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X
+            self.arithmetic.matrix(self._rows[self.row_space.rows.tolist()]) * X
         )
 
     @cached_property
@@ -350,7 +350,7 @@ class SymbolImpact(ExactImpact):
             SingularError: no inertia resists a motion, or the rows depend on one another, in any
                 posture.
         """
-        rows = RowChoice.every(sum(block.size for block in landing.blocks))
+        rows = RowSpace.every(sum(block.size for block in landing.blocks))
         solution = SymbolSolution(landing.posed._replace(q=_symbols(q)), rows)
         solution.set_motion(_symbols(before))
         moving = replace(landing, q=solution.posed.q, before=solution.before or landing.before)

@@ -376,7 +376,7 @@ class Predictor:
                     messages |= dict.fromkeys(rows.tolist(), str(group.error))
                     continue
                 block = postures(group.landing.without_stops, group.Q, ())
-                equation, unclear = block.equation, list(block.solution.choices)
+                equation, unclear = block.equation, list(block.solution.row_spaces)
                 if shared := friction_problems(block.landing, equation, equation.b[:, None, :, 3]):
                     clear = np.delete(np.arange(len(rows)), unclear)
                     problems.append(
