@@ -148,7 +148,7 @@ STUDIES = {
     ),
     "improve": (
         lambda _: shockpc.improve(
-            FOOT, ["shock@imu_link"], vary={"LF_KFE": "-80:-60"}, any_ground=True, starts=0
+            FOOT, "shock@imu_link", vary={"LF_KFE": "-80:-60"}, any_ground=True, starts=0
         ),
         lambda found: len(found.variables),
         {"variable": ""},

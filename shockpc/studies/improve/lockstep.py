@@ -26,7 +26,7 @@ T = TypeVar("T")
 def in_lockstep(
     runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: Callable[[Array], Sequence[Any]]
 ) -> list[T]:
-    """What runs return.
+    """The results of the runs, in their order.
 
     Args:
         runs: each takes a function that answers for one point (n,).
@@ -36,8 +36,11 @@ def in_lockstep(
         BaseException: what a run or the computation raised, or an interruption; the other runs end
             when they ask next.
     """
-    results, errors = dict[int, T](), dict[int, BaseException]()
-    messages, answers = SimpleQueue[tuple[int, Array | None]](), [SimpleQueue[Any]() for _ in runs]
+    results = dict[int, T]()
+    errors = dict[int, BaseException]()
+    # Runs send (number, point), or (number, None) when they end.
+    messages = SimpleQueue[tuple[int, Array | None]]()
+    answers = [SimpleQueue[Any]() for _ in runs]
 
     def start(k: int) -> None:
         def ask(point: Array) -> Any:
@@ -59,17 +62,18 @@ def in_lockstep(
         asking = len(runs)
         while asking:
             # Every run that has not ended asks once, or ends.
-            points = dict(
-                sorted(
-                    (k, point)
-                    for k, point in [messages.get() for _ in range(asking)]
-                    if point is not None
-                )
-            )
+            points = dict[int, Array]()
+            for _ in range(asking):
+                k, point = messages.get()
+                if point is not None:
+                    points[k] = point
             if errors:
                 raise errors[min(errors)]
-            if asking := len(points):
-                for k, answer in zip(points, compute(np.array(list(points.values()))), strict=True):
+            asking = len(points)
+            if asking:
+                numbers = sorted(points)
+                computed = compute(np.array([points[k] for k in numbers]))
+                for k, answer in zip(numbers, computed, strict=True):
                     answers[k].put(answer)
     finally:
         for queue in answers:

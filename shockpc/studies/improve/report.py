@@ -4,7 +4,8 @@ landing changes.
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,186 +14,180 @@ from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_text
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, size_at_place
 from shockpc.studies.compare.report import compare_report
-from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, compare
-from shockpc.studies.improve.study import DriveEnd, Improvement
+from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, Comparison, compare
+from shockpc.studies.improve.study import Improvement
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import few
+
+SECTIONS = 4
+"""Sections of the comparison that the short report shows."""
 
 
 def improve_report(study: Improvement) -> Report:
     """The optimum."""
+    quantity = study.cost.quantity
     worst = {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
-    quantities = [cost.quantity for cost in study.costs]
-    further = [
-        text
-        for text in quantities
-        if "," not in text and text.partition("@")[0] not in (*STANDARD, *WITH_FRICTION)
-    ]
-    compared = compare_report(
-        compare([Design(label, one.scene, one.robot) for label, one in worst.items()], further)
+    compared = compare_report(_compared(quantity, worst))
+    picture = Picture(
+        "runs",
+        "the target over the steps of the runs",
+        "studies.improve.figure:draw_runs",
+        (study,),
     )
-    sheets: dict[str, Callable[[], Sheet]] = {"variables": lambda: _variables(study)}
-    figures = [
-        Picture(
-            "runs",
-            "the target over the steps of the runs",
-            "studies.improve.figure:draw_runs",
-            (study,),
-        )
-    ]
-    if study.front:
-        sheets["front"] = lambda: _front(study)
-        figures.append(
-            Picture(
-                "front", "the front of two numbers", "studies.improve.figure:draw_front", (study,)
-            )
-        )
+    moves = _moves(study)
 
     def body(full: bool) -> Iterator[Section]:
         yield Lines([*shared_lines(study.after), *_lines(study)])
-        yield from (make() for make in sheets.values())
-        if _moves(study):
+        yield _variables(study)
+        if moves:
             yield _drives(study)
-        yield from figures
-        yield from itertools.islice(compared.body(full), None if full else 4)
+        yield picture
+        yield from itertools.islice(compared.body(full), None if full else SECTIONS)
         if not full:
             yield Lines(["--out writes how the other numbers change"])
 
+    sheets: dict[str, Callable[[], Sheet]] = {
+        "variables": lambda: _variables(study),
+        "quantities": lambda: _quantities(study),
+        "compare": compared.sheets["compare"],
+    }
+    if "drives" in compared.sheets:
+        sheets["compare_drives"] = compared.sheets["drives"]
+    if study.ends:
+        sheets["drives"] = lambda: _drives(study)
+
+    def scenes(folder: Path) -> dict[str, str]:
+        profiles = enumerate(study.after.values(), start=1)
+        return {f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in profiles}
+
     return Report(
         name="improve",
-        title=f"Optimum of {few(list(map(at_place, quantities)), 2)}",
+        title=f"Optimum of {at_place(quantity)}",
         body=body,
-        lead=1 + 2 * len(figures) + _moves(study),
+        lead=3 + moves,
         closing=compared.closing,
         warnings=shared_warnings(study.after),
-        sheets={
-            **sheets,
-            "quantities": lambda: _quantities(study),
-            "compare": compared.sheets["compare"],
-        }
-        | ({"compare_drives": compared.sheets["drives"]} if "drives" in compared.sheets else {})
-        | ({"drives": lambda: _drives(study)} if study.ends else {}),
+        sheets=sheets,
         tables=True,
         document=lambda: _document(study),
-        more=lambda folder: {
-            f"optimum-{k}.toml": scene_text(profile.scene, folder)
-            for k, profile in enumerate(study.after.values(), start=1)
-        },
-        landings={f"{label}: {study.worst}": one for label, one in worst.items()},
+        more=scenes,
+        landings={f"{label}: {study.worst}": profile for label, profile in worst.items()},
     )
+
+
+def _compared(quantity: str, landings: Mapping[str, ShockProfile]) -> Comparison:
+    """The worst landing as given and at the optimum, compared in the standard quantities, and in
+    the quantity if it is another one.
+    """
+    key, _, places = quantity.partition("@")
+    is_standard = key in (*STANDARD, *WITH_FRICTION)
+    # A place with an offset is one of the scene's points.
+    more = [] if is_standard or "," in places else [quantity]
+    designs = [Design(label, profile.scene, profile.robot) for label, profile in landings.items()]
+    return compare(designs, more)
+
+
+def _with_unit(study: Improvement, value: float) -> str:
+    """A value of the number, with its unit."""
+    return f"{value:.4g} {study.cost.column.unit}".removesuffix(" -")
 
 
 def _lines(study: Improvement) -> list[tuple[str, str]]:
     """Before and after, what holds the optimum, and how far it can be trusted."""
-    lines, over = (
-        list[tuple[str, str]](),
-        f", the worst of {len(study.after)} landings" if len(study.after) > 1 else "",
-    )
-    for cost, (before, after) in zip(study.costs, study.values, strict=True):
-        gain = (
-            f" ({100.0 * (after / before - 1.0):+.3g} %)"
-            if before and math.isfinite(after / before)
-            else ""
-        )
-        unit = f" {cost.column.unit}".removesuffix(" -")
-        lines.append(
-            (at_place(cost.quantity), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}")
-        )
-    lines += _over_drives(study)
-    cost = study.costs[0]
-    before, after = cost.column.selection.worse(np.array(study.values[0]))
-    if math.isnan(study.values[0][0]):
-        lines.append(("as given", "the number has no value"))
-    elif math.isclose(before, after, rel_tol=1e-6):
-        lines.append(("as given", "no point is better, by more than a millionth"))
-    elif after > before:
-        differing = [one.name for one in study.variables if math.isnan(one.before)]
-        outside = [
-            one.name
-            for one, (low, high) in zip(study.variables, cost.bounds, strict=True)
-            if not low <= one.before <= high
-        ]
-        reason = (
-            f"it lies outside the range of {few(outside, 4)}"
-            if outside
-            else "it misses constraints"
-        )
-        if differing:
-            reason = f"there the joints of {few(differing, 4)} differ, which have one value here"
-        lines.append(("as given", f"better than the optimum: {reason}"))
+    before, after = study.values
+    number = f"{_with_unit(study, before)} → {_with_unit(study, after)}"
+    if before and math.isfinite(after / before):
+        number += f" ({100.0 * (after / before - 1.0):+.3g} %)"
+    if len(study.after) > 1:
+        number += f", the worst of {len(study.after)} landings"
+    lines = [(at_place(study.cost.quantity), number), *_over_drives(study)]
+    as_given = _as_given(study)
+    if as_given:
+        lines.append(("as given", as_given))
+    if study.chosen:
+        lines.append(("by default", "; ".join(study.chosen)))
     bounds = [f"{one.name} at its {one.bound} value" for one in study.variables if one.bound]
-    lines += [("by default", "; ".join(study.chosen))] if study.chosen else []
+    holding = few([*bounds, *study.active], 6)
+    lines.append(("held by", holding or "nothing: it lies inside all ranges and constraints"))
+    slopes = "exact derivatives" if study.cost.exact else "differences"
     lines.append(
         (
-            "held by",
-            few([*bounds, *study.active], 6)
-            or "nothing: it lies inside all ranges and constraints",
+            "runs",
+            f"{count(len(study.runs), 'run')} by {slopes}, {study.agreeing} of them to within 1 % "
+            f"of the optimum; seed {study.seed}; a better optimum may exist",
         )
     )
-    slopes = "exact derivatives" if cost.exact else "differences"
-    runs = (
-        f"{count(len(study.runs), 'run')} by {slopes}, {study.agreeing} of them to within 1 % of "
-        f"the optimum; seed {study.seed}"
-    )
-    lines.append(("runs", f"{runs}; a better optimum may exist"))
-    profiles = (*study.before.values(), *study.after.values())
-    unproven = any(
-        cost.column.selection.quantity.of_ground(profile.scene)
-        for cost in study.costs
-        for profile in profiles
-    )
-    proof = proof_text(max(profile.health.error_bound for profile in profiles))
-    lines.append(
-        (
-            "accuracy",
-            "both values in double precision" if unproven else f"both values: {proof}",
-        )
-    )
+    lines.append(("accuracy", _accuracy(study)))
     return lines
+
+
+def _as_given(study: Improvement) -> str:
+    """How the landing as given compares with the optimum, if that is no better; else nothing."""
+    if math.isnan(study.values[0]):
+        return "the number has no value"
+    before, after = study.cost.column.selection.worse(np.array(study.values))
+    if math.isclose(before, after, rel_tol=1e-6):
+        return "no point is better, by more than a millionth"
+    if not after > before:
+        return ""
+    differing = [one.name for one in study.variables if math.isnan(one.before)]
+    outside = []
+    for one, (low, high) in zip(study.variables, study.cost.bounds, strict=True):
+        if not low <= one.before <= high:
+            outside.append(one.name)
+    reason = "it misses constraints"
+    if differing:
+        reason = f"there the joints of {few(differing, 4)} differ, which have one value here"
+    elif outside:
+        reason = f"it lies outside the range of {few(outside, 4)}"
+    return f"better than the optimum: {reason}"
+
+
+def _accuracy(study: Improvement) -> str:
+    """How both values are known."""
+    profiles = (*study.before.values(), *study.after.values())
+    quantity = study.cost.column.selection.quantity
+    if any(quantity.of_ground(profile.scene) for profile in profiles):
+        return "both values in double precision"
+    return f"both values: {proof_text(max(profile.health.error_bound for profile in profiles))}"
 
 
 def _moves(study: Improvement) -> bool:
     """Whether the optimum depends on the drives."""
-    return any(isinstance(one, ShockError) or study.moves(one) for one in study.ends.values())
+    return any(isinstance(end, ShockError) or study.moves(end) for end in study.ends.values())
 
 
 def _drives(study: Improvement) -> Sheet:
     """The number and the optimum as modelled, and with the smallest and the largest inertias of the
     drives.
     """
-    cost, (given, after) = study.costs[0], study.values[0]
-    number = size_at_place(cost.quantity, cost.column)
-    unit = number.partition(" [")[2]
+    cost, (given, after) = study.cost, study.values
+    unit = size_at_place(cost.quantity, cost.column).partition(" [")[2]
     names = [
         f"{what} [{unit}"
         for what in ("as given", "at the optimum as modelled", "at the best found")
     ]
-    modelled = [given, after, after, *study.x.tolist()]
-    found: dict[str, Sequence[str | float | None]] = {
-        end: _column(one, len(modelled)) for end, one in study.ends.items()
+    columns: dict[str, Sequence[str | float | None]] = {
+        "number or variable": [*names, *cost.names],
+        "as modelled": [given, after, after, *study.x.tolist()],
     }
+    for end, result in study.ends.items():
+        if isinstance(result, ShockError):
+            columns[end] = [None] * (len(names) + len(study.x))
+        else:
+            columns[end] = [result.given, result.there, result.best, *result.x.tolist()]
     notes = [
         "best found: by runs from the optimum as modelled and from the landing as given",
         BEYOND,
     ]
-    columns: dict[str, Sequence[str | float | None]] = {
-        "number or variable": [*names, *cost.names],
-        "as modelled": modelled,
-    }
-    return Sheet.of(AT_BOTH, columns | found, notes)
-
-
-def _column(found: DriveEnd | ShockError, size: int) -> list[float | None]:
-    """The numbers and variables of an end. Args: size, how many there are."""
-    if isinstance(found, ShockError):
-        return [None] * size
-    return [found.given, found.there, found.best, *found.x.tolist()]
+    return Sheet.of(AT_BOTH, columns, notes)
 
 
 def _over_drives(study: Improvement) -> list[tuple[str, str]]:
@@ -205,35 +200,33 @@ def _over_drives(study: Improvement) -> list[tuple[str, str]]:
             "1 cm)"
         )
         return [("drives", f"from {BETWEEN}, {least}")]
-    lines, unit = list[tuple[str, str]](), f" {study.costs[0].column.unit}".removesuffix(" -")
-    for end, found in study.ends.items():
-        if isinstance(found, ShockError):
-            lines.append((f"{end} drives", f"no answer: {found}"))
+    lines = []
+    for end, result in study.ends.items():
+        if isinstance(result, ShockError):
+            lines.append((f"{end} drives", f"no answer: {result}"))
             continue
-        there = (
-            "misses a constraint at this optimum"
-            if math.isnan(found.there)
-            else f"→ {found.there:.4g}{unit} at this optimum"
-        )
-        best = (
-            "none is found"
-            if math.isnan(found.best)
-            else f"{found.best:.4g}{unit} at the best that is found"
-        )
-        lines.append((f"{end} drives", f"{found.given:.4g}{unit} {there}; {best}"))
+        there = f"→ {_with_unit(study, result.there)} at this optimum"
+        if math.isnan(result.there):
+            there = "misses a constraint at this optimum"
+        best = f"{_with_unit(study, result.best)} at the best that is found"
+        if math.isnan(result.best):
+            best = "none is found"
+        given = _with_unit(study, result.given)
+        lines.append((f"{end} drives", f"{given} {there}; {best}"))
     return lines
 
 
 def _variables(study: Improvement) -> Sheet:
+    """What each variable does."""
     notes = [
         "5 %: the range of this variable, up to its bounds and with the others unchanged, in which "
-        "the target is at most 5 % worse "
-        "than at the optimum; 5 % of the value as given where that at the optimum is nearly zero",
+        "the target is at most 5 % worse than at the optimum; 5 % of the value as given where that "
+        "at the optimum is nearly zero",
         "set back, and 5 %: the constraints may not hold there",
     ]
-    if changed := [
-        one.subject for one in study.costs[0].variations if one.kind in (*OF_A_LINK, "place")
-    ]:
+    of_robot = (*OF_A_LINK, "place")
+    changed = [varied.subject for varied in study.cost.variations if varied.kind in of_robot]
+    if changed:
         notes.append(
             f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its "
             f"file"
@@ -242,21 +235,13 @@ def _variables(study: Improvement) -> Sheet:
 
 
 def _quantities(study: Improvement) -> Sheet:
-    rows: list[Row] = [
-        (cost.quantity, cost.column.unit, *values)
-        for cost, values in zip(study.costs, study.values, strict=True)
-    ]
-    return Sheet("numbers", ("quantity", "unit", "as given", "optimum"), rows)
-
-
-def _front(study: Improvement) -> Sheet:
-    numbers = [size_at_place(cost.quantity, cost.column) for cost in study.costs]
-    rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
-    return Sheet("front, in double precision", (*numbers, *study.costs[0].names), rows)
+    """The number as given and at the optimum."""
+    row = (study.cost.quantity, study.cost.column.unit, *study.values)
+    return Sheet("numbers", ("quantity", "unit", "as given", "optimum"), [row])
 
 
 def _document(study: Improvement) -> dict[str, Any]:
-    """The document, schema `shockpc.improve/2`."""
+    """What is no table of the document, schema `shockpc.improve/2`."""
     return {
         "worst": study.worst or None,
         **record(study, "active", "runs", "agreeing", "seed"),

@@ -1,13 +1,10 @@
 """The posture, strike or design with the smallest worst value of a number over some landings,
 within ranges and constraints.
-
-Where two numbers are to be small, one is made small for each of several bounds of the other.
 """
 
 import fnmatch
-import functools
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -58,10 +55,8 @@ SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
 them.
 """
 
-FRONT, END_GAP, BEGUN = 9, 1e-5, 8
-"""Points between the ends of a front; how far from the second number's optimum its end is, as a
-share of the front; and how many
-runs of each point begin at other places than points beside it."""
+ALONE = {"deg": 1.0, "m": 0.01}
+"""By how much an angle or a length changes over the drives for both ends to be given [its unit]."""
 
 
 class Flatness(NamedTuple):
@@ -86,15 +81,6 @@ class Flatness(NamedTuple):
     high: float
 
 
-class FrontPoint(NamedTuple):
-    """A point of the front of two numbers: their worst values (2,), in double precision, and the
-    variables (n,).
-    """
-
-    values: Array
-    x: Array
-
-
 class DriveEnd(NamedTuple):
     """An improvement with other drives.
 
@@ -117,37 +103,34 @@ class Improvement:
     """An optimum.
 
     Attributes:
-        costs: what was improved, of each quantity.
+        cost: what was improved.
         x: (n,) the variables at the optimum.
         before: proven profiles of the landings as they are given, by name.
         after: those at the optimum.
-        values: the numbers, each the worst of the landings as given and at the optimum, proven
-            [their units].
+        values: the number in the worst of the landings as given, and at the optimum, proven [its
+            unit].
         worst: name of the landing that is the worst at the optimum.
         active: the constraints that hold it there, and the landings that are as bad as the worst.
         variables: what each does.
         runs: target of each run, the best first, step by step, in double precision; NaN where the
             constraints do not hold.
         agreeing: how many runs end within 1 % of the optimum.
-        front: of two numbers, in increasing order of the first; empty for one.
         seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
-        ends: of the first number, with all drives at the smallest inertias that what is known
-            allows, and at the largest, or why there is none; empty where all are known exactly, or
-            vary.
+        ends: with all drives at the smallest inertias that what is known allows, and at the
+            largest, or why there is none; empty where all are known exactly, or vary.
     """
 
-    costs: tuple[ShockCost, ...] = field(repr=False)
+    cost: ShockCost = field(repr=False)
     x: Array
     before: dict[str, ShockProfile] = field(repr=False)
     after: dict[str, ShockProfile] = field(repr=False)
-    values: tuple[tuple[float, ...], ...]
+    values: tuple[float, float]
     worst: str
     active: tuple[str, ...]
     variables: tuple[Flatness, ...]
     runs: tuple[Array, ...] = field(repr=False)
     agreeing: int
-    front: tuple[FrontPoint, ...]
     seed: int
     chosen: tuple[str, ...]
     ends: Mapping[End, DriveEnd | ShockError] = field(default_factory=dict, repr=False)
@@ -162,11 +145,13 @@ class Improvement:
         """Whether the number at the optimum differs by more than 1 %, or a variable by 1 degree, 1
         cm or 1 % of its range.
         """
-        (_, after), cost = self.values[0], self.costs[0]
-        if not all(math.isclose(after, value, rel_tol=MOVED) for value in (end.there, end.best)):
-            return True
-        alone = {"deg": 1.0, "m": 0.01}
-        most = [alone.get(one.unit, MOVED * np.ptp(one.ends)) for one in cost.variations]
+        _, optimum = self.values
+        for value in (end.there, end.best):
+            if not math.isclose(optimum, value, rel_tol=MOVED):
+                return True
+        most = [
+            ALONE.get(varied.unit, MOVED * np.ptp(varied.ends)) for varied in self.cost.variations
+        ]
         return bool(np.any(np.abs(end.x - self.x) > most))
 
     @property
@@ -201,29 +186,25 @@ class Improvement:
 )
 def improve(
     landings: Scene | str | Mapping[str, Scene | str],
-    quantities: Annotated[
-        str | Sequence[str],
+    quantity: Annotated[
+        str | None,
         Option(
-            "A quantity (see shockpc quantities) at a place, or at the worst of several. Two give "
-            "a Pareto front.",
+            "A quantity (see shockpc quantities) at a place, or at the worst of several.",
             "Question",
             "KEY@PLACES",
-            "quantity",
             holds="quantity",
-            default="shock at the points of --at, at the IMU, or at the trunk's centre of mass",
+            default="shock at the point of --at, at the IMU, or at the trunk's centre of mass",
         ),
-    ] = (),
+    ] = None,
     robot: Robot | None = None,
     *,
     vary: Annotated[
         Vary,
         Option(
             "A variable and its range: joints [deg; m if prismatic], base-pitch, strike-angle, "
-            "mass:LINK or place:JOINT with "
-            "factors such as 0.8x:1.2x, and other names that sweep varies. All joints that match a "
-            "glob with a range have the "
-            "same value; without a range each has its limits. Default: the joints between the "
-            "trunk and the contact.",
+            "mass:LINK or place:JOINT with factors such as 0.8x:1.2x, and other names that sweep "
+            "varies. All joints that match a glob with a range have the same value; without a "
+            "range each has its limits. Default: the joints between the trunk and the contact.",
             "Search",
             "NAME=LOW:HIGH",
         ),
@@ -275,16 +256,13 @@ def improve(
 ) -> Improvement:
     """Find where a number is the least bad in the worst of some landings.
 
-    Of two quantities the optimum is that of the first.
-
     Args:
         landings: one landing, or landings of one robot by name.
         robot: the scenes' robot, if it is loaded already.
         trace: collects what each stage cost.
 
     Raises:
-        StudyError: no point meets the constraints, a quantity is not to be less or greater, or
-            there are more than two.
+        StudyError: no point meets the constraints, or a quantity is not to be less or greater.
         ShockError: as for `ShockCost`.
     """
     trace = trace or Trace()
@@ -292,174 +270,192 @@ def improve(
     robot = robot or common_robot(scenes)
     scenes = with_default_landings(scenes, robot)
     chosen = list[str]()
-    if not quantities:
-        quantities = _usual_quantities(robot, scenes.values())
+    if quantity is None:
+        quantity = _usual_quantity(robot, scenes.values())
         if not any(scene.point for scene in scenes.values()):
-            chosen.append(f"quantity {', '.join(quantities)}")
-    texts = (quantities,) if isinstance(quantities, str) else tuple(quantities)
-    if len(texts) > 2 or len(set(texts)) < len(texts):
-        raise StudyError(
-            f"improve takes one quantity or two different ones, got {', '.join(texts)}; --keep "
-            f"bounds others"
-        )
-    scenes = {
-        label.strip(): one
-        for name, scene in scenes.items()
-        for label, one in scene_grid(name, scene, robot, pairs(over)).items()
-    }
-    taken = _subjects(robot, over)
+            chosen.append(f"quantity {quantity}")
+    scenes = _repeated(scenes, robot, over)
+    repeated = _subjects(robot, over)
     if not vary:
-        vary = {
-            name: values
-            for name, values in _near_joints(robot, scenes).items()
-            if name not in taken
-        }
-        if robot.loops or not vary:
-            why = (
-                "loops move its joints together"
-                if robot.loops
-                else "no joint that carries what strikes is free to move"
-            )
-            raise StudyError(
-                f"{robot.label}: {why}; name what may change with --vary, such as the joint of a "
-                f"motor"
-            )
-        within = (
-            f"the joints that carry what strikes, within {USUAL_RANGE:g} deg of the landing as "
-            f"given and their limits"
+        vary = _usual_variables(robot, scenes, repeated)
+        chosen.append(
+            f"variables {few(list(vary), 12)}, the joints that carry what strikes, within "
+            f"{USUAL_RANGE:g} deg of the landing as given and their limits"
         )
-        chosen.append(f"variables {few(list(vary), 12)}, {within}")
-    if both := taken & _subjects(robot, vary):
+    both = repeated & _subjects(robot, vary)
+    if both:
         raise StudyError(
             f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one"
         )
-    keep = (keep,) if isinstance(keep, str) else tuple(keep)
-    make = functools.partial(ShockCost, scenes, variables=vary, robot=robot, ground=not any_ground)
+
+    def cost_of(scenes: Mapping[str, Scene]) -> ShockCost:
+        return ShockCost(scenes, quantity, vary, robot, keep=keep, ground=not any_ground)
+
     with trace.stage("landings"):
-        costs = tuple(make(text, keep=keep) for text in texts)
-    for cost in costs:
-        if cost.column.selection.quantity.worse == "neither":
-            raise StudyError(
-                f"{cost.column.title} is neither better nor worse if it is less; choose another "
-                f"quantity, or --keep it"
-            )
-    cost, *others = costs
-    with trace.stage("runs"):
-        if not np.isfinite(cost.worst(np.stack(starting_points(cost, 1, seed)))).any():
-            # which says why, of a robot that has no landing in any posture
-            profiles(cost.cases(cost.x0))
-        begun = [starting_points(one, starts, seed) for one in costs]
-        runs = search(cost, begun[0])
-    if not np.isfinite(runs[0].value):
-        raise StudyError(_refusal(cost, runs))
-    start, best = cost(cost.x0), runs[0].value
-    agreeing = sum(
-        run.value <= (1.0 + AGREEING) * best + OPTIMUM_TOLERANCE * min(start, 1.0) for run in runs
-    )
-    x = _set_back(cost, runs[0].x, best * (1.0 + OPTIMUM_TOLERANCE))
-    with trace.stage("front"):
-        front = (
-            _front(
-                costs, x, begun[-1], seed, lambda limit: make(cost.quantity, keep=[*keep, limit])
-            )
-            if others
-            else ()
+        cost = cost_of(scenes)
+    if cost.column.selection.quantity.worse == "neither":
+        raise StudyError(
+            f"{cost.column.title} is neither better nor worse if it is less; choose another "
+            f"quantity, or --keep it"
         )
+    with trace.stage("runs"):
+        runs = _runs(cost, starts, seed)
+    best = runs[0].value
+    x = _set_back(cost, runs[0].x, best * (1.0 + OPTIMUM_TOLERANCE))
     with trace.stage("proof"):
-        landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
-        given, after = (profiles(cases) for cases in landed)
-        values = tuple(tuple(_proven(one, found)[0] for found in (given, after)) for one in costs)
+        cases = {name: (scene, robot) for name, scene in cost.scenes.items()}
+        before, after = profiles(cases), profiles(cost.cases(x))
+        given, _ = _proven(cost, before)
+        optimum, worst = _proven(cost, after)
+
     ends: dict[End, DriveEnd | ShockError] = {}
-    if not any(one.kind in DRIVEN for one in cost.variations):
-        modelled = DriveEnd(values[0][0], values[0][1], values[0][1], x)
-
-        def at_end(others: dict[str, Scene]) -> DriveEnd:
-            return _at_end(
-                ShockCost(others, cost.quantity, vary, robot, keep=keep, ground=not any_ground), x
-            )
-
+    if not any(varied.kind in DRIVEN for varied in cost.variations):
+        modelled = DriveEnd(given, optimum, optimum, x)
         with trace.stage("ends of the drives"):
-            ends = at_drive_ends(modelled, landed[0], at_end)
+            ends = at_drive_ends(modelled, cases, lambda scenes: _at_end(cost_of(scenes), x))
     return Improvement(
-        costs,
-        read_only(x),
-        given,
-        after,
-        values,
-        _proven(cost, after)[1],
-        _holding(cost, x),
-        _variables(cost, x),
-        tuple(run.history for run in runs),
-        agreeing,
-        front,
-        seed,
-        tuple(chosen),
-        ends,
+        cost=cost,
+        x=read_only(x),
+        before=before,
+        after=after,
+        values=(given, optimum),
+        worst=worst,
+        active=_holding(cost, x),
+        variables=_variables(cost, x),
+        runs=tuple(run.history for run in runs),
+        agreeing=_agreeing(cost, runs),
+        seed=seed,
+        chosen=tuple(chosen),
+        ends=ends,
     )
 
 
-def _at_end(cost: ShockCost, x: Array) -> DriveEnd:
-    """The improvement with other drives, whose cost this is.
-
-    Args: x, the optimum for the drives as modelled.
-    """
-    landed = {name: (scene, cost.robot) for name, scene in cost.scenes.items()}
-    given = _proven(cost, profiles(landed))[0]
-    there = _proven(cost, profiles(cost.cases(x)))[0] if cost.feasible(x) else math.nan
-    best = search(cost, [x, cost.x0])[0]
-    if not np.isfinite(best.value):
-        return DriveEnd(given, there, math.nan, np.full(len(x), np.nan))
-    found = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
-    return DriveEnd(given, there, _proven(cost, profiles(cost.cases(found)))[0], read_only(found))
+def _repeated(scenes: Mapping[str, Scene], robot: Robot, over: Vary) -> dict[str, Scene]:
+    """The landings by name, each repeated with the values of `over`."""
+    every: dict[str, Scene] = {}
+    for name, scene in scenes.items():
+        for label, varied in scene_grid(name, scene, robot, pairs(over)).items():
+            every[label.strip()] = varied
+    return every
 
 
-def _usual_quantities(robot: Robot, scenes: Collection[Scene]) -> tuple[str, ...]:
-    """The shock at the points of the scenes; without any at the robot's IMU, or at the trunk's
+def _usual_quantity(robot: Robot, scenes: Collection[Scene]) -> str:
+    """The shock at the point of the scenes; without one at the robot's IMU, or at the trunk's
     centre of mass.
+
+    Raises:
+        StudyError: the scenes have several points.
     """
     friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
-    points = [point.label for scene in scenes for point in scene.point] or list(
-        filter(is_imu, sensors(robot))
-    )[:1]
-    usual = [f"shock{friction}@{name}" for name in dict.fromkeys(points)]
-    return tuple(
-        usual
-        or [f"shock_com{friction}@{robot.bodies[landing_of(next(iter(scenes)), robot).trunk].name}"]
-    )
+    points = dict.fromkeys(point.label for scene in scenes for point in scene.point)
+    if len(points) > 1:
+        raise StudyError(
+            f"improve takes one quantity, and there are several points: {few(list(points), 4)}; "
+            f"name one with --quantity"
+        )
+    sensor = next(iter([*points, *filter(is_imu, sensors(robot))]), None)
+    if sensor is not None:
+        return f"shock{friction}@{sensor}"
+    trunk = landing_of(next(iter(scenes)), robot).trunk
+    return f"shock_com{friction}@{robot.bodies[trunk].name}"
 
 
 def _subjects(robot: Robot, varied: Vary) -> set[str]:
     """What is varied; of a pattern the joints that it means."""
-    return {
-        name
-        for subject, _ in pairs(varied)
-        for name in fnmatch.filter(robot.joint_names, subject) or [subject]
-    }
+    subjects: set[str] = set()
+    for subject, _ in pairs(varied):
+        subjects.update(fnmatch.filter(robot.joint_names, subject) or [subject])
+    return subjects
 
 
-def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, tuple[float, float]]:
+def _usual_variables(
+    robot: Robot, scenes: Mapping[str, Scene], repeated: Collection[str]
+) -> dict[str, tuple[float, float]]:
     """Ranges of the joints between the trunk and what strikes, near the first landing as given and
-    within their limits.
+    within their limits [deg, m].
+
+    Args:
+        robot: the robot.
+        scenes: the landings by name.
+        repeated: joints whose values are given.
+
+    Raises:
+        StudyError: there is no such joint, or the robot has loops.
     """
+    if robot.loops:
+        raise _unnamed(robot, "loops move its joints together")
     struck = [
         robot.frame(contact.frame).body for scene in scenes.values() for contact in scene.contact
     ]
-    carrying, q = (
-        np.any(robot.ancestors[struck], axis=0),
-        resolve(next(iter(scenes.values())), robot).q,
-    )
+    carrying = np.any(robot.ancestors[struck], axis=0)
+    q = resolve(next(iter(scenes.values())), robot).q
     ranges = dict[str, tuple[float, float]]()
     for joint in robot.independent_joints:
         low, high = motion_range([joint])
-        if carrying[joint.v].all() and 0.0 < high - low < math.inf:
-            reach, unit = (
-                (math.inf, 1.0)
-                if joint.unit == "m"
-                else (math.radians(USUAL_RANGE), math.degrees(1.0))
-            )
-            value = min(max(joint.value(q), low), high)
-            ranges[joint.name] = unit * max(low, value - reach), unit * min(high, value + reach)
+        if joint.name in repeated or not carrying[joint.v].all():
+            continue
+        if not 0.0 < high - low < math.inf:
+            continue
+        if joint.unit == "m":
+            ranges[joint.name] = low, high
+            continue
+        reach = math.radians(USUAL_RANGE)
+        value = min(max(joint.value(q), low), high)
+        ends = max(low, value - reach), min(high, value + reach)
+        ranges[joint.name] = math.degrees(ends[0]), math.degrees(ends[1])
+    if not ranges:
+        raise _unnamed(robot, "no joint that carries what strikes is free to move")
     return ranges
+
+
+def _unnamed(robot: Robot, why: str) -> StudyError:
+    """That there are no variables by default."""
+    return StudyError(
+        f"{robot.label}: {why}; name what may change with --vary, such as the joint of a motor"
+    )
+
+
+def _runs(cost: ShockCost, starts: int | None, seed: int) -> list[Run]:
+    """Runs from the landing as given and from random points, the best one first.
+
+    Raises:
+        StudyError: none meets the constraints, or has a value.
+        ShockError: there is no landing.
+    """
+    some = np.stack(starting_points(cost, 1, seed))
+    if not np.isfinite(cost.worst(some)).any():
+        # This says why, of a robot that has no landing in any posture.
+        profiles(cost.cases(cost.x0))
+    runs = search(cost, starting_points(cost, starts, seed))
+    if not np.isfinite(runs[0].value):
+        raise StudyError(_refusal(cost, runs))
+    return runs
+
+
+def _agreeing(cost: ShockCost, runs: Sequence[Run]) -> int:
+    """How many runs end near the best one."""
+    most = (1.0 + AGREEING) * runs[0].value + OPTIMUM_TOLERANCE * min(cost(cost.x0), 1.0)
+    return sum(run.value <= most for run in runs)
+
+
+def _at_end(cost: ShockCost, x: Array) -> DriveEnd:
+    """The improvement with other drives.
+
+    Args:
+        cost: with these drives.
+        x: (n,) the optimum for the drives as modelled.
+    """
+    cases = {name: (scene, cost.robot) for name, scene in cost.scenes.items()}
+    given, _ = _proven(cost, profiles(cases))
+    there = math.nan
+    if cost.feasible(x):
+        there, _ = _proven(cost, profiles(cost.cases(x)))
+    best = search(cost, [x, cost.x0])[0]
+    if not np.isfinite(best.value):
+        return DriveEnd(given, there, math.nan, np.full(len(x), np.nan))
+    optimum = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
+    value, _ = _proven(cost, profiles(cost.cases(optimum)))
+    return DriveEnd(given, there, value, read_only(optimum))
 
 
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
@@ -467,140 +463,119 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     measures = cost.measured(np.array([run.x for run in runs]))
     missed = np.isinf(measures) | (cost.constraints & (measures < 0.0))
     k = int(missed.sum(axis=1).argmin())
-    if lacking := [cost.terms[j].column for j in np.flatnonzero(np.isinf(measures[k]))]:
-        profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
-        names, why = (
-            few(list(dict.fromkeys(one.title for one in lacking)), 4),
-            lacking[0].selection.quantity.scope.missing,
+    lacking = [cost.terms[j].column for j in np.flatnonzero(np.isinf(measures[k]))]
+    if lacking:
+        # This says why, where there is no landing.
+        profiles(cost.cases(runs[k].x))
+        names = few(list(dict.fromkeys(column.title for column in lacking)), 4)
+        missing = lacking[0].selection.quantity.scope.missing
+        why = f" ({missing})" if missing else ""
+        return (
+            f"{names} has no value at the best point that was found{why}; choose another quantity "
+            f"or other places, or change the ranges"
         )
-        found = f"{names} has no value at the best point that was found" + (
-            f" ({why})" if why else ""
-        )
-        return f"{found}; choose another quantity or other places, or change the ranges"
-    names = few(list(dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))), 4)
+    texts = dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))
     return (
-        f"no point meets the constraints; the one that comes nearest misses: {names}. Widen a "
-        f"range, or leave a constraint out"
+        f"no point meets the constraints; the one that comes nearest misses: "
+        f"{few(list(texts), 4)}. Widen a range, or leave a constraint out"
     )
 
 
 def _set_back(cost: ShockCost, x: Array, most: float) -> Array:
-    """The optimum, or the landing as given where that is as good; else each variable as given that
-    alone changes nothing.
+    """The optimum (n,), or the landing as given where that is as good; else each variable as given
+    that alone changes nothing.
+
+    Args:
+        cost: of the points.
+        x: (n,) the optimum.
+        most: value of the cost up to which a point is as good.
     """
-    for given in (
-        np.ones(len(x), dtype=bool),
-        *(np.eye(len(x), dtype=bool) & (cost.given == cost.x0)),
-    ):
-        back = np.where(given, cost.x0, x)
+    every = np.ones((1, len(x)), dtype=bool)
+    single = np.eye(len(x), dtype=bool) & (cost.given == cost.x0)
+    for as_given in np.concatenate([every, single]):
+        back = np.where(as_given, cost.x0, x)
         if cost.feasible(back) and cost(back) <= most:
             x = back
     return x
 
 
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
-    """What holds an optimum besides bounds: constraints without slack, and landings that are as bad
-    as the worst.
+    """What holds an optimum (n,) besides bounds: constraints without slack, and landings that are
+    as bad as the worst.
     """
     (measures,) = cost.measured(x[None])
-    worst = ~cost.constraints & (
-        measures >= measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE)
-    )
-    active = np.append(
-        np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE)),
-        np.flatnonzero(worst & (worst.sum() > 1)),
-    )
-    texts = (
-        f"{cost.terms[k].text} "
-        f"({cost.terms[k].landing}){' is as bad as the worst' * bool(worst[k])}"
-        for k in active
-    )
+    texts = []
+    for k in np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE)):
+        texts.append(f"{cost.terms[k].text} ({cost.terms[k].landing})")
+    bad = measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE)
+    worst = np.flatnonzero(~cost.constraints & (measures >= bad))
+    if len(worst) > 1:
+        for k in worst:
+            texts.append(f"{cost.terms[k].text} ({cost.terms[k].landing}) is as bad as the worst")
     return tuple(dict.fromkeys(text.replace(" ()", "") for text in texts))
 
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
-    """What each variable does at an optimum."""
-    n, (low, high), each = len(x), cost.bounds.T, np.eye(len(x), dtype=bool)
-    set_back = np.where(np.isnan(cost.given), np.nan, cost.worst(np.where(each, cost.given, x)))
+    """What each variable does at an optimum (n,)."""
+    each = np.eye(len(x), dtype=bool)
+    as_given = cost.worst(np.where(each, cost.given, x))
+    set_back = np.where(np.isnan(cost.given), np.nan, as_given)
+    flat_low, flat_high = _flat_range(cost, x)
+    low, high = cost.bounds.T
+    edge = OPTIMUM_TOLERANCE * (high - low)
+    variables = []
+    for k, name in enumerate(cost.names):
+        bound = None
+        if x[k] - low[k] <= edge[k]:
+            bound = "minimum"
+        elif high[k] - x[k] <= edge[k]:
+            bound = "maximum"
+        variables.append(
+            Flatness(
+                name=name,
+                before=float(cost.given[k]),
+                after=float(x[k]),
+                bound=bound,
+                set_back=float(set_back[k]),
+                low=float(flat_low[k]),
+                high=float(flat_high[k]),
+            )
+        )
+    return tuple(variables)
+
+
+def _flat_range(cost: ShockCost, x: Array) -> Array:
+    """The smallest and the largest value (2, n) of each variable alone with which the target is at
+    most 5 % worse than at an optimum (n,).
+    """
+    n = len(x)
+    each = np.eye(n, dtype=bool)
     target, before = cost.worst(np.stack([x, cost.x0]))
     # Where the optimum is zero, or nearly, 5 % are those of the value before, if there was one.
-    most = FLAT * (before if target <= OPTIMUM_TOLERANCE * before < np.inf else target)
-    way, shares = cost.bounds.T - x, np.tile(SHARES, (2, n, 1))
+    nearly_zero = target <= OPTIMUM_TOLERANCE * before < np.inf
+    most = FLAT * (before if nearly_zero else target)
+    way = cost.bounds.T - x
+    shares = np.tile(SHARES, (2, n, 1))
     for _ in range(2):
-        X = x + (shares * way[..., None])[..., None] * each[:, None]
+        # A variable at some shares of its way to a bound, the others at the optimum: (2, n, k, n).
+        steps = shares * way[..., None]
+        X = x + steps[..., None] * each[:, None]
+        values = cost.worst(X.reshape(-1, n)).reshape(shares.shape)
         with np.errstate(invalid="ignore"):
-            worse = ~(
-                cost.power * (cost.worst(X.reshape(-1, n)).reshape(shares.shape) - target) <= most
-            )
+            worse = ~(cost.power * (values - target) <= most)
+        # The last share before the first that is worse, and that one.
         beyond = np.logical_or.accumulate(worse, axis=2)
-        near, far = (
-            np.where(beyond, 0.0, shares).max(axis=2),
-            np.where(beyond, shares, shares[..., -1:]).min(axis=2),
-        )
+        near = np.where(beyond, 0.0, shares).max(axis=2)
+        far = np.where(beyond, shares, shares[..., -1:]).min(axis=2)
         shares = np.linspace(near, far, len(SHARES), axis=2)
-    edge = OPTIMUM_TOLERANCE * (high - low)
-    active = np.select([x - low <= edge, high - x <= edge], ["minimum", "maximum"], "").tolist()
-    given, after, *others = (part.tolist() for part in (cost.given, x, set_back, *(x + near * way)))
-    return tuple(
-        map(Flatness, cost.names, given, after, [bound or None for bound in active], *others)
-    )
+    return np.asarray(x + near * way)
 
 
-def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
+def _proven(cost: ShockCost, landed: Mapping[str, ShockProfile]) -> tuple[float, str]:
     """The worst proven value over landings, and the name of the landing."""
     terms = [term for term in cost.terms if term.limit is None]
-    values = [
-        proven_columns(found[term.landing], [term.column])[term.column.name] for term in terms
-    ]
+    values = []
+    for term in terms:
+        values.append(proven_columns(landed[term.landing], [term.column])[term.column.name])
     k = int(cost.column.selection.worse(np.array(values)).argmax())
     return values[k], terms[k].landing
-
-
-def _front(
-    costs: Sequence[ShockCost],
-    x: Array,
-    begun: Sequence[Array],
-    seed: int,
-    bounded: Callable[[str], ShockCost],
-) -> tuple[FrontPoint, ...]:
-    """Points between the optimum of the first quantity and that of the second: the first at its
-    minimum for bounds of the second.
-
-    Args:
-        costs: of both.
-        x: the optimum of the first.
-        begun: where runs for the second begin.
-        seed: of the random points at which runs for both begin.
-        bounded: gives the cost of the first with one constraint more.
-
-    Raises:
-        StudyError: the second quantity has no value at an end.
-    """
-    (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
-    last = search(other, [*begun, x])[0].x
-    found = [x]
-    most, least = other.worst(np.stack([x, last]))
-    if not np.isfinite([most, least]).all():
-        raise StudyError(
-            f"{other.quantity} has no finite value at an end of the front; choose another "
-            f"quantity, or bound it with --keep"
-        )
-    # No constraint holds exactly at the optimum of the number that it bounds.
-    for bound in (most + np.linspace(0.0, 1.0 - END_GAP, FRONT + 2)[1:] * (least - most)).tolist():
-        both = bounded(f"{other.quantity}{sense}{bound!r}")
-        best = search(
-            both, [found[-1], last, *starting_points(both, min(BEGUN, len(begun)) - 1, seed)]
-        )[0]
-        found.append(best.x if np.isfinite(best.value) else last)  # which meets every bound
-    values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
-    measures = values ** [one.power for one in costs]
-    # Steps of this size make values alike: comparing with a tolerance, three points could each be
-    # beaten by another.
-    steps = np.round(
-        measures / (OPTIMUM_TOLERANCE * np.where(np.isfinite(measures), measures, 0.0).max(axis=0))
-    )
-    as_good = (steps[:, None] <= steps).all(axis=2)
-    # Where one is as good in both, the other is no point of the front; of two alike the first one
-    # is.
-    beaten = (as_good & ~(as_good.T & np.tri(len(found), dtype=bool))).any(axis=0)
-    return tuple(FrontPoint(values[k], read_only(found[k])) for k in np.flatnonzero(~beaten))
