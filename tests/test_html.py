@@ -3,6 +3,7 @@ without a network.
 """
 
 import base64
+import html
 import importlib.util
 import io
 import json
@@ -781,11 +782,23 @@ def test_tables_without_rows_are_left_out(moving):
     report = landing_report(moving)
     lines, *others = report.body(True)
     empty = Sheet("nothing to see", ("name", "number [m]"), ())
-    text = html_of(report._replace(body=lambda full: [lines, empty, *others]))
+    text = html_of(report._replace(page_body=lambda: [lines, empty, *others]))
     assert "nothing to see" not in text
     assert "nothing to see" in html_of(
-        report._replace(body=lambda full: [lines, empty._replace(rows=[("a", 1.0)]), *others])
+        report._replace(page_body=lambda: [lines, empty._replace(rows=[("a", 1.0)]), *others])
     )
+
+
+def test_tables_that_follow_the_strike_are_on_the_page_once(moving):
+    """The report has them too; the page has the other tables for the strike of the scene."""
+    report = landing_report(moving)
+    captions = [section.title for section in report.body(True) if isinstance(section, Sheet)]
+    text = html_of(report)
+    shown = [title for title in captions if f"<caption>{html.escape(title)}" in text]
+    left_out = [title.split(" (")[0] for title in captions if title not in shown]
+    assert left_out == ["bodies", "sensors and points", "contacts", "impulse through the joints"]
+    assert "effect of the joint model" in shown
+    assert text.count('class="scroll live"') == 4
 
 
 @BROWSER

@@ -24,7 +24,8 @@ from shockpc.quantities.selection import select
 from shockpc.show.header import header_lines, shared_warnings
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 from shockpc.show.wording import vector_text
-from shockpc.studies.analyze.report import accuracy_line, analyze_report, landing_report
+from shockpc.studies.analyze.closing import accuracy_line
+from shockpc.studies.analyze.report import analyze_report, landing_report
 from shockpc.studies.analyze.sheets import directions_sheet
 from shockpc.studies.analyze.views import VIEWS
 from shockpc.text.diagnostic import Diagnostic, by_cause
@@ -103,7 +104,8 @@ def test_the_result_comes_first():
     """
     scene = Scene(robot="anymal_b", contact="LF_FOOT", posture=Posture(joints={"RH_KFE": 0.1}))
     profile = shock_profile(scene)
-    shock, assumed, joint, warnings, blank = text_of([profile], "table").splitlines()[:5]
+    lines = text_of([profile], "table").splitlines()
+    shock, assumed, joint, warnings, ground, blank = lines[:6]
     found = range_of(profile, select("point.shock"), profile.landing.points[0])
     ends = f"{found.smallest:.4f} … {found.largest:.4f}"
     assert shock == (
@@ -119,6 +121,7 @@ def test_the_result_comes_first():
     found = [str(warning) for warning in profile.health.warnings]
     assert found
     assert warnings == f"warnings     {len(found)} warning{'s' * (len(found) > 1)}: {found[0]}"
+    assert ground.startswith("ground       LF_FOOT: impulse ")
     assert blank == ""
     assert (
         text_of([profile], "markdown")

@@ -101,6 +101,8 @@ class Report(NamedTuple):
             exist, positions in metres.
         title: heading of the Markdown document.
         page: name of the file of that document.
+        page_body: what report.html has in place of the body beside landings in three dimensions,
+            whose tables follow the controls; by default the body.
         lead: how many sections of the whole body are the answer of the command, which report.html
             has before the view, with the lines under the body; by default the lines that the body
             begins with.
@@ -127,6 +129,7 @@ class Report(NamedTuple):
     document: Callable[[], Any]
     title: str = ""
     page: str = "report"
+    page_body: Callable[[], Iterable[Section]] | None = None
     lead: int = 0
     brief: Callable[[], Iterable[Section]] | None = None
     width: int | None = None

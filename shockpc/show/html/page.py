@@ -91,10 +91,9 @@ def page(
     parts = [(name, report.parts[name]) for name in shown if name in report.parts]
     blocks: list[tuple[str, int | None, list[Section], Report]]
     blocks = [
-        (f"{name}/", number, list(part.body(True)), part)
-        for number, (name, part) in enumerate(parts)
+        (f"{name}/", number, _body_of(part), part) for number, (name, part) in enumerate(parts)
     ]
-    blocks.append(("", None, list(report.body(True)), report))
+    blocks.append(("", None, _body_of(report) if shown else list(report.body(True)), report))
     scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
     drawn = _surfaces(shown)
     postures: dict[str, Posture] = {}
@@ -142,6 +141,11 @@ def page(
             "</body></html>\n",
         ]
     )
+
+
+def _body_of(report: Report) -> list[Section]:
+    """The lines, tables and figures beside the view of landings."""
+    return list(report.body(True) if report.page_body is None else report.page_body())
 
 
 def fragment(report: Report) -> str:

@@ -231,6 +231,7 @@
   }
   for (const name of ["model", ...switches]) byId(name).addEventListener("input", soon);
   byId("reset").addEventListener("click", reset);
+  addEventListener("beforeprint", reset);  // as the figures on paper
   byId("landing").addEventListener("input", (event) => choose(Number(event.target.value)));
   choose(0);
   byId("view").on("plotly_hover", follow);

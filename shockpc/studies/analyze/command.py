@@ -51,7 +51,8 @@ def analyze(
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.quantities.shock_profile import ShockProfile
-        from shockpc.studies.analyze.report import accuracy_line, analyze_report
+        from shockpc.studies.analyze.closing import accuracy_line
+        from shockpc.studies.analyze.report import analyze_report
         from shockpc.studies.analyze.several import level_text, whole_feet_text
         from shockpc.text.errors import ShockError, StudyError, traces
     loaded, scenes = scenes_from(robot, options, trace)

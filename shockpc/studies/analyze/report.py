@@ -2,47 +2,37 @@
 there are several.
 """
 
-import math
-import textwrap
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
-from shockpc.landing.end_stops import side_of
 from shockpc.landing.ratings import Strength
-from shockpc.method.constraints import ConstraintBlock
-from shockpc.quantities.ranges import sensor_peaks
-from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.robot import STOP
 from shockpc.show.header import (
     common_lines,
     contacts_text,
-    other_warnings,
     scene_lines,
     shared_warnings,
-    unknown_lines,
     warning_lines,
 )
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import WIDTH, Column, Lines, Row, Sheet, rounded
-from shockpc.show.wording import contact_name, count, proof_text, robot_name, shown_as
-from shockpc.studies.analyze.first_lines import (
-    friction_text,
-    margin_line,
-    mass_text,
-    shock_line,
-    sliding_friction,
-)
+from shockpc.show.tables import WIDTH, Column, Lines, Row, Sheet
+from shockpc.show.wording import contact_name, robot_name
+from shockpc.studies.analyze.closing import closing_lines, ground_lines
 from shockpc.studies.analyze.landing_document import content
-from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view, worst_text
+from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view
 from shockpc.studies.analyze.sheets import landing_tables
-from shockpc.studies.analyze.views import readings_text, shown_tables, worst_bodies
-from shockpc.text.diagnostic import alike
+from shockpc.studies.analyze.summary import (
+    Line,
+    landing_lines,
+    rounding_text,
+    several_lines,
+    summary_lines,
+    warning_count,
+)
+from shockpc.studies.analyze.views import shown_tables, worst_bodies
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import cause_lines, causes, few
+from shockpc.text.printed import cause_lines, causes
 from shockpc.text.wings import doors
 
 WORST, JOINTS = 6, 3
@@ -50,22 +40,11 @@ WORST, JOINTS = 6, 3
 answer.
 """
 
-USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
-"""Beginnings of lines of the header that say what is so unless options say otherwise."""
+LIVE = ("bodies", "points", "contacts", "joints")
+"""Tables that report.html has for every contact velocity."""
 
 MORE = "--all prints everything that was computed"
 """The last line of an answer."""
-
-CLEAN = ("warnings", "no warnings")
-"""The line of a summary without warnings; of several landings one line says it of all."""
-
-WARNING = 160
-"""Characters of the first warning in a summary; whole warnings follow it."""
-
-NO_MITIGATION = (
-    "no impact mitigation factor (it requires a free base, no stance, and no loop that ties the "
-    "robot to the world)"
-)
 
 
 def landing_report(
@@ -73,7 +52,7 @@ def landing_report(
     bodies: Sequence[int] | None = None,
     spectrum: bool = False,
     whole: bool = False,
-    remarks: Sequence[tuple[str, str]] = (),
+    remarks: Sequence[Line] = (),
     live: Sequence[str] = (),
 ) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in
@@ -87,29 +66,11 @@ def landing_report(
     return Report(
         name="profile",
         title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
-        body=lambda full: [
-            Lines([*_summary(profile), *remarks]),
-            Lines(scene_lines(profile)),
-            Picture(
-                "shock",
-                f"shock profile of {robot_name(profile.robot)}",
-                "show.figure.plane:draw_landing",
-                (profile,),
-            ),
-            *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
-            *_damage_picture([profile]),
-            *(picture for door in doors("report") for picture in door.pictures(profile, spectrum)),
-        ],
+        body=lambda full: _sections(profile, bodies, spectrum, remarks, None if full else 6),
+        page_body=lambda: _sections(profile, bodies, spectrum, remarks, None, LIVE),
         width=WIDTH,
         brief=None if whole else lambda: _answer(profile, bodies, remarks),
-        closing=[
-            *_balance_lines(profile),
-            *_stop_lines(profile),
-            *_friction_lines(profile),
-            *_wing_lines(profile),
-            f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
-            accuracy_line(profile),
-        ],
+        closing=closing_lines(profile),
         warnings=warning_lines(profile),
         sheets=landing_tables(profile, bodies),
         document=lambda: content(profile, spectrum),
@@ -134,7 +95,7 @@ def analyze_report(
     spectrum: bool = False,
     whole: bool = False,
     failures: Mapping[str, ShockError] = MappingProxyType({}),
-    remarks: Sequence[tuple[str, str]] = (),
+    remarks: Sequence[Line] = (),
     live: Sequence[str] = (),
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
@@ -164,8 +125,8 @@ def analyze_report(
     }
 
     def answers() -> list[Section]:
-        head = [*_several_lines(landings), *landing_lines(common_lines(landings))]
-        head += [("contact", contacts_text(profiles)), *_warning_count(profiles)]
+        head = [*several_lines(landings), *landing_lines(common_lines(landings))]
+        head += [("contact", contacts_text(profiles)), *warning_count(profiles)]
         asked = [sheets["summary"]()] if bodies else []
         head += remarks
         return [
@@ -182,7 +143,7 @@ def analyze_report(
         brief=None if whole else answers,
         page="summary",
         body=lambda _: [
-            Lines([*_several_lines(landings), *_warning_count(profiles)]),
+            Lines([*several_lines(landings), *warning_count(profiles)]),
             landings_view(landings),
             sheets["summary"](),
             *_damage_picture(profiles),
@@ -203,170 +164,64 @@ def analyze_report(
     )
 
 
-def _several_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
-    """The shock of several landings, the smallest margin of parts, and what is not known."""
-    margin = margin_line(landings)
+def _sections(
+    profile: ShockProfile,
+    bodies: Sequence[int] | None,
+    spectrum: bool,
+    remarks: Sequence[Line],
+    most: int | None,
+    without: Sequence[str] = (),
+) -> list[Section]:
+    """All lines, tables and figures of a landing.
+
+    Args:
+        profile: the landing.
+        bodies: indices of the only bodies that are shown.
+        spectrum: whether there is a shock response spectrum of the points.
+        remarks: what other landings give.
+        most: rows of long tables; None for all.
+        without: names of tables that are left out.
+    """
+    tables = shown_tables(profile, bodies, most)
+    pictures = _damage_picture([profile])
+    for door in doors("report"):
+        pictures += door.pictures(profile, spectrum)
     return [
-        ("shock", worst_text(landings)),
-        *([("margin", margin)] if margin else []),
-        *unknown_lines(landings.values()),
+        Lines([*summary_lines(profile), *remarks]),
+        Lines(_scene_lines(profile)),
+        Picture(
+            "shock",
+            f"shock profile of {robot_name(profile.robot)}",
+            "show.figure.plane:draw_landing",
+            (profile,),
+        ),
+        *(table() for name, table in tables.items() if name not in without),
+        *pictures,
     ]
-
-
-def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
-    """What matters most: the first shock with its range, what is not known, the largest impulse
-    through a joint, and warnings.
-    """
-    loads, warnings, mu = profile.loads, other_warnings(profile), sliding_friction(profile)
-    force = "none, because the robot has no joints"
-    if loads:
-        sizes, moments = (
-            profile.value(key if mu is None else f"{key}_friction", "joint")
-            for key in ("joint_impulse", "along")
-        )
-        load, moment = loads[int(np.argmax(sizes))], abs(float(moments[np.argmax(sizes)]))
-        unit = "N s" if profile.robot.joint(load.joint).unit == "m" else "N m s"
-        along = "" if math.isnan(moment) else f", {rounded(moment)} {unit} along its axis"
-        force = f"{load.joint} {rounded(sizes.max())} N s{along}"
-        if not profile.row_space.unique.all():
-            force = "not determined, because rows are redundant"
-        elif any(one.kind == "size" for one in warnings):
-            force = "not determined, because the mechanism is singular or redundant here"
-    with_friction = "" if mu is None else f" with friction {mu:g}"
-    lines = [
-        ("shock", shock_line(profile)),
-        *unknown_lines([profile]),
-        ("joint", f"largest impulse{with_friction}: {force}"),
-    ]
-    lines += _warning_count([profile])
-    peaks = profile.value("peak_g" if mu is None else "peak_g_friction", "point").tolist()
-    known = [
-        f"{point.frame} {rounded(g)} g"
-        for point, g in zip(profile.points, peaks, strict=True)
-        if not math.isnan(g)
-    ]
-    if known:
-        lines.insert(
-            1, ("peak", f"{few(known, 4)} for a pulse {profile.scene.pulse}{with_friction}")
-        )
-    read = zip(
-        profile.places("point"), profile.value("filtered_peak", "point").tolist(), strict=True
-    )
-    readings = [f"{place.name} {rounded(g)} g" for place, g in read if not math.isnan(g)]
-    if readings:
-        lines.insert(1 + bool(known), ("reading", f"{few(readings, 4)} {readings_text(profile)}"))
-    if (limit := profile.scene.range_g) is not None:
-        moving = [place for place in profile.places("point") if place.body >= 0]
-        peaks_of = zip(moving, sensor_peaks(profile.landing, profile.proof, moving), strict=False)
-        ranges = [
-            f"{place.name} {rounded(peak.peak)} of {limit:g} g ({peak})" for place, peak in peaks_of
-        ]
-        lines[-1:-1] = [("range", few(ranges, 4, "; "))] * bool(ranges)
-    if margin := margin_line({"": profile}):
-        lines.insert(1, ("margin", margin))
-    return lines
-
-
-def _warning_count(profiles: Sequence[ShockProfile]) -> list[tuple[str, str]]:
-    """How many warnings there are, and the first; that there are none only where nothing is
-    unknown.
-    """
-    if found := alike(
-        [(one, k) for k, profile in enumerate(profiles) for one in other_warnings(profile)]
-    ):
-        first = textwrap.shorten(str(found[0][0][0]), WARNING, placeholder=" …")
-        return [("warnings", f"{count(len(found), 'warning')}: {first}")]
-    return [CLEAN] if all(one.known for profile in profiles for one in profile.unknowns) else []
-
-
-def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
-    """The summary, and impulse, friction and effective mass at the contacts."""
-    texts, mu = [], sliding_friction(profile)
-    for k, (contact, block) in enumerate(
-        zip(profile.contacts, profile.landing.contacts, strict=True)
-    ):
-        if block.kind == "stop":
-            texts.append(_stop_text(contact, block))
-            continue
-        if mu is not None and profile.friction is not None:
-            size = rounded(math.hypot(*profile.value("impulse_friction", "contact")[k]))
-            texts.append(
-                f"{contact.frame}: {profile.friction.state[k]} with friction {mu:g}, impulse "
-                f"{size} N s"
-            )
-            continue
-        if contact.impulse is None:
-            texts.append(f"{contact.frame}: impulse not determined, because rows are redundant")
-            continue
-        size = (
-            f"impulse {rounded(math.hypot(*contact.impulse))} N s, "
-            f"{mass_text(profile, contact, block)}"
-        )
-        texts.append(f"{contact.frame}: {size}, {friction_text(contact, block)}")
-    return [*_summary(profile), ("ground", few(texts, 4, "; "))]
-
-
-def _stop_text(contact: ContactImpulse, stop: ConstraintBlock) -> str:
-    """The impulse of an end stop that strikes, and what resists it."""
-    slides = bool(len(stop.forces))
-    impulse, unit, mass = (
-        (contact.impulse, "N s", "kg") if slides else (contact.moment, "N m s", "kg m²")
-    )
-    size = "not determined" if impulse is None else f"{rounded(math.hypot(*impulse))} {unit}"
-    what = "mass along its joint" if slides else "inertia about its joint"
-    return (
-        f"{contact.frame}: impulse {size}, effective {what} {rounded(contact.effective_mass)} "
-        f"{mass}"
-    )
 
 
 def _answer(
-    profile: ShockProfile, bodies: Sequence[int] | None, remarks: Sequence[tuple[str, str]]
+    profile: ShockProfile, bodies: Sequence[int] | None, remarks: Sequence[Line]
 ) -> list[Section]:
     """The summary, the landing, shocks and joint impulses with the worst first, and what decides on
     them.
     """
-    doubles = [
-        name
-        for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness))
-        if given
-    ]
-    numbers = f"error below {profile.health.error_bound:.0e}" + "".join(
-        f"; those with {name} in double precision" for name in doubles
-    )
     tables = shown_tables(profile, bodies, JOINTS, brief=True)
     if "joint_models" in tables:
         tables.pop("points", None)  # the table of joint models has the shock there too
-    shown = [table() for table in tables.values()]
+    rounding = ("rounding", rounding_text(profile))
     return [
-        Lines([*_summary_with_ground(profile), ("rounding", numbers), *remarks]),
-        Lines(landing_lines(scene_lines(profile)[1:])),
+        Lines([*summary_lines(profile), rounding, *remarks]),
+        Lines(landing_lines(_scene_lines(profile))),
         worst_bodies(profile, None if bodies else WORST, bodies),
-        *shown,
-        Lines([*_stop_lines(profile), *_friction_lines(profile), *_wing_lines(profile), MORE]),
+        *(table() for table in tables.values()),
+        Lines([*ground_lines(profile), MORE]),
     ]
 
 
-def landing_lines(lines: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """The lines of the header that say something of this landing."""
-    return [
-        (name, text)
-        for name, text in lines
-        if name not in USUAL or not text.startswith(USUAL[name])
-    ]
-
-
-def accuracy_line(profile: ShockProfile) -> str:
-    """The bound on rounding, and the effects of double precision and of the data's last digit."""
-    health = profile.health
-    rounding = f"{proof_text(health.error_bound)}, {health.bits} bits"
-    double = (
-        f"was off by {health.double_error:.0e}"
-        if math.isfinite(health.double_error)
-        else "finds no solution"
-    )
-    data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
-    return f"accuracy: {rounding}; double precision {double}; {data}"
+def _scene_lines(profile: ShockProfile) -> list[Line]:
+    """The lines of the scene but for the landing's name, with which the line of the shock begins."""
+    return scene_lines(profile)[1:]
 
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
@@ -381,64 +236,6 @@ def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
             (profiles,),
         )
     ]
-
-
-def _stop_lines(profile: ShockProfile) -> list[str]:
-    """Which end stops act, and with what impulse; a line each."""
-    striking = [block for block in profile.landing.contacts if block.kind == "stop"]
-    if not profile.scene.stops and not striking:
-        return []
-    values = dict(
-        zip(
-            (p.name for p in profile.places("joint")),
-            profile.value("stop_impulse", "joint").tolist(),
-            strict=True,
-        )
-    )
-    lines = []
-    for stop in (*striking, *profile.landing.acting):
-        side, name = (
-            "minimum" if side_of(profile.robot, stop) > 0.0 else "maximum",
-            stop.frame.removeprefix(STOP),
-        )
-        unit = "N m s" if len(stop.moments) else "N s"
-        peak = (
-            f", at most {profile.stiffness.stop_peaks.get(name, 0.0):.4g} {unit.removesuffix(' s')}"
-            if profile.stiffness
-            else ""
-        )
-        lines.append(
-            f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} "
-            f"{unit}{peak}"
-        )
-    if profile.landing.acting:
-        return [
-            *lines,
-            "numbers of other strikes, such as the most and least severe directions, are those "
-            "with these stops held",
-        ]
-    return lines or ["no end stop acts"]
-
-
-def _wing_lines(profile: ShockProfile) -> list[str]:
-    """What wings say of the landing, a line each."""
-    return [line for door in doors("report") for line in door.lines(profile)]
-
-
-def _friction_lines(profile: ShockProfile) -> list[str]:
-    """What friction says of the landing, and when that holds."""
-    if (sliding := profile.friction) is None:
-        return []
-    name, n = f"friction {profile.scene.friction:g}", sliding.solutions
-    others = f"; {count(n, 'solution')} found" if n > 1 else ""
-    if sliding.impact is None:
-        return [f"{name}: every contact sticks, so the results hold as they are{others}"]
-    others += "; there may be more solutions" if len(sliding.state) > 1 else ""
-    lost, rest = (
-        f"energy lost {sliding.energy_lost:.4g} J",
-        "all other tables are without it, for contacts that stick",
-    )
-    return [f"{name}: {lost}, residual {sliding.residual:.0e}{others}; {rest}"]
 
 
 def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:
@@ -462,42 +259,3 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
         *(Column(name, name, "-") for name in map(contact_name, profiles)),
     ]
     return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)
-
-
-def _balance_lines(profile: ShockProfile) -> list[str]:
-    """Energy, effective masses, impact mitigation and the closing of loops; one line each."""
-    share = (
-        ""
-        if profile.energy_share is None
-        else f", {100.0 * profile.energy_share:.3g} % of the kinetic energy before impact"
-    )
-    lost = (
-        f"{profile.energy_lost:.4g} J{share}"
-        if math.isfinite(profile.energy_lost)
-        else "not determined: a motor does work"
-    )
-    lines = [f"energy lost: {lost}"]
-    for contact, block in zip(profile.contacts, profile.landing.contacts, strict=True):
-        mitigation = NO_MITIGATION
-        if contact.mitigation is not None:
-            factors = (
-                f"{contact.mitigation:.3f} sticking, {contact.mitigation_frictionless:.3f} "
-                f"frictionless"
-            )
-            mitigation = f"impact mitigation factor {factors}"
-        masses = (
-            f"{contact.effective_mass_sticking:.4g} kg sticking, {contact.effective_mass_frictionless:.4g} kg "
-            f"frictionless"
-        )
-        if block.kind == "stop":
-            lines.append(_stop_text(contact, block))
-            continue
-        lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
-    if assembly := profile.assembly:
-        turn = f" and {shown_as(assembly.turn, 'rad')}" if assembly.turn > 0.0 else ""
-        how = (
-            ", ".join(f"{name} by {shown_as(by, unit)}" for name, by, unit in assembly.moved)
-            or "no joint had to move"
-        )
-        lines.append(f"loops closed from a gap of {shown_as(assembly.gap, 'm')}{turn}: {how}")
-    return lines
