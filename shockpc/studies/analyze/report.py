@@ -20,9 +20,7 @@ from shockpc.show.tables import WIDTH, Column, Lines, Row, Sheet
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.studies.analyze.closing import closing_lines, ground_lines
 from shockpc.studies.analyze.landing_document import content
-from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view
-from shockpc.studies.analyze.sheets import landing_tables
-from shockpc.studies.analyze.summary import (
+from shockpc.studies.analyze.opening import (
     Line,
     landing_lines,
     rounding_text,
@@ -30,6 +28,8 @@ from shockpc.studies.analyze.summary import (
     summary_lines,
     warning_count,
 )
+from shockpc.studies.analyze.several import Reports, landings_sheet, landings_view
+from shockpc.studies.analyze.sheets import landing_tables
 from shockpc.studies.analyze.views import shown_tables, worst_bodies
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes
