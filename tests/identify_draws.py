@@ -12,7 +12,7 @@ from robot_texts import joint, link, urdf
 
 import shockpc
 from shockpc import Contact, Scene
-from shockpc.evaluation.variation import variation
+from shockpc.evaluation.vary import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
 

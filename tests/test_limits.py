@@ -16,7 +16,7 @@ from commands import STICK, good, run, says
 from panels import scene
 from trees import known_robot
 
-from shockpc.evaluation.variation import motion_range
+from shockpc.evaluation.kinds.posture import motion_range
 from shockpc.impact.drive_response import with_inertias
 from shockpc.landing.closure import follow
 from shockpc.landing.joint_options import Joints

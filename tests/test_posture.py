@@ -25,7 +25,7 @@ from shockpc import (
     read_scene,
     shock_profile,
 )
-from shockpc.evaluation.variation import variation
+from shockpc.evaluation.vary import variation
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.landing.scene_file import scene_text
 from shockpc.method.dynamics import dynamics

@@ -19,7 +19,7 @@ import yaml
 from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
 from trees import known_robot
 
-from shockpc.evaluation.variation import WORDS
+from shockpc.evaluation.kinds.registry import WORDS
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene import Joints, Scene
 from shockpc.landing.scene_file import scene_from

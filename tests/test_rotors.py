@@ -27,8 +27,7 @@ from shockpc import (
     sweep,
 )
 from shockpc.cli.parse import rotor
-from shockpc.evaluation.variation import variation
-from shockpc.evaluation.varied_scene import applied
+from shockpc.evaluation.vary import variation
 from shockpc.impact.drive_response import drive_response, with_inertias
 from shockpc.impact.landed import solved
 from shockpc.landing.flexible import flexible_landing
@@ -290,7 +289,8 @@ def test_varied_reflected_inertia_keeps_its_gear():
     for factor, found in zip((0.5, 2.0), table(made)[0]["shock_com@base"], strict=True):
         same = shock_profile(scene, changed(robot, read_changes(f"armature:FL_*={factor}x")))
         assert found == pytest.approx(same.shock_com[0], rel=1e-10)
-        row, _ = applied(scene, robot, variation(robot, "armature:FL_*", f"{factor}x"), factor)
+        varied = variation(robot, "armature:FL_*", f"{factor}x")
+        row, _ = varied.applied(scene, robot, factor)
         assert shock_profile(row, robot).shock_com[0] == pytest.approx(same.shock_com[0], rel=1e-12)
 
 

@@ -18,8 +18,7 @@ from trees import known_robot, robot_from
 
 from shockpc.evaluation.column import column
 from shockpc.evaluation.column_values import columns, proven_columns
-from shockpc.evaluation.variation import variation
-from shockpc.evaluation.varied_scene import applied
+from shockpc.evaluation.vary import variation
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
@@ -371,7 +370,7 @@ def test_contacts_that_depend_on_one_another_in_one_posture_alone(omega):
         {"FL_HAA", "FL_HFE", "HR_HAA", "HR_HFE"} if omega else set()
     )
     less, more = (
-        target_of(shock_profile(*applied(scene, robot, mass, value)), study)
+        target_of(shock_profile(*mass.applied(scene, robot, value)), study)
         for value in (0.999, 1.001)
     )
     assert masses.derivatives[0] == pytest.approx((more - less) / 2e-3, rel=1e-4)
@@ -927,7 +926,7 @@ def test_whatever_a_sweep_varies_has_a_derivative(subject, values, step, target,
     (effect,), one = study.effects, variation(robot, subject, values)
     assert (effect.step, effect.reason) == (pytest.approx(0.5 * step), "")
     less, more = (
-        target_of(shock_profile(*applied(scene, robot, one, effect.value + t)), study)
+        target_of(shock_profile(*one.applied(scene, robot, effect.value + t)), study)
         for t in (-delta, delta)
     )
     assert effect.derivatives[0] == pytest.approx((more - less) / (2.0 * delta), rel=1e-4)
@@ -1060,7 +1059,7 @@ def test_a_rotor_that_its_link_carries_has_a_derivative():
     )
     varied = variation(robot, "armature:FL_calf_joint", "0.9x:1.1x")
     beside = [
-        profile_of(resolve(applied(landing, robot, varied, x)[0], robot)).points[0].shock
+        profile_of(resolve(varied.applied(landing, robot, x)[0], robot)).points[0].shock
         for x in (0.999, 1.001)
     ]
     assert effect.derivatives[0] == pytest.approx((beside[1] - beside[0]) / 0.002, rel=1e-4)

@@ -41,7 +41,10 @@ from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from
 from shockpc.evaluation.declare import StudyParameter, declaration
 from shockpc.evaluation.designs import Design
-from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, variation
+from shockpc.evaluation.kinds.contacts import OFFSETS
+from shockpc.evaluation.kinds.posture import ATTITUDES
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.vary import Vary, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
 from shockpc.quantities.selection import select
@@ -179,7 +182,7 @@ def study_command(name: str, package: str) -> Command:
     return command(**help_of(study))(run)
 
 
-def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[str, str]]) -> None:
+def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variation]) -> None:
     """Refuse options that have no effect, because each landing of a study has a value of what they
     give.
 
@@ -189,15 +192,15 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
     Args:
         options: of the command.
         robot: the robot.
-        varied: kind and target of what has these values, as in `Variation`; not of factors, which
-            are of what the options give.
+        varied: what has these values; factors are of what the options give.
 
     Raises:
         StudyError: an option has no effect.
     """
     targets: dict[str, list[str]] = {}
-    for kind, target in varied:
-        targets.setdefault(kind, []).append(target)
+    for one in varied:
+        if not one.factor:
+            targets.setdefault(one.kind.word, []).append(one.target)
     ignored = []
     # A rotor of which the inertia varies keeps the gear ratio and the spring that are given.
     for kind, option in (
@@ -207,11 +210,11 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
         joints = {joint for target in targets.get(kind, ()) for joint in robot.match_joints(target)}
         for pattern, *_ in getattr(options, option.replace("-", "_")):
             ignored += [f"--{option} {pattern}"] * joints.issuperset(robot.match_joints(pattern))
-    for option, kinds in {"base-rpy": ATTITUDE, "offset": OFFSET}.items():
+    for option, kinds in (("base-rpy", ATTITUDES), ("offset", OFFSETS)):
         vector = options.given.get(option.replace("-", "_")) or (0.0, 0.0, 0.0)
-        ignored += [
-            f"--{option}" for kind, x in zip(kinds, vector, strict=True) if x and kind in targets
-        ]
+        for of_axis in kinds:
+            if vector[of_axis.axis] and of_axis.word in targets:
+                ignored.append(f"--{option}")
     ignored += [
         f"--{kind}" for kind in targets if options.given.get(kind.replace("-", "_")) is not None
     ]
@@ -279,12 +282,12 @@ def refuse_unasked(
 
 def _varied(
     study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot
-) -> Iterator[tuple[str, str]]:
-    """Kind and target of what varies from landing to landing of a study."""
+) -> Iterator[Variation]:
+    """What varies from landing to landing of a study."""
     for name, parameter in declaration(study).parameters.items():
         if parameter.option.holds == "varied":
-            for varied in (variation(robot, *pair) for pair in typed[name]):
-                yield from [(varied.kind, varied.target)] * (not varied.factor)
+            for subject, values in typed[name]:
+                yield variation(robot, subject, values)
 
 
 def _target(robot: Robot, at: str | None, quantity: str | None) -> str | Point:

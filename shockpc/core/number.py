@@ -5,7 +5,7 @@ What is not wholly a number is refused.
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +42,14 @@ def number_from(text: str, units: Mapping[str, float] = NO_UNIT) -> float:
     if not math.isfinite(value):
         raise ValueError(f'"{text}" is not a number')
     return value
+
+
+def factor_texts(texts: Sequence[str]) -> tuple[list[str], bool]:
+    """Texts of numbers, and whether they are factors: each then has an x behind it, left out here."""
+    stripped = [text.strip() for text in texts]
+    if all(text.endswith("x") for text in stripped):
+        return [text.removesuffix("x") for text in stripped], True
+    return stripped, False
 
 
 def whole_from(text: str) -> int:

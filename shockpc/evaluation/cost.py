@@ -18,11 +18,12 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
+from shockpc.evaluation.kinds.registry import KINDS
+from shockpc.evaluation.kinds.strike import StrikeAngle
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
 from shockpc.evaluation.unused_ground import refuse_ground
-from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
-from shockpc.evaluation.varied_scene import present_value, with_offsets
+from shockpc.evaluation.vary import Vary, pairs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
@@ -155,8 +156,10 @@ class ShockCost:
             ShockCost, scenes, quantity, variables, robot, keep=keep, ground=ground
         )
         self.scenes = named_scenes(scenes)
-        if OFFSET.keys() & dict(variables):
-            self.scenes = {name: with_offsets(scene) for name, scene in self.scenes.items()}
+        for subject, _ in variables:
+            if subject in KINDS:
+                prepared = KINDS[subject].prepared
+                self.scenes = {name: prepared(scene) for name, scene in self.scenes.items()}
         self.quantity = quantity
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
@@ -167,9 +170,7 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([one.ends for one in self.variations])
-        values = [
-            [present_value(one, varied) for varied in self.variations] for one in landings.values()
-        ]
+        values = [[varied.present(one) for varied in self.variations] for one in landings.values()]
         self.given = np.where(np.ptp(values, axis=0) == 0.0, values[0], np.nan)
         self.x0 = np.clip(
             np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0]), *self.bounds.T
@@ -188,7 +189,8 @@ class ShockCost:
         # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         moved = all(
-            one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations
+            one.moves or (isinstance(one.kind, StrikeAngle) and not dropped)
+            for one in self.variations
         )
         self.exact = (
             moved

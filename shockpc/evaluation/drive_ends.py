@@ -14,7 +14,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.varied_scene import LEAST_INERTIA, reflected_rotor
+from shockpc.evaluation.kinds.joints import LEAST_INERTIA, reflected_rotor
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.scene import Scene

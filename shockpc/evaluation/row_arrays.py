@@ -9,15 +9,24 @@ from typing import cast
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.variation import ATTITUDE, COMPONENT, OF_A_LINK, Variation, several_joints
-from shockpc.evaluation.varied_scene import armature_set
+from shockpc.evaluation.kinds.joints import Armature
+from shockpc.evaluation.kinds.links import LinkProperty
+from shockpc.evaluation.kinds.posture import (
+    Attitude,
+    JointMotion,
+    JointPosition,
+)
+from shockpc.evaluation.variation import Variation
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import displaced, set_many
+from shockpc.landing.posture import set_many
 from shockpc.landing.strike import GRAVITY
 from shockpc.method.dynamics import Inertias
 from shockpc.robot.changes import Property, varied_bodies
 
 DEG = math.pi / 180.0
+
+LIGHTEST, HEAVIEST = 1e-14, 1e23
+"""Masses [kg] and moments of inertia [kg m²] that double precision can compute with."""
 
 
 def configurations(landing: PosedLanding, moved: Mapping[Variation, Array], n: int) -> Array:
@@ -28,45 +37,44 @@ def configurations(landing: PosedLanding, moved: Mapping[Variation, Array], n: i
         moved: values (n,) of what varies of the posture, in its unit; NaN leaves a row as it is.
         n: number of rows.
     """
-    robot, Q = landing.robot, np.repeat(landing.q[None], n, axis=0)
-    if not moved:
-        return Q
-    # As they are typed: angles in degrees.
-    moved = {
-        variation: x * (DEG if variation.unit == "deg" else 1.0) for variation, x in moved.items()
-    }
-    angles = {variation.kind: x for variation, x in moved.items() if variation.kind in ATTITUDE}
-    if angles:
-        from scipy.spatial.transform import Rotation
-
-        present = dict(
-            zip(
-                ATTITUDE,
-                np.radians(landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0)),
-                strict=True,
-            )
-        )
-        rpy = np.stack(
-            [_or(angles.get(kind, np.full(n, np.nan)), present[kind]) for kind in ATTITUDE], axis=1
-        )
-        turned = ~np.isnan([*angles.values()]).all(axis=0)
-        Q[turned, 3:7] = Rotation.from_euler("xyz", rpy[turned]).as_quat()
-    joints = [
-        (joint, x)
-        for varied, x in moved.items()
-        if varied.kind == "joint"
-        for joint in varied.joints(robot)
-    ]
-    set_many(robot, [(joint, _or(x, joint.value(landing.q))) for joint, x in joints], Q)
-    for varied, x in moved.items():
-        if varied.kind in COMPONENT:
-            steps = np.zeros((n, robot.model.nv))
-            chosen = [
-                v for _, v in several_joints(robot, varied.subject, varied.kind, varied.target)
+    robot = landing.robot
+    Q = np.repeat(landing.q[None], n, axis=0)
+    angles: dict[int, Array] = {}
+    joints = []
+    motions: list[tuple[JointMotion, Variation, Array]] = []
+    for varied, values in moved.items():
+        # Angles are typed in degrees.
+        x = values * (DEG if varied.unit == "deg" else 1.0)
+        if isinstance(varied.kind, Attitude):
+            angles[varied.kind.axis] = x
+        elif isinstance(varied.kind, JointPosition):
+            joints += [
+                (joint, _or(x, joint.value(landing.q)))
+                for joint in varied.kind.joints(robot, varied)
             ]
-            steps[:, chosen] = _or(x, 0.0)[:, None]
-            Q = displaced(robot, Q, steps)
+        elif isinstance(varied.kind, JointMotion):
+            motions.append((varied.kind, varied, _or(x, 0.0)))
+    if angles:
+        _turn_base(landing, angles, Q)
+    set_many(robot, joints, Q)
+    for kind, varied, x in motions:
+        Q = kind.moved(robot, varied, Q, x)
     return Q
+
+
+def _turn_base(landing: PosedLanding, angles: Mapping[int, Array], Q: Array) -> None:
+    """Set the attitude of the base in configurations Q (n, nq).
+
+    Args: angles (n,), of some of roll, pitch and yaw [rad]; NaN keeps that of the landing.
+    """
+    from scipy.spatial.transform import Rotation
+
+    present = np.radians(landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0))
+    rpy = np.repeat(present[None], len(Q), axis=0)
+    for axis, x in angles.items():
+        rpy[:, axis] = _or(x, present[axis])
+    turned = ~np.isnan(list(angles.values())).all(axis=0)
+    Q[turned, 3:7] = Rotation.from_euler("xyz", rpy[turned]).as_quat()
 
 
 def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inertias, np.ndarray]:
@@ -78,31 +86,38 @@ def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inert
         x: values (n,) of inertias and armatures, in their units; NaN leaves a row as it is.
     """
     n = len(next(iter(x.values())))
-    of_links = [
-        (cast(Property, varied.kind), varied.target, values, varied.factor)
+    changes = [
+        (cast(Property, varied.kind.word), varied.target, values, varied.factor)
         for varied, values in x.items()
-        if varied.kind in OF_A_LINK
+        if isinstance(varied.kind, LinkProperty)
     ]
-    bodies = varied_bodies(landing.robot, of_links)
-    armature, per_turn = (
-        np.repeat(part[None], n, axis=0)
-        for part in (landing.joint_model.armature, landing.joint_model.per_turn)
-    )
-    for varied, values in x.items():
-        if varied.kind == "armature":
-            chosen = armature_set(landing.scene, landing.robot, varied)
-            new = values[:, None] * (armature[:, chosen] if varied.factor else 1.0)
-            armature[:, chosen] = _or(new, armature[:, chosen])
-            if not varied.factor:  # nothing says of what gear such an armature is
-                per_turn[:, chosen] = np.where(np.isnan(new), per_turn[:, chosen], 0.0)
+    bodies = varied_bodies(landing.robot, changes)
     mass, com, inertia = (np.broadcast_to(part, (n, *part.shape[1:])) for part in bodies)
+    armature = np.repeat(landing.joint_model.armature[None], n, axis=0)
+    per_turn = np.repeat(landing.joint_model.per_turn[None], n, axis=0)
+    for varied, values in x.items():
+        if not isinstance(varied.kind, Armature):
+            continue
+        chosen = varied.kind.velocities(varied, landing.scene, landing.robot)
+        new = values[:, None]
+        if varied.factor:
+            new = new * armature[:, chosen]
+        else:
+            # Nothing says which gear such an armature has.
+            per_turn[:, chosen] = np.where(np.isnan(new), per_turn[:, chosen], 0.0)
+        armature[:, chosen] = _or(new, armature[:, chosen])
+    return Inertias(mass, com, inertia, armature, armature * per_turn), _possible(mass, inertia)
+
+
+def _possible(mass: Array, inertia: Array) -> np.ndarray:
+    """Which of n robots (n,) have bodies whose masses and inertias can be computed with.
+
+    Args: mass (n, nb); inertia (n, nb, 3, 3). A body may have no mass.
+    """
     with np.errstate(all="ignore"):
-        plausible = (
-            (np.where(mass > 0.0, mass, 1.0) > 1e-14)
-            & (mass < 1e23)
-            & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
-        )
-    return Inertias(mass, com, inertia, armature, armature * per_turn), plausible.all(axis=1)
+        not_light = (np.where(mass > 0.0, mass, 1.0) > LIGHTEST) & (mass < HEAVIEST)
+        not_heavy = np.abs(inertia).max(axis=(-1, -2)) < HEAVIEST
+    return np.asarray((not_light & not_heavy).all(axis=1))
 
 
 def velocities(landing: PosedLanding, varied: Mapping[str, Array]) -> Array:
@@ -114,18 +129,21 @@ def velocities(landing: PosedLanding, varied: Mapping[str, Array]) -> Array:
     """
     if not varied:
         return landing.before.velocity
-    strike = landing.scene.strike
-    before, normal = landing.before.velocity, landing.plane.normal
+    before = landing.before.velocity
+    normal = landing.plane.normal
     outside = (before @ normal) * normal
-    nothing = np.array([[np.nan]])
-    speed = _or(varied.get("speed", nothing), float(np.linalg.norm(before - outside)))
-    theta = _or(varied.get("strike-angle", nothing) * DEG, landing.strike_angle)
-    if strike.drop_height is not None:
-        speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
+    unknown = np.array([[np.nan]])
+    speed = _or(varied.get("speed", unknown), float(np.linalg.norm(before - outside)))
+    theta = _or(varied.get("strike-angle", unknown) * DEG, landing.strike_angle)
+    drop_height = landing.scene.strike.drop_height
+    if drop_height is not None:
+        # A drop has the vertical velocity √(2 g h) at any angle.
+        speed = math.sqrt(2.0 * GRAVITY * drop_height) / np.cos(theta)
+    # v = v_outside + |v| (sin θ forward − cos θ up)
     up = np.array([0.0, 0.0, 1.0])
-    velocity: Array = outside + speed[..., None] * (
-        np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up
-    )
+    forward = np.sin(theta)[..., None] * landing.plane.forward
+    downward = np.cos(theta)[..., None] * up
+    velocity: Array = outside + speed[..., None] * (forward - downward)
     return velocity
 
 

@@ -17,32 +17,17 @@ import numpy as np
 
 from shockpc.core.permutation import permuted
 from shockpc.core.spatial import Array
+from shockpc.evaluation.kinds.contacts import ContactNames
+from shockpc.evaluation.kinds.posture import JointMotion, JointPosition, motion_range
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.row_arrays import configurations, inertias, velocities
-from shockpc.evaluation.variation import (
-    COMPONENT,
-    INERTIAL,
-    OFFSET,
-    Variation,
-    Vary,
-    each_of,
-    motion_range,
-    pairs,
-    refuse_repeated,
-    several_joints,
-)
-from shockpc.evaluation.variation import variation as read_variation
-from shockpc.evaluation.varied_scene import (
-    applied,
-    armature_set,
-    refuse_given_otherwise,
-    robot_changes,
-    with_offsets,
-)
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated
+from shockpc.evaluation.vary import variation as read_variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
 from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.scene_file import check_scene, plane_of, robot_of
+from shockpc.landing.scene_file import check_scene, robot_of
 from shockpc.landing.strike import Strike
 from shockpc.method.dynamics import Inertias
 from shockpc.profile import profile_of_scene
@@ -91,9 +76,10 @@ class VariedLandings:
 
     def __post_init__(self) -> None:
         """Resolve where the contacts strike, in the posture of the scene, unless they vary."""
-        kinds, scene = {variation.kind for variation in self.variations}, self.scene
-        scene = with_offsets(scene) if kinds & OFFSET.keys() else scene
-        object.__setattr__(self, "scene", scene if "contact" in kinds else self._definite(scene))
+        scene = prepared(self.scene, self.variations)
+        if not any(isinstance(varied.kind, ContactNames) for varied in self.variations):
+            scene = self._definite(scene)
+        object.__setattr__(self, "scene", scene)
 
     def _definite(self, scene: Scene) -> Scene:
         """A scene with definite contacts; as it is where its posture is no landing, of which the
@@ -107,17 +93,14 @@ class VariedLandings:
     @functools.cached_property
     def contacts(self) -> dict[str, tuple[Contact, ...]]:
         """The contacts by the values of what varies, each resolved in the posture of the scene."""
-        values = {
-            str(value): variation
-            for variation in self.variations
-            if variation.kind == "contact"
-            for value in variation.values
-        }
-        scenes = {
-            value: applied(self.scene, self.robot, variation, value)[0]
-            for value, variation in values.items()
-        }
-        return {value: self._definite(scene).contact for value, scene in scenes.items()}
+        contacts = {}
+        for varied in self.variations:
+            if not isinstance(varied.kind, ContactNames):
+                continue
+            for value in varied.values:
+                scene, _ = varied.applied(self.scene, self.robot, value)
+                contacts[str(value)] = self._definite(scene).contact
+        return contacts
 
     def __getstate__(self) -> dict[str, Any]:
         return {part.name: getattr(self, part.name) for part in fields(self)}
@@ -170,7 +153,10 @@ class VariedLandings:
         rows = min(ROWS, max(1024, 2**25 // nv**2))
         if self.separate or (
             self.sample is not None
-            and any(variation.stage == 0 and variation.kind != "contact" for variation in self.axes)
+            and any(
+                varied.stage == 0 and not isinstance(varied.kind, ContactNames)
+                for varied in self.axes
+            )
         ):
             rows = 1024
         most, n = max(1, rows // self.strikes), self.solves
@@ -202,7 +188,7 @@ class VariedLandings:
     def opens(self) -> bool:
         """Whether a contact that would be pulled opens, because there is friction."""
         return self.scene.friction is not None or any(
-            one.kind == "friction" for one in self.variations
+            varied.kind.word == "friction" for varied in self.variations
         )
 
     @property
@@ -377,7 +363,7 @@ class VariedLandings:
         x = {
             variation: of_all[rows, 0].astype(float)
             for variation, of_all in values.items()
-            if variation.kind in INERTIAL
+            if variation.kind.inertial
         }
         # Of derivatives by hundreds of masses few are other than the landing's in a group of a
         # single posture.
@@ -398,7 +384,7 @@ class VariedLandings:
     ) -> Array:
         """Velocities (n, S, 3) of the base before the impact in some rows of a chunk [m/s]."""
         varied = {
-            variation.kind: x if self.sample is None else x[rows]
+            variation.kind.word: x if self.sample is None else x[rows]
             for variation, x in values.items()
             if variation.stage == 2
         }
@@ -409,46 +395,43 @@ class VariedLandings:
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
     def _case(self, choice: dict[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
-        scene, robot, changes = self.scene, self.robot, list[Change]()
+        """Scene and robot with some values, of which NaN leaves a thing as it is.
+
+        Args: strike, number of that of `struck`.
+        """
+        scene, robot = self.scene, self.robot
         if self.struck:
             scene = replace(scene, strike=list(self.struck.values())[strike])
         choice = {
-            one: value
-            for one, value in choice.items()
+            varied: value
+            for varied, value in choice.items()
             if isinstance(value, str) or not math.isnan(value)
         }
-        # Other variations are of the contacts that are struck.
-        for variation, value in sorted(choice.items(), key=lambda pair: pair[0].kind != "contact"):
-            if variation.kind == "contact":
+        # Contacts come first, because others change those that are struck.
+        contacts_first = sorted(
+            choice, key=lambda varied: not isinstance(varied.kind, ContactNames)
+        )
+        changes: list[Change] = []
+        for varied in contacts_first:
+            value = choice[varied]
+            if isinstance(varied.kind, ContactNames):
                 scene = replace(scene, contact=self.contacts[str(value)])
-            elif edits := robot_changes(robot, variation, value):
-                changes += edits
+            elif varied.kind.of_robot:
+                changes += varied.kind.robot_changes(varied, robot, value)
             else:
-                # from where closing the loops has put it
-                if variation.kind in COMPONENT and self.separate:
-                    joints = several_joints(
-                        robot, variation.subject, variation.kind, variation.target
+                # A motion begins where closing the loops has put the joints.
+                if isinstance(varied.kind, JointMotion) and self.separate:
+                    scene = varied.kind.with_coordinates_of(
+                        varied, scene, robot, self.first.q, replaces=False
                     )
-                    closed = {joint.name: joint.coordinates(self.first.q) for joint, _ in joints}
-                    posture = replace(
-                        scene.posture,
-                        joint_quaternions={**closed, **scene.posture.joint_quaternions},
-                    )
-                    scene = replace(scene, posture=posture)
-                scene, robot = applied(scene, robot, variation, value)
+                scene, robot = varied.applied(scene, robot, value)
         if changes:
-            # at once, as each robot reads the places of its frames anew
+            # All at once, because each changed robot reads the places of its frames anew.
             robot = changed(robot, changes)
-        if any(variation.moves for variation in choice) and self.separate:
+        # `separate` asks for the first landing, and so for a case without motion.
+        if any(varied.moves for varied in choice) and self.separate:
             scene = self._with_closed_loops(scene)
-            for variation, value in choice.items():
-                for joint in variation.joints(robot) if variation.kind == "joint" else ():
-                    if abs(scene.posture.joints_deg.get(joint.name, value) - value) > MOVED:
-                        raise StudyError(
-                            f'{variation.subject}: closing the loops moves "{joint.name}" away '
-                            f"from {value:g} {variation.unit}; let other joints move with "
-                            "--assemble"
-                        )
+            _refuse_moved(scene, robot, choice)
         return scene, robot
 
     def _with_closed_loops(self, scene: Scene) -> Scene:
@@ -463,6 +446,24 @@ class VariedLandings:
         return replace(
             scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble
         )
+
+
+def _refuse_moved(scene: Scene, robot: Robot, choice: Mapping[Variation, Any]) -> None:
+    """Refuse joints that closing the loops has moved away from their values.
+
+    Raises:
+        StudyError: there is one.
+    """
+    for varied, value in choice.items():
+        if not isinstance(varied.kind, JointPosition):
+            continue
+        for joint in varied.kind.joints(robot, varied):
+            closed = scene.posture.joints_deg.get(joint.name, value)
+            if abs(closed - value) > MOVED:
+                raise StudyError(
+                    f'{varied.subject}: closing the loops moves "{joint.name}" away '
+                    f"from {value:g} {varied.unit}; let other joints move with --assemble"
+                )
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
@@ -513,7 +514,7 @@ def varied_landings(
     ]
     if sample is not None:
         if not keep_joints and not any(
-            varied.kind == "joint" or varied.uncertain for varied in variations
+            isinstance(varied.kind, JointPosition) or varied.uncertain for varied in variations
         ):
             variations += [
                 read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints
@@ -525,30 +526,24 @@ def varied_landings(
             "nothing varies; name a joint or another quantity with --vary, or draw random "
             "postures with --sample"
         )
-    variations = [
-        part
-        for varied in variations
-        for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))
-    ]
-    variations = [_complete(robot, varied, sample is not None) for varied in variations]
+    # Without values each joint has its own range.
+    single: list[Variation] = []
+    for varied in variations:
+        has_values = varied.values or varied.span
+        single += [varied] if has_values else each_of(robot, varied)
+    variations = [_complete(robot, varied, sample is not None) for varied in single]
     refuse_repeated(robot, variations)
     scene = check_scene(scene)
     for varied in variations:
-        refuse_given_otherwise(scene, varied.kind)
+        varied.kind.refuse_scene(scene)
     source = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
     if source.rows > MOST_ROWS:
         raise StudyError(
             f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or "
             "draw a sample with --sample"
         )
-    plane = plane_of(scene)
     for varied in source.axes:
-        for value in (varied.values or varied.span or ()) if varied.stage == 2 else ():
-            applied(scene, robot, varied, value)[0].strike.vector(plane)
-        if varied.kind == "armature":
-            armature_set(scene, robot, varied)
-        if varied.kind in ("joint-stiffness", "flex"):
-            applied(scene, robot, varied, 1.0)
+        varied.kind.check_landing(varied, scene, robot)
     return source
 
 

@@ -2,7 +2,6 @@
 inertia and place of joints.
 """
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, get_args
@@ -10,7 +9,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.number import number_from
+from shockpc.core.number import factor_texts, number_from
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.elements import Drives
 from shockpc.robot.robot import Robot
@@ -113,27 +112,30 @@ def read_changes(text: str) -> tuple[Change, ...]:
     Raises:
         StudyError: it is not of that form.
     """
-    changes = []
-    for part in filter(None, map(str.strip, text.split(";"))):
-        written, colon, rest = part.partition(":")
-        pattern, equals, number = (piece.strip() for piece in rest.rpartition("="))
-        factor = number.endswith("x")
-        try:
-            values = tuple(map(number_from, number.removesuffix("x").split(",")))
-        except ValueError:
-            values = (math.nan,)
-        known = [kind for kind in get_args(Property) if kind == written.strip()]
-        complete = colon and equals and pattern and not math.isnan(sum(values))
-        if not known or not complete:
-            kinds = ", ".join(get_args(Property))
-            raise StudyError(
-                f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as '
-                f"{EXAMPLE}; properties are {kinds}"
-            )
-        changes.append(Change(known[0], pattern, values if len(values) > 1 else values[0], factor))
+    changes = tuple(_read_change(part) for part in map(str.strip, text.split(";")) if part)
     if not changes:
         raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
-    return tuple(changes)
+    return changes
+
+
+def _read_change(text: str) -> Change:
+    """One change, PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx."""
+    what, _, rest = text.partition(":")
+    pattern, _, number = rest.rpartition("=")
+    texts, factor = factor_texts(number.split(","))
+    try:
+        values = tuple(map(number_from, texts))
+    except ValueError:
+        values = ()
+    known = [kind for kind in get_args(Property) if kind == what.strip()]
+    if not (known and pattern.strip() and values):
+        kinds = ", ".join(get_args(Property))
+        raise StudyError(
+            f'"{text}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as '
+            f"{EXAMPLE}; properties are {kinds}"
+        )
+    value = values if len(values) > 1 else values[0]
+    return Change(known[0], pattern.strip(), value, factor)
 
 
 def changed(robot: Robot, changes: Iterable[Change]) -> Robot:

@@ -109,14 +109,13 @@ def varied_text(name: str, unit: str) -> str:
 
     Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values.
     """
-    from shockpc.evaluation.variation import DRIVEN, OF_A_PART, WORDS
+    from shockpc.evaluation.kinds.registry import KINDS
 
-    kind, _, target = name.partition(":")
-    if kind in OF_A_PART and target:
-        what = DRIVEN[kind][0] if kind in DRIVEN else kind.replace("com-", "CoM ").replace("-", " ")
-        return printable(f"{what} of {target}", 60)
-    if name in WORDS:
-        return name.replace("-", " ")
+    word, _, target = name.partition(":")
+    kind = KINDS.get(word)
+    if kind is not None and bool(kind.of) == bool(target):
+        what = kind.title or word.replace("-", " ")
+        return printable(f"{what} of {target}", 60) if target else what
     what = {"deg": "angle of ", "m": "position of "}.get(unit, "") + "all " * ("*" in name)
     return printable(what + name.removeprefix("joint:"), 60)
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
-from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
@@ -224,8 +223,7 @@ def _variables(study: Improvement) -> Sheet:
         "at the optimum is nearly zero",
         "set back, and 5 %: the constraints may not hold there",
     ]
-    of_robot = (*OF_A_LINK, "place")
-    changed = [varied.subject for varied in study.cost.variations if varied.kind in of_robot]
+    changed = [varied.subject for varied in study.cost.variations if varied.kind.of_robot]
     if changed:
         notes.append(
             f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its "

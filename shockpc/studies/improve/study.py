@@ -16,10 +16,12 @@ from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.kinds.joints import OfDrive
+from shockpc.evaluation.kinds.posture import motion_range
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import DRIVEN, Vary, motion_range, pairs
-from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.evaluation.vary import Vary, pairs
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import landing_of, resolve
 from shockpc.landing.scene import Scene
@@ -309,7 +311,7 @@ def improve(
         optimum, worst = _proven(cost, after)
 
     ends: dict[End, DriveEnd | ShockError] = {}
-    if not any(varied.kind in DRIVEN for varied in cost.variations):
+    if not any(isinstance(varied.kind, OfDrive) for varied in cost.variations):
         modelled = DriveEnd(given, optimum, optimum, x)
         with trace.stage("ends of the drives"):
             ends = at_drive_ends(modelled, cases, lambda scenes: _at_end(cost_of(scenes), x))

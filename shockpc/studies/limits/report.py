@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
-from shockpc.evaluation.variation import OF_THE_GROUND
+from shockpc.evaluation.kinds.contacts import OfGround
+from shockpc.evaluation.kinds.registry import KINDS
 from shockpc.show.header import header_lines, warning_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
@@ -117,9 +118,9 @@ def _no_dependence(study: JointLimits) -> list[str]:
     text = (
         f"{study.target.name} does not depend on {study.subject} in this range: {keeps} the bound"
     )
-    if study.subject in OF_THE_GROUND and not study.target.selection.quantity.of_ground(
-        study.profile.scene
-    ):
+    if isinstance(
+        KINDS.get(study.subject), OfGround
+    ) and not study.target.selection.quantity.of_ground(study.profile.scene):
         text += (
             "; it is of rigid contacts that stick; name a quantity that depends on the ground, "
             "such as shock_friction or peak_force"

@@ -19,18 +19,11 @@ from shockpc.evaluation.column_values import columns
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.kinds.joints import OfDrive
+from shockpc.evaluation.kinds.posture import JOINT_POSITION, motion_range
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import (
-    ATTITUDE,
-    COMPONENT,
-    DRIVEN,
-    OFFSET,
-    Variation,
-    kind_of,
-    motion_range,
-    variation,
-)
-from shockpc.evaluation.varied_scene import present_value, with_offsets
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.vary import kind_of, variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
@@ -277,9 +270,9 @@ class JointLimits:
 def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     """The values of a joint that turns in radians, which are typed in degrees."""
     kind, pattern = kind_of(robot, given["joint"])
-    turns = {**ATTITUDE, **COMPONENT}.get(kind) == "deg" or (
-        kind == "joint" and robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic"
-    )
+    turns = kind.unit == "deg"
+    if kind == JOINT_POSITION:
+        turns = robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic"
     return given | {
         name: np.radians(given[name]).tolist()
         for name in ("joint_range", "step")
@@ -384,7 +377,7 @@ def limits(
     scene = scene_of(scene)
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
-    scene = with_offsets(scene) if varied.kind in OFFSET else scene
+    scene = varied.kind.prepared(scene)
     (profile,) = profiles({"": (scene, robot)}).values()
     landing, angle = profile.landing, profile.landing.strike_angle
     number = column(profile, target_text(target, [scene]))
@@ -416,7 +409,7 @@ def limits(
         bound=bound,
         range=(low, high),
         file_limits=_file_limits(joints),
-        present=(present_value(landing, varied) / scale, angle),
+        present=(varied.present(landing) / scale, angle),
         strikes=angles,
         step=step,
         scan=scan,
@@ -436,7 +429,7 @@ def limits(
             robot=robot,
         )
 
-    if varied.kind in DRIVEN:
+    if isinstance(varied.kind, OfDrive):
         return modelled
     return replace(modelled, ends=at_drive_ends(modelled, {"": (scene, robot)}, at_end))
 
@@ -549,9 +542,9 @@ def _varied(
     variation].
     """
     kind, pattern = kind_of(robot, subject)
-    if kind in NOT_LIMITED:
-        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind]}")
-    joints = settable_joints(robot, pattern, StudyError) if kind == "joint" else ()
+    if kind.word in NOT_LIMITED:
+        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind.word]}")
+    joints = settable_joints(robot, pattern, StudyError) if kind == JOINT_POSITION else ()
     low, high = (
         given if given is not None else motion_range(joints) if joints else (math.nan, math.nan)
     )
@@ -565,9 +558,7 @@ def _varied(
             f"the range of {subject_text} is {what}; give its minimum and maximum with --range "
             f"LOW:HIGH"
         )
-    scale = (
-        math.degrees(1.0) if unit == "rad" or {**ATTITUDE, **COMPONENT}.get(kind) == "deg" else 1.0
-    )
+    scale = math.degrees(1.0) if unit == "rad" or kind.unit == "deg" else 1.0
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 
 

@@ -14,10 +14,10 @@ from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_ground
-from shockpc.evaluation.variation import Vary, pairs
-from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.evaluation.vary import Vary, pairs
 from shockpc.landing.bandwidths import scene_low_pass
 from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.record import Option

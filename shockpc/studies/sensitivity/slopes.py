@@ -12,13 +12,24 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
-from shockpc.evaluation.variation import COMPONENT, DRIVEN, OF_A_LINK, OF_THE_GROUND, Variation
+from shockpc.evaluation.kinds.joints import ARMATURE
+from shockpc.evaluation.kinds.links import (
+    CENTRES,
+    ENTRIES,
+    INERTIA,
+    LINK_PROPERTIES,
+    POINT_MASS,
+    LinkProperty,
+)
+from shockpc.evaluation.kinds.posture import JOINT_POSITION
+from shockpc.evaluation.kinds.registry import KINDS
+from shockpc.evaluation.kinds.strike import STRIKE_ANGLE
+from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_landings import VariedLandings
-from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import COMPONENTS
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.changes import ADDED, link_inertia, links_with_mass
+from shockpc.robot.changes import link_inertia, links_with_mass
 
 STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4
 """First step of a difference as a share of the parameter's size; where its two differences do not
@@ -96,13 +107,11 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     Raises:
         StudyError: the scene gives it in another way.
     """
-    refuse_given_otherwise(landing.scene, varied.kind)
-    robot, kind, value = landing.robot, varied.kind, present_value(landing, varied)
-    nonnegative, lowest, away = (
-        kind in ("mass", "place", "flex", *DRIVEN, *OF_THE_GROUND) or varied.factor,
-        -math.inf,
-        value,
-    )
+    varied.kind.refuse_scene(landing.scene)
+    robot = landing.robot
+    kind = varied.kind
+    value = away = varied.present(landing)
+    lowest = 0.0 if kind.nonnegative or varied.factor else -math.inf
     relative = varied.unit not in ("deg", "m")
     size = step = (
         landing.length
@@ -111,28 +120,29 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
         if varied.unit == "deg"
         else abs(value) or 1.0
     )
-    if kind in OF_A_LINK:
+    if isinstance(kind, LinkProperty):
         whole, own = (
             robot.inertias[robot.frames[varied.target].body],
             link_inertia(robot, varied.target),
         )
-        if kind.startswith("com-"):
+        if kind in CENTRES:
             size, away = (
                 float(robot.gyration[robot.frames[varied.target].body]) or size,
-                float(own.lever["xyz".index(kind[-1])]),
+                float(own.lever["xyz".index(kind.word[-1])]),
             )
-        elif kind.startswith("inertia-"):
+        elif kind in ENTRIES:
             size, step = float(np.trace(whole)) / 3.0, float(np.trace(own.inertia)) / 3.0
-            away = float(own.inertia["xyz".index(kind[-2]), "xyz".index(kind[-1])])
+            away = float(own.inertia["xyz".index(kind.word[-2]), "xyz".index(kind.word[-1])])
         elif not varied.factor:
             size = step = own.mass
-            lowest = -own.mass if kind in ADDED else 0.0
-    if kind == "armature" and not varied.factor:
+            if kind == POINT_MASS:
+                lowest = -own.mass
+    if kind == ARMATURE and not varied.factor:
         v, H = robot.joint(varied.target).v.start, landing.state.H[0]
         # the inertia that the joint moves; with all others free it resists by less
         step = value or float(H[v, v])
         size = 1.0 / float(np.linalg.inv(H)[v, v])
-    if kind == "strike-angle" and landing.plane.level:
+    if kind == STRIKE_ANGLE and landing.plane.level:
         value = math.nan
     step = {"deg": 1.0, "m": MILLIMETRE}.get(varied.unit, 0.01 * step)
     return Parameter(
@@ -142,7 +152,7 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
         step,
         relative,
         math.copysign(1.0, away or 1.0),
-        0.0 if nonnegative else lowest,
+        lowest,
     )
 
 
@@ -154,9 +164,9 @@ def _every(landing: PosedLanding) -> Iterator[Variation]:
     }
     for link in links_with_mass(robot, "*"):
         yield from (
-            Variation(f"{kind}:{link}", kind, link, unit)
-            for kind, unit in OF_A_LINK.items()
-            if kind != "inertia"
+            Variation(f"{kind.word}:{link}", kind, link, kind.unit)
+            for kind in LINK_PROPERTIES
+            if kind != INERTIA
         )
     joints = [
         joint
@@ -166,24 +176,28 @@ def _every(landing: PosedLanding) -> Iterator[Variation]:
     ]
     for joint in joints:
         if not locked[joint.v].all():
-            unit = DRIVEN["armature"][1 if joint.unit == "rad" else 2]
+            unit = ARMATURE.unit_of_prismatic
+            if joint.unit == "rad":
+                unit = ARMATURE.unit_of_revolute
             # A factor keeps the rotor, with its gear and its spring; another inertia would leave
             # them out.
             factor = joint.name in with_rotor or bool(landing.joint_model.per_turn[joint.v].any())
             yield Variation(
                 f"armature:{joint.name}",
-                "armature",
+                ARMATURE,
                 joint.name,
                 "-" if factor else unit,
                 factor=factor,
             )
     for joint in joints:
         if joint.axis is not None:
-            yield Variation(joint.name, "joint", joint.name, joint.unit.replace("rad", "deg"))
-        for kind in COMPONENTS.get(joint.kind, ()):
-            yield Variation(f"{kind}:{joint.name}", kind, joint.name, COMPONENT[kind])
+            yield Variation(
+                joint.name, JOINT_POSITION, joint.name, joint.unit.replace("rad", "deg")
+            )
+        for word in COMPONENTS.get(joint.kind, ()):
+            yield Variation(f"{word}:{joint.name}", KINDS[word], joint.name, KINDS[word].unit)
     if not landing.plane.level:
-        yield Variation("strike-angle", "strike-angle", "", "deg")
+        yield Variation("strike-angle", STRIKE_ANGLE, "", "deg")
 
 
 def parameters(landing: PosedLanding, chosen: Sequence[Variation] = ()) -> dict[str, Parameter]:

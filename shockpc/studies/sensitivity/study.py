@@ -19,18 +19,12 @@ from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.kinds.contacts import ContactNames
+from shockpc.evaluation.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import (
-    OFFSET,
-    Variation,
-    Vary,
-    each_of,
-    pairs,
-    refuse_repeated,
-    variation,
-)
-from shockpc.evaluation.varied_scene import with_offsets
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.shock_profile import ShockProfile
@@ -281,8 +275,7 @@ def sensitivity(
             "one of the two out"
         )
     refuse_repeated(robot, chosen)
-    if any(varied.kind in OFFSET for varied in chosen):
-        scenes = {name: with_offsets(scene) for name, scene in scenes.items()}
+    scenes = {name: prepared(scene, chosen) for name, scene in scenes.items()}
     solved = tuple(
         profiles({name: (scene, robot) for name, scene in scenes.items()}, trace).values()
     )
@@ -340,7 +333,7 @@ def _single(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     Raises:
         StudyError: it has no derivative, or no range.
     """
-    if varied.kind == "contact":
+    if isinstance(varied.kind, ContactNames):
         raise StudyError(
             "contacts have names, by which nothing has a derivative; compute each landing with "
             "shockpc sweep"
@@ -389,7 +382,7 @@ def _changes(
                 name, one.value, varied.unit, percent * one.step, share, {name: 1.0}
             )
             continue
-        together = pattern if varied.kind == "joint" else f"{varied.kind}:{pattern}"
+        together = pattern if varied.kind == JOINT_POSITION else f"{varied.kind.word}:{pattern}"
         parts = dict(changes[together].parts) if together in changes else {}
         parts[name] = one.away * (100.0 * one.step if one.relative else 1.0)
         unit, step = ("-", share) if one.relative else (varied.unit, percent * one.step)

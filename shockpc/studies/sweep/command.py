@@ -8,6 +8,7 @@ from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, 
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.scenes import scenes_from, with_contact
 from shockpc.cli.study_command import given, help_of, refuse_unasked, refuse_varied, study_options
+from shockpc.evaluation.kinds.contacts import CONTACT
 from shockpc.landing.contact import contact_name
 from shockpc.studies.sweep.report import sweep_report
 from shockpc.studies.sweep.study import sweep as study
@@ -43,11 +44,7 @@ def sweep(
         )
     refuse_unasked(study, options, typed)
     made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
-    refuse_varied(
-        options,
-        loaded,
-        ((one.kind, one.target) for one in made.landings.variations if not one.factor),
-    )
+    refuse_varied(options, loaded, made.landings.variations)
     with computed(
         made, "rows", output.out, rows or (None if output.out is None else "parquet"), run
     ) as table:
@@ -55,7 +52,7 @@ def sweep(
         varied = [
             one
             for one in landings.variations
-            if landings.sample is not None and one.kind != "contact"
+            if landings.sample is not None and one.kind != CONTACT
         ]
         summary = summarise(
             made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2

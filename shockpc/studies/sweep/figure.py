@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.kinds.contacts import CONTACT
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.show.figure.style import CURVES, INK, SHOCK, histogram, new_chart, shock_levels
@@ -48,7 +49,7 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     """Draw the figure of a sweep."""
     sweep, axes = summary.evaluation.landings, summary.evaluation.landings.axes
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
-    varied = any(variation.kind == "contact" for variation in sweep.variations)
+    varied = any(variation.kind == CONTACT for variation in sweep.variations)
     title = robot_name(sweep.robot) + ("" if varied else printable(f", landing on {contacts}", 70))
     shown = [extent for extent in summary.extents if extent.counts.any()][:MOST_CURVES]
     if not shown:
@@ -76,9 +77,9 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
         curve._replace(values=curve.values.reshape(len(slow.values), len(fast.values)))
         for curve in values[:MAPS]
     ]
-    if fast.kind == "contact":
+    if fast.kind == CONTACT:
         slow, fast, grids = fast, slow, [grid._replace(values=grid.values.T) for grid in grids]
-    if slow.kind != "contact":
+    if slow.kind != CONTACT:
         return _maps(title, slow, fast, grids)
     names = [printable(str(name), 60) for name in slow.values[:MOST_CURVES]]
     panels = {
@@ -100,7 +101,7 @@ def _label(extent: Extent) -> str:
 def _axis(variable: Variation) -> str:
     """What is varied, in words, with its unit."""
     words = varied_text(variable.subject, variable.unit)
-    return words if variable.kind == "contact" else f"{words} [{variable.unit}]"
+    return words if variable.kind == CONTACT else f"{words} [{variable.unit}]"
 
 
 def _curves(
@@ -116,11 +117,9 @@ def _curves(
         varied: what that is.
     """
     figure = new_chart(6.4, 1.6 + 2.0 * len(panels), title)
-    x = [
-        printable(str(name), 24) if variable.kind == "contact" else name for name in variable.values
-    ]
+    x = [printable(str(name), 24) if variable.kind == CONTACT else name for name in variable.values]
     style: dict[str, Any] = (
-        {"linestyle": "none"} if variable.kind == "contact" else {"linewidth": 1.3}
+        {"linestyle": "none"} if variable.kind == CONTACT else {"linewidth": 1.3}
     )
     style |= {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()

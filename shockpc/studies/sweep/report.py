@@ -9,10 +9,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from shockpc.evaluation.column import Column as Computed
-from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
+from shockpc.evaluation.kinds.links import FLEX
+from shockpc.evaluation.kinds.posture import beyond_limits
+from shockpc.evaluation.kinds.strike import SPEED
 from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.judgement.unknowns import CARRIES
-from shockpc.landing.scene import ORIGIN
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
@@ -157,9 +158,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
             if one.greatest_row < 0
         )
     relative = [one.column.place.name for one in summary.extents if one.column.shock]
-    if relative and any(
-        varied.kind == "speed" for varied in summary.evaluation.landings.variations
-    ):
+    if relative and any(varied.kind == SPEED for varied in summary.evaluation.landings.variations):
         asked = (
             f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
         )
@@ -196,20 +195,20 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         if (text := beyond_limits(sweep.robot, varied))
     )
     stiff = sweep.scene.yields or any(
-        varied.kind == "contact-stiffness" for varied in sweep.variations
+        varied.kind.word == "contact-stiffness" for varied in sweep.variations
     )
     if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):
         for varied in (
             varied
             for varied in sweep.variations
-            if varied.kind.endswith("-stiffness") or varied.kind == "flex"
+            if varied.kind.word.endswith("-stiffness") or varied.kind == FLEX
         ):
             asked = "--quantity peak_acceleration or peak_force" + (
                 "" if stiff else ", with --contact-stiffness,"
             )
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
     slides = sweep.scene.friction is not None or any(
-        varied.kind == "friction" for varied in sweep.variations
+        varied.kind.word == "friction" for varied in sweep.variations
     )
     if slides and not any(
         one.column.selection.quantity.of_ground(sweep.scene) for one in summary.extents
@@ -294,32 +293,12 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
     options: list[tuple[str, str]] = []
     others: list[str] = []
     for one, value in made.values_of(row).items():
-        if one.kind == "joint":
-            options.append(("--set", f"{one.target}={float(value)!r}"))
-        elif one.kind == "armature" and value > 0.0 and not one.factor:
-            options.append(("--armature", f"{one.target}={float(value)!r}"))
-        elif (
-            one.kind == "joint-stiffness"
-            and not one.factor
-            and scene.joints.rotor == made.scene.joints.rotor
-        ):
-            options.append(("--joint-stiffness", f"{one.target}={float(value)!r}"))
-        elif one.kind == "flex":
-            options += [
-                ("--flex", f"{name}={text}")
-                for name, text in scene.flex.items()
-                if made.scene.flex.get(name) != text
-            ]
-        elif one.kind in (*STRIKE, *OF_THE_GROUND):
-            options.append((f"--{one.kind}", repr(float(value))))
-        elif one.kind == "contact":
-            options.append(("--contact", str(value)))
-        elif one.kind.startswith("base-"):
-            options.append(("--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ()))))
-        elif one.kind.startswith("offset-"):
-            options.append(("--offset", ",".join(map(repr, scene.contact[0].offset or ORIGIN))))
-        else:
-            others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
+        of_value = one.kind.options(one, value, scene, made.scene)
+        if of_value is not None:
+            options += of_value
+            continue
+        unit = "x" if one.factor else one.unit
+        others.append(f"{one.subject} = {value:g} {unit}")
     if made.separate:  # where the joints are that close the loops, as they were followed
         options += [
             ("--set", f"{name}={x!r}")

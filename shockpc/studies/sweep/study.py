@@ -9,8 +9,9 @@ from typing import Annotated
 from shockpc.evaluation.column import Column, ground_columns, selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.variation import Vary
+from shockpc.evaluation.kinds.contacts import CONTACT
 from shockpc.evaluation.varied_landings import MOST_ROWS, VariedLandings, varied_landings
+from shockpc.evaluation.vary import Vary
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
@@ -163,7 +164,7 @@ def _columns(
     varied = [
         str(value).split("+")
         for varied in study.variations
-        if varied.kind == "contact"
+        if varied.kind == CONTACT
         for value in varied.values
     ]
     for text in (*FEASIBILITY, *quantities):

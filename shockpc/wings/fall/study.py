@@ -17,9 +17,9 @@ from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
+from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Vary, pairs
-from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.evaluation.vary import Vary, pairs
 from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.ratings import TorqueStrength, torque_limits

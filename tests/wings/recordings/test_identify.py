@@ -26,7 +26,7 @@ from shockpc import (
 )
 from shockpc.core.coulomb import solve_each, solve_friction
 from shockpc.evaluation.column_values import proven_columns
-from shockpc.evaluation.variation import variation
+from shockpc.evaluation.vary import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
 from shockpc.method.dynamics import dynamics

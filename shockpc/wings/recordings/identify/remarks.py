@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from shockpc.evaluation.kinds.joints import ARMATURE, ROTOR
 from shockpc.text.printed import few
 from shockpc.wings.recordings.identify.fit import Fit, Solution
 from shockpc.wings.recordings.identify.uncertainty import ALIKE, DRAWS, Uncertainty, drawn
@@ -83,7 +84,7 @@ def of_control(fit: Fit) -> Iterator[str]:
     """
     predictor = fit.predictor
     robot, window = predictor.robot, predictor.measured[0].time
-    inertias = [one for one in predictor.unknowns if one.kind in ("armature", "rotor")]
+    inertias = [one for one in predictor.unknowns if one.kind in (ARMATURE, ROTOR)]
     joints = {name for one in inertias for name in robot.match_joints(one.target)}
     places = [
         v

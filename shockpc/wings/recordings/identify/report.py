@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.variation import OF_A_LINK
+from shockpc.evaluation.kinds.joints import ARMATURE, ROTOR, OfDrive
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.scene_file import scene_text
 from shockpc.robot.elements import IDENTIFIED
@@ -26,10 +26,6 @@ from shockpc.wings.recordings.logs.prediction import SCALE
 
 DRIVES, SCENE = "drives.toml", "scene.toml"
 """Files of what was found."""
-
-INERTIAS = ("armature", "rotor")
-OF_DRIVES = (*INERTIAS, "joint-stiffness")
-"""Kinds of unknowns that are drives."""
 
 
 def identify_report(file: Path, study: Identification) -> Report:
@@ -144,11 +140,7 @@ def _closing(study: Identification) -> Iterator[str]:
             (str(study.predictor.rows.names[i]), text) for i, text in study.messages.items()
         )
         yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
-    if links := [
-        one.variation.subject
-        for one in study.unknowns
-        if one.variation.kind in (*OF_A_LINK, "place")
-    ]:
+    if links := [one.variation.subject for one in study.unknowns if one.variation.kind.of_robot]:
         yield (
             f"{listed(links)} belongs to the robot's file, not to a scene: change it there. "
             f"shockpc compare ROBOT "
@@ -178,8 +170,7 @@ def _document(study: Identification, table: str) -> dict[str, Any]:
 def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]:
     """The drives, if some were unknown, and the scene with all that was found."""
     scene, files = study.scene, dict[str, str]()
-    kinds = {one.variation.kind for one in study.unknowns}
-    if kinds & set(OF_DRIVES):
+    if any(isinstance(one.variation.kind, OfDrive) for one in study.unknowns):
         files[DRIVES] = _drives_text(study, table)
         joints = dataclasses.replace(
             scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={}
@@ -230,7 +221,7 @@ def _drives_text(study: Identification, table: str) -> str:
     status: dict[str, dict[str, str]] = {}
     shares: dict[str, tuple[float, float]] = {}
     for one in study.unknowns:
-        if one.variation.kind in OF_DRIVES:
+        if isinstance(one.variation.kind, OfDrive):
             interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
             text = (
                 f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: "
@@ -241,7 +232,8 @@ def _drives_text(study: Identification, table: str) -> str:
             sources |= dict.fromkeys(names, text)
             if one.state == "identified":
                 status |= {name: {"status": "identified"} for name in names}
-            shares |= dict.fromkeys(names if one.variation.kind in INERTIAS else (), _share(one))
+            if one.variation.kind in (ARMATURE, ROTOR):
+                shares |= dict.fromkeys(names, _share(one))
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:
         v = robot.joint(name).v.start

@@ -22,9 +22,10 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import RenameOption, study
+from shockpc.evaluation.kinds.joints import PLACE
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Variation, Vary, pairs, variation
-from shockpc.evaluation.varied_scene import applied
+from shockpc.evaluation.variation import Kind, Variation
+from shockpc.evaluation.vary import Vary, pairs, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_of
@@ -234,7 +235,7 @@ def identify(
             f"{listed(column.name for column in velocities)}"
         )
     stiff = [
-        one.subject for one in unknowns if one.kind in ("contact-stiffness", "contact-damping")
+        one.subject for one in unknowns if one.kind.word in ("contact-stiffness", "contact-damping")
     ]
     if stiff and chosen[0].time is None:
         raise StudyError(
@@ -249,7 +250,7 @@ def identify(
             "does not say when they were measured; name its columns after6ms_… for 6 ms, or leave "
             "the stiffness out"
         )
-    if all(one.kind != "place" for one in unknowns):  # only lengths decide how loops close
+    if all(one.kind != PLACE for one in unknowns):  # only lengths decide how loops close
         rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, chosen)
     return _identification(
@@ -267,7 +268,9 @@ def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
         )
     if subject == SCALE:
         numbers = variation(robot, "friction", values)
-        one = Variation(SCALE, "scale", "before", "-", span=numbers.span, law=numbers.law)
+        one = Variation(
+            SCALE, Kind("scale", "-"), "before", "-", span=numbers.span, law=numbers.law
+        )
     else:
         one = variation(robot, subject, values)
     if one.span is None or one.law == "normal":
@@ -318,7 +321,7 @@ def _identification(fit: Fit, scene: Scene) -> Identification:
     fitted, robot = scene, fit.predictor.robot
     for one in known.unknowns:
         if one.variation.subject != SCALE:
-            fitted, robot = applied(fitted, robot, one.variation, one.value)
+            fitted, robot = one.variation.applied(fitted, robot, one.value)
     n = int(fit.used.sum())
     statements = (
         *of_errors(known, errors),

@@ -17,7 +17,6 @@ from shockpc.evaluation.column_values import postures
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
 from shockpc.landing.movable import free_columns
 from shockpc.landing.places import Place, body_places
@@ -285,9 +284,9 @@ class Predictor:
                 before = Motion(*(value * part for part in rows.before))
                 rows = rows._replace(before=before, contact_velocity=value * rows.contact_velocity)
                 continue
-            if one.kind == "friction":
+            if one.kind.word == "friction":
                 rows = rows._replace(friction=np.full(len(rows.Q), value))
-            changes = [applied(scene, robot, one, value) for scene in scenes]
+            changes = [one.applied(scene, robot, value) for scene in scenes]
             scenes, robot = [scene for scene, _ in changes], changes[0][1]
         return RecordedLandings(robot, rows._replace(scenes=tuple(scenes)))
 

@@ -1,0 +1,135 @@
+"""Kinds of the contacts and of the ground: which contacts strike, where, and numbers of both."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from shockpc.evaluation.variation import Kind, Options, Variation
+from shockpc.landing.contact import contacts_like, landing_frames
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.record import options_of
+from shockpc.landing.scene import ORIGIN, Contact, Scene
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
+
+
+@dataclass(frozen=True)
+class ContactNames(Kind):
+    """The contacts of a landing, by name."""
+
+    def read(self, robot: Robot, subject: str, target: str, values: Any) -> Variation:
+        """The landings whose contacts are named: NAME,NAME, with + between those of one landing."""
+        texts: list[Any] = []
+        if isinstance(values, str):
+            texts = list(values.split(","))
+        elif isinstance(values, Iterable):
+            texts = list(values)
+        if not texts:
+            raise StudyError(
+                "contact: no contact is named; write contact=NAME,NAME or a glob, such as "
+                "contact=*_foot"
+            )
+        names: list[str] = []
+        for text in texts:
+            names += ["+".join(frames) for frames in landing_frames(robot, str(text))]
+        return Variation(subject, self, "", "", tuple(dict.fromkeys(names)))
+
+    def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
+        text = str(value)
+        names = [text] if text in robot.frames else text.split("+")
+        return replace(scene, contact=contacts_like(scene.contact, names))
+
+    def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
+        return [("--contact", str(value))]
+
+
+@dataclass(frozen=True)
+class Offset(Kind):
+    """A coordinate of all contact points in the frames of their links [m].
+
+    Attributes:
+        axis: 0, 1 or 2 for x, y or z.
+    """
+
+    unit: str = "m"
+    axis: int = 0
+
+    def prepared(self, scene: Scene) -> Scene:
+        """The scene with points as contacts, from the origins of their frames unless it says
+        otherwise.
+        """
+        contacts = []
+        for contact in scene.contact:
+            if contact.at == "auto":
+                contact = replace(contact, at="frame")
+            if contact.kind == "auto":
+                contact = replace(contact, kind="point")
+            contacts.append(contact)
+        return replace(scene, contact=tuple(contacts))
+
+    def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
+        contacts = []
+        for contact in self.prepared(scene).contact:
+            offset = list(contact.offset or ORIGIN)
+            offset[self.axis] = float(value)
+            x, y, z = offset
+            contacts.append(replace(contact, offset=(x, y, z)))
+        return replace(scene, contact=tuple(contacts))
+
+    def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
+        return [(contact.offset or ORIGIN)[self.axis] for contact in landing.scene.contact]
+
+    def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
+        return [("--offset", ",".join(map(repr, scene.contact[0].offset or ORIGIN)))]
+
+
+@dataclass(frozen=True)
+class OfGround(Kind):
+    """A number of the scene that describes the ground.
+
+    Attributes:
+        field: of the record that has it.
+    """
+
+    nonnegative: bool = True
+    uncertain: bool = True
+    field: str = ""
+
+    def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
+        fields: dict[str, Any] = {self.field: float(value)}
+        return replace(scene, **fields)
+
+    def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
+        return [getattr(landing.scene, self.field)]
+
+    def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
+        return [(f"--{self.word}", repr(float(value)))]
+
+
+@dataclass(frozen=True)
+class OfContacts(OfGround):
+    """A number that all contacts have."""
+
+    def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
+        fields: dict[str, Any] = {self.field: float(value)}
+        contacts = tuple(replace(contact, **fields) for contact in scene.contact)
+        return replace(scene, contact=contacts)
+
+    def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
+        return ()
+
+
+def _of_record(kind: type[OfGround], record: type) -> tuple[OfGround, ...]:
+    """The kinds of the options of a record that vary."""
+    return tuple(
+        kind(option.name, option.unit.replace("1", "-"), field=field)
+        for field, option in options_of(record).items()
+        if option.varies
+    )
+
+
+CONTACT = ContactNames("contact")
+
+OFFSETS = (Offset("offset-x", axis=0), Offset("offset-y", axis=1), Offset("offset-z", axis=2))
+
+GROUND = (*_of_record(OfGround, Scene), *_of_record(OfContacts, Contact))

@@ -1,0 +1,117 @@
+"""What a study varies, read from subjects with values: SUBJECT=VALUES."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeAlias
+
+from shockpc.evaluation.kinds.posture import JOINT_POSITION, Attitude
+from shockpc.evaluation.kinds.registry import KINDS, WORDS
+from shockpc.evaluation.variation import Kind, Variation
+from shockpc.landing.scene import Scene
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
+
+Vary: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
+"""What varies: values by subject as `variation` takes them, or pairs of both."""
+
+
+def pairs(vary: Vary) -> list[tuple[str, Any]]:
+    """Subjects with their values, given as a mapping or as pairs.
+
+    Raises:
+        StudyError: they are given in another way.
+    """
+    given: Any = vary.items() if isinstance(vary, Mapping) else vary
+    several = isinstance(given, Iterable) and not isinstance(given, str)
+    listed = list(given) if several else [given]
+    for pair in listed:
+        if not (isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[0], str)):
+            raise StudyError(
+                f'what varies is {pair!r}; give values by subject, such as {{"strike-angle": '
+                f'"0:30"}}, or pairs of both'
+            )
+    return [(subject, values) for subject, values in listed]
+
+
+def variation(
+    robot: Robot, subject: str, values: "str | float | Iterable[float | str] | None" = None
+) -> Variation:
+    """One quantity to vary.
+
+    Args:
+        robot: the robot.
+        subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact",
+            "offset-x", "friction", "mass:LINK", "point-mass:LINK", "com-z:LINK", "inertia:LINK",
+            "inertia-xx:LINK", "flex:LINK", "armature:JOINTS", "rotor:JOINTS",
+            "joint-stiffness:JOINTS", "place:JOINTS", "turn-x:JOINTS" of ball joints, and so on; a
+            name that is none of these words is a joint, or a pattern of joints.
+        values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these,
+            "a:b" for a range to draw from, uniformly or, of factors of armature and stiffness and
+            with ":log" after it, uniformly in the logarithm; "m±s" to draw from a normal
+            distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x
+            after each number, or "±5%", makes it a factor of what the landing has. None for the
+            limits of a joint.
+
+    Raises:
+        UnknownName: the robot has no such joint or link.
+        StudyError: the values do not fit the subject, there are none, or they are beyond the limits
+            of a joint and a whole turn.
+    """
+    kind, target = kind_of(robot, subject)
+    return kind.read(robot, subject, target, values)
+
+
+def kind_of(robot: Robot, subject: str) -> tuple[Kind, str]:
+    """Kind and target of a `Variation`, from its subject.
+
+    Raises:
+        UnknownName: the robot has no such joint.
+        StudyError: the subject names nothing, or the base of the robot is fixed.
+    """
+    word, colon, target = subject.partition(":")
+    if word == "joint" and colon:
+        return JOINT_POSITION, target
+    kind = KINDS.get(word)
+    if kind is not None and kind.of:
+        if target:
+            return kind, target
+        if colon:
+            raise StudyError(f"{subject} names nothing; write {word}:{kind.of}")
+        raise StudyError(f"{subject} names no {kind.of.lower()}; write {subject}:{kind.of}=VALUES")
+    if kind is not None and not colon:
+        if isinstance(kind, Attitude) and not robot.free_base:
+            raise StudyError(
+                f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot '
+                f"be turned"
+            )
+        return kind, ""
+    robot.match("joint or quantity", subject, robot.joint_names, WORDS)
+    return JOINT_POSITION, subject
+
+
+def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
+    """A quantity for each joint or link that matches; one of the whole landing as it is."""
+    return varied.kind.each(robot, varied)
+
+
+def refuse_repeated(robot: Robot, variations: Iterable[Variation]) -> None:
+    """Refuse quantities that are varied twice, joints also by patterns that both match them.
+
+    Raises:
+        StudyError: one is.
+    """
+    seen: dict[str, str] = {}
+    for varied in variations:
+        for name in varied.kind.sets(robot, varied):
+            if name in seen:
+                raise StudyError(
+                    f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep '
+                    f"one of them"
+                )
+            seen[name] = varied.subject
+
+
+def prepared(scene: Scene, variations: Iterable[Variation]) -> Scene:
+    """The scene in which some quantities vary."""
+    for varied in variations:
+        scene = varied.kind.prepared(scene)
+    return scene
