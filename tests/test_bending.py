@@ -10,12 +10,12 @@ import pytest
 from commands import good
 
 from shockpc import Scene, shock_profile
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact
 from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.bending import RINGS, bending, bends
+from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.leg_modes import SPECIFIC_STIFFNESS, leg_modes
 from shockpc.wings.compliant.of_profile import lost_margin, rigid_links
 
@@ -124,7 +124,7 @@ def test_rotors_lower_the_first_bending_mode(go2):
 
 def test_the_modes_are_those_of_the_links_that_bend(go2):
     """The same frequency as of the landing whose scene lets these links bend."""
-    from shockpc.landing.flexible import flexible_landing
+    from shockpc.wings.compliant.bent_landing import flexible_landing
 
     modes = leg_modes(go2.landing, 0)
     bends = landing_of(replace(GO2, flex=dict.fromkeys(modes.links, "EI:674")), go2.robot)

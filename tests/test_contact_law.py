@@ -10,14 +10,14 @@ from scipy.integrate import solve_ivp
 from test_stiffness import normals, sticking, with_springs
 from trees import known_robot
 
-from shockpc.core.stiff_contacts import series_damping, simulate_landing
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Scene
 from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.text.errors import SceneError
+from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.motion.contacts import series_damping, simulate_landing
 
 
 def relaxing(elements, rates):

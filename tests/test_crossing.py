@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shockpc.core.crossing import Effort, Signals, first_crossing
+from shockpc.wings.compliant.motion.crossing import Effort, Signals, first_crossing
 
 
 def signals(constant, cosine, sine, linear=0.0, either=False):

@@ -28,9 +28,9 @@ from shockpc import (
     resolve,
     shock_profile,
 )
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.selection import quantity
+from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.figure import draw_time
 
 K = 1e5

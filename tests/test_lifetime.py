@@ -29,10 +29,11 @@ from shockpc import (
     sweep,
 )
 from shockpc.core.memo import memoized
-from shockpc.impact import friction, stiffness
+from shockpc.impact import friction
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.geometry import body_outline
 from shockpc.studies.analyze.report import document, landing_report
+from shockpc.wings.compliant import course
 
 FOOT = Scene(robot="anymal_b", contact=Contact(frame="LF_FOOT"))
 SLIDING, STIFF = replace(FOOT, friction=0.3), replace(FOOT, contact_stiffness=1e5)
@@ -111,7 +112,7 @@ def test_a_landing_ends_with_its_last_reference(scene: Scene):
 
 @pytest.mark.parametrize(
     ("scene", "module", "name"),
-    [(SLIDING, friction, "solve_friction"), (STIFF, stiffness, "simulate_landing")],
+    [(SLIDING, friction, "solve_friction"), (STIFF, course, "simulate_landing")],
 )
 def test_every_landing_is_solved_once(
     scene: Scene, module: object, name: str, monkeypatch: pytest.MonkeyPatch

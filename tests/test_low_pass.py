@@ -10,12 +10,8 @@ import pytest
 from scipy import signal
 
 from shockpc import Scene, load_robot, shock_profile
-from shockpc.core.filtered import filtered
 from shockpc.core.low_pass import LowPass, low_pass_from, pulse_reading
 from shockpc.core.pulse import SHAPES, Pulse
-from shockpc.core.stiff_contacts import simulate_landing
-from shockpc.core.stiff_motion import Elements
-from shockpc.impact.spectra import spectrum
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Part, Point
@@ -27,6 +23,10 @@ from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.analyze.views import readings_text
 from shockpc.text.errors import SceneError
 from shockpc.wings.compliant.figure import draw_time
+from shockpc.wings.compliant.motion.contacts import simulate_landing
+from shockpc.wings.compliant.motion.filtered import filtered
+from shockpc.wings.compliant.motion.motion import Elements
+from shockpc.wings.compliant.spectra import spectrum
 
 LANDING = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6, joints=Joints(carried=False))
 FILTERS = [LowPass(200.0, 1), LowPass(60.0, 2), LowPass(900.0, 2)]

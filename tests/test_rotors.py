@@ -30,13 +30,13 @@ from shockpc.cli.parse import rotor
 from shockpc.evaluation.vary import variation
 from shockpc.impact.drive_response import drive_response, with_inertias
 from shockpc.impact.landed import solved
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.profile import profile_of
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import quantity
 from shockpc.robot.changes import changed, read_changes
+from shockpc.wings.compliant.bent_landing import flexible_landing
 
 WIDE = '<limit lower="-999" upper="999" effort="1" velocity="1"/>'
 ROTORS = {

@@ -15,13 +15,13 @@ from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
 from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.contact import contact_block
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Posture
 from shockpc.landing.strike import Strike
 from shockpc.robot.load import load_robot
+from shockpc.wings.compliant.bent_landing import flexible_landing
 
 SOLE = np.array([(x, y, -0.09) for x in (-0.08, 0.14) for y in (-0.045, 0.045)])
 """Corners of the soles of the biped of `standing.soles`, in the frame of the foot [m]."""

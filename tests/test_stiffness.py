@@ -10,10 +10,16 @@ import pytest
 from compliant import follow
 from scipy.integrate import solve_ivp
 
-from shockpc.core import crossing, stiff_motion, stiff_state
 from shockpc.core.impulse import TOLERANCE, solve_impact
-from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
-from shockpc.core.stiff_motion import Elements
+from shockpc.wings.compliant.motion import crossing
+from shockpc.wings.compliant.motion import motion as stiff_motion
+from shockpc.wings.compliant.motion import state as stiff_state
+from shockpc.wings.compliant.motion.contacts import (
+    attach_rotors,
+    damper_restitution,
+    simulate_landing,
+)
+from shockpc.wings.compliant.motion.motion import Elements
 
 SEEDS = range(3)
 

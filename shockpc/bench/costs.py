@@ -30,7 +30,6 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import processes
 from shockpc.evaluation.varied_landings import VariedLandings
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.method.dynamics import dynamics
@@ -40,6 +39,7 @@ from shockpc.show.row_files import RowFiles
 from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.study import sweep
+from shockpc.wings.compliant.course import CompliantLanding
 
 ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT")
 COMMANDS = {

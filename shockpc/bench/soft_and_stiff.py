@@ -16,9 +16,9 @@ from shockpc.bench.measure import timed
 from shockpc.bench.methods import UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.core.spatial import Array
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.judgement.accuracy import double_error
 from shockpc.show.tables import Cell, Column, Sheet
+from shockpc.wings.compliant.course import CompliantLanding
 
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
 """Of the contact [N/m]."""

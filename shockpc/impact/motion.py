@@ -9,6 +9,7 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.wings import doors
 
 
 class Motion(Protocol):
@@ -61,8 +62,8 @@ def motion_of(landing: PosedLanding, until: float | None = None) -> Motion | Non
     """
     if not landing.scene.yields:
         return None
-    from shockpc.impact.stiffness import CompliantLanding, compliant_landing
-
-    if until is None:
-        return compliant_landing(landing)
-    return CompliantLanding(landing, until)
+    for door in doors("landing"):
+        motion: Motion | None = door.motion(landing, until)
+        if motion is not None:
+            return motion
+    return None

@@ -288,3 +288,17 @@ def first_contact(robot: Robot, texts: Iterable[str]) -> str:
             if len(landing_frames(robot, text)) == 1:
                 return text
     return next(iter(given), "")
+
+
+def check_holds_normal(contact: Contact, block: ConstraintBlock, option: str) -> None:
+    """Refuse a contact whose directions do not span the normal of the ground, which an option
+    needs.
+    """
+    rank = np.linalg.matrix_rank(block.forces)
+    if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
+        raise SceneError(
+            f'contact "{contact.frame}" has {option}, so the directions in which it is held have to '
+            "span the ground's normal; give directions along the normal and along the ground, such "
+            "as x and z",
+            blocks=[contact.frame],
+        )

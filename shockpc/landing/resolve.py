@@ -13,7 +13,7 @@ from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
-from shockpc.landing.contact import contact_block
+from shockpc.landing.contact import check_holds_normal, contact_block
 from shockpc.landing.end_stops import is_stop, striking_stop
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
@@ -31,7 +31,6 @@ from shockpc.landing.scene_file import (
     with_paths,
     with_plane,
 )
-from shockpc.landing.stiffness_rules import check_holds_normal, check_stiffness
 from shockpc.landing.strike import Strike
 from shockpc.method.base import Base
 from shockpc.method.constraints import ConstraintBlock
@@ -43,6 +42,7 @@ from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
+from shockpc.text.wings import doors
 
 MOST_CONTACTS = 100
 """Contacts of a scene, with the feet that stand; a landing on so many feet takes some 15 s and 0.7
@@ -120,7 +120,7 @@ def pulse_of(scene: Scene) -> Pulse | None:
     """
     measured = bool(low_passes_of(scene))
     if scene.pulse is None:
-        if scene.range_g is not None and scene.contact_stiffness is None and not measured:
+        if scene.range_g is not None and not scene.yields and not measured:
             raise SceneError(
                 "a sensor's range needs accelerations; give a pulse, such as half-sine:5ms, a "
                 "contact stiffness, "
@@ -140,7 +140,8 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
             "a restitution of end stops is given, but they are left out; give stops = true "
             "(--stops) too"
         )
-    check_stiffness(scene, blocks)
+    for door in doors("landing"):
+        door.check_scene(scene, blocks)
     if scene.friction is not None:
         for contact, block in zip(scene.contact, blocks, strict=True):
             _check_friction_at(contact, block)
@@ -286,10 +287,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         if place.joint < 0:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
-    if scene.flex:
-        from shockpc.landing.flexible import flexible_landing
-
-        flexible_landing(landing)
+    for door in doors("landing"):
+        door.check(landing)
     return landing
 
 

@@ -13,6 +13,7 @@ from shockpc.core.most_severe import ExtremeDirections
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.core.threads import one_thread
+from shockpc.impact.motion import Motion, motion_of
 from shockpc.landing.closure import Assembly
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.posture import spelled_out
@@ -49,7 +50,6 @@ from shockpc.text.shown import show_page, shown_by
 
 if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult
-    from shockpc.impact.stiffness import CompliantLanding
 
 
 @frozen()
@@ -280,13 +280,9 @@ class ShockProfile(LandingValues):
         return friction_of(self.landing)
 
     @property
-    def stiffness(self) -> "CompliantLanding | None":
-        """The landing on contacts of the scene's stiffness; None if it gives none."""
-        if not self.scene.yields:
-            return None
-        from shockpc.impact.stiffness import compliant_landing
-
-        return compliant_landing(self.landing)
+    def stiffness(self) -> Motion | None:
+        """The landing over time; None where the scene gives no stiffness of the contacts."""
+        return motion_of(self.landing)
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:

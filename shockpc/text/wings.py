@@ -29,6 +29,9 @@ class Wing(NamedTuple):
             below the tables; `pictures(profile, spectrum)`;
             `document(profile, spectrum)`, keys of the JSON document; `histories(profile)`, charts of
             a page; `overlay(profile)`, lines of the figure in the plane with a note.
+        landing: `check_scene(scene, constraints)` and `check(landing)`, which refuse what has no
+            meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of `impact.motion`,
+            or None; `described(scene)`, what headers say of the robot.
         quantities: `QUANTITIES`, records of the table of quantities; opened at import.
         checks: `CHECKS`, each from a profile to diagnostics; `SHARED`, those of which studies of
             many landings show the worst, by kind and subject.
@@ -39,6 +42,7 @@ class Wing(NamedTuple):
     sliders: str = ""
     beyond: str = ""
     report: str = ""
+    landing: str = ""
     quantities: str = ""
     checks: str = ""
 

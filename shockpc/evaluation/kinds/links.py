@@ -6,7 +6,7 @@ from typing import Any, cast, get_args
 
 from shockpc.core.segments import Flex
 from shockpc.evaluation.variation import Factors, Kind, Options, Target, Variation
-from shockpc.landing.flexible import flexes_of
+from shockpc.landing.flexes import flexes_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.robot.changes import Change, Entry, Property, links_with_mass

@@ -152,7 +152,7 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     if landing.scene.contact_law == "damper":
-        from shockpc.core.stiff_contacts import rise, series_damping
+        from shockpc.wings.compliant.motion.contacts import rise, series_damping
 
         restitution = np.array(landing.contacts[contact].restitution)
         shortened = float(rise(series_damping(restitution))) * 2.0 / math.pi

@@ -3,9 +3,9 @@
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.silhouette import to_plane
+from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.histories import bent_links
 
 BENT = 0.2

@@ -12,8 +12,6 @@ from matplotlib.figure import Figure
 
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
-from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
-from shockpc.impact.stiffness import CompliantLanding, compliant_landing
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, low_passes
@@ -22,6 +20,9 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.text.printed import printable
+from shockpc.wings.compliant.course import CompliantLanding, compliant_landing
+from shockpc.wings.compliant.of_profile import compliant_of
+from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum
 
 CURVES_SHOWN, SMALL = 6, 0.05
 """Most curves of a panel, those of the largest peaks, and smallest peak of them as a share of the
@@ -318,9 +319,10 @@ def _landing_text(profile: ShockProfile) -> str:
 
 
 def _compliant(profile: ShockProfile) -> CompliantLanding:
-    """The landing on contacts of finite stiffness."""
-    assert profile.stiffness is not None
-    return profile.stiffness
+    """The landing over time."""
+    compliant = compliant_of(profile)
+    assert compliant is not None
+    return compliant
 
 
 def _plot(axes: Axes, t: Array, names: Sequence[str], curves: Array, rigid: Array | None) -> None:

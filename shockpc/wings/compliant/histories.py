@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.flexible import FlexibleLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import point_velocity
+from shockpc.wings.compliant.bent_landing import FlexibleLanding
+from shockpc.wings.compliant.course import CompliantLanding
 
 SAMPLES = 400
 """Times at which the largest deflection is sought."""

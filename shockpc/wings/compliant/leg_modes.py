@@ -88,7 +88,9 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     if not slender:
         return None
     names = tuple(robot.bodies[k].name for k in slender)
-    from shockpc.landing.flexible import flexible_landing  # which short runs do not need
+    from shockpc.wings.compliant.bent_landing import (
+        flexible_landing,  # which short runs do not need
+    )
 
     bending = flexible_landing(landing.without_stops, tuple((name, Flex(EI=1.0)) for name in names))
     flexible = bending.flexible

@@ -9,13 +9,13 @@ import numpy as np
 from shockpc.core.spatial import in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
-from shockpc.impact.stiffness import compliant_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.ratings import torque_limits
 from shockpc.landing.resolve import landing_of
 from shockpc.quantities.of_parts import part_margin, torque_share
 from shockpc.text.errors import SceneError, SolveError
+from shockpc.wings.compliant.course import compliant_landing
 
 SOFTEST, STIFFEST = 1e2, 1e9
 """Stiffness of contacts between which that is sought from which on a margin is lost [N/m]."""

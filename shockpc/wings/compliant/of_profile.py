@@ -9,7 +9,17 @@ from shockpc.text.errors import RobotError
 from shockpc.wings.compliant.bending import Bending, bending
 
 if TYPE_CHECKING:
+    from shockpc.wings.compliant.course import CompliantLanding
     from shockpc.wings.compliant.margin_lost import MarginLost
+
+
+def compliant_of(profile: ShockProfile) -> "CompliantLanding | None":
+    """The landing over time; None where the scene gives no stiffness of the contacts."""
+    if profile.scene.contact_stiffness is None:
+        return None
+    from shockpc.wings.compliant.course import compliant_landing
+
+    return compliant_landing(profile.landing)
 
 
 @memoized()

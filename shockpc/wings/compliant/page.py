@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.html.charts import history
+from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.histories import contact_forces, point_accelerations
 
 SAMPLES = 400

@@ -20,7 +20,7 @@ from shockpc.text.errors import RobotError
 from shockpc.wings.compliant.bending import FOR_JUMPS, FOR_TORQUES, bending
 
 if TYPE_CHECKING:
-    from shockpc.impact.stiffness import CompliantLanding
+    from shockpc.wings.compliant.course import CompliantLanding
 
 (EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
 
@@ -32,7 +32,7 @@ JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.relations
 
 def _solved(landing: PosedLanding) -> "CompliantLanding":
     """The landing over time; what solves it is imported where a scene gives a stiffness."""
-    from shockpc.impact.stiffness import compliant_landing
+    from shockpc.wings.compliant.course import compliant_landing
 
     return compliant_landing(landing)
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.scene import CONTACTS
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
@@ -18,13 +17,14 @@ from shockpc.show.report import Picture
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
-from shockpc.wings.compliant.of_profile import lost_margin, rigid_links
+from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.of_profile import compliant_of, lost_margin, rigid_links
 from shockpc.wings.compliant.texts import stiffness_text
 
 
 def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
     """Tables of a landing, by name."""
-    if profile.stiffness is None:
+    if not profile.scene.yields:
         return {}
     from shockpc.wings.compliant.sheets import modes_sheet
 
@@ -33,7 +33,7 @@ def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
 
 def views(profile: ShockProfile) -> dict[str, View]:
     """What people read of the tables, by name."""
-    if profile.stiffness is None:
+    if not profile.scene.yields:
         return {}
     from shockpc.wings.compliant.sheets import VIEWS
 
@@ -49,7 +49,7 @@ def lines(profile: ShockProfile) -> list[str]:
 
 def pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
     """The landing over time, and on request the shock response spectrum of the points."""
-    if profile.stiffness is None:
+    if not profile.scene.yields:
         return []
     name = robot_name(profile.robot)
     over_time = Picture(
@@ -70,40 +70,42 @@ def pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
 
 def document(profile: ShockProfile, spectrum: bool) -> dict[str, Any]:
     """Keys of the JSON document; `spectrum` says whether it has the shock response spectra."""
-    stiffness = None
-    if profile.stiffness is not None:
+    compliant, stiffness = compliant_of(profile), None
+    if compliant is not None:
         time = spring_time(profile.landing)
         stiffness = {
             "contact_stiffness": profile.scene.contact_stiffness,
             "springs_count": time if math.isfinite(time) else None,
-            "spectra": _spectra(profile, profile.stiffness) if spectrum else None,
+            "spectra": _spectra(profile, compliant) if spectrum else None,
         }
     return {"stiffness": stiffness, "margin_lost": lost_margin(profile)}
 
 
 def histories(profile: ShockProfile) -> list[dict[str, Any]]:
     """Charts of the page: forces of the contacts and accelerations of the points over time."""
-    if profile.stiffness is None:
+    compliant = compliant_of(profile)
+    if compliant is None:
         return []
     from shockpc.wings.compliant.page import charts
 
-    return charts(profile, profile.stiffness)
+    return charts(profile, compliant)
 
 
 def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
     """Lines (k, 2) that the figure in the plane has besides, and a note of what they are: the axes
     of links that bend, when they bend most.
     """
-    if profile.stiffness is None or not profile.scene.flex:
+    compliant = compliant_of(profile)
+    if compliant is None or not profile.scene.flex:
         return [], ""
     from shockpc.wings.compliant.drawing import bent_axes
 
-    return bent_axes(profile, profile.stiffness)
+    return bent_axes(profile, compliant)
 
 
 def _difference_lines(profile: ShockProfile) -> list[str]:
     """How far the jumps of the impulse model are from those on contacts of finite stiffness."""
-    stiffness = profile.stiffness
+    stiffness = compliant_of(profile)
     if stiffness is None:
         return []
     percent = max(100.0 * stiffness.difference, 0.1)
@@ -165,7 +167,7 @@ def _margin_lines(profile: ShockProfile) -> list[str]:
 
 def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
-    from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
+    from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum
 
     points = [place for place in profile.places("point") if place.body >= 0]
     filters = low_passes(profile.landing, points)

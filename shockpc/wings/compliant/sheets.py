@@ -17,6 +17,7 @@ from shockpc.studies.analyze.views import (
     has_points,
     readings_notes,
 )
+from shockpc.wings.compliant.of_profile import compliant_of
 from shockpc.wings.compliant.texts import stiffness_text
 
 MOTORS = {"standing": ", motors hold the weight", "none": ", motors give no torque"}
@@ -25,7 +26,7 @@ MOTORS = {"standing": ", motors hold the weight", "none": ", motors give no torq
 
 def modes_sheet(profile: ShockProfile) -> Sheet:
     """The modes of the landing, and what they carry."""
-    stiffness = profile.stiffness
+    stiffness = compliant_of(profile)
     assert stiffness is not None
     modes = stiffness.motion.modes
     columns: dict[Any, Iterable[Any]] = {"frequency [Hz]": modes.frequency}

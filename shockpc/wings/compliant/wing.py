@@ -3,6 +3,7 @@
 from shockpc.text.wings import Wing
 
 WING = Wing(
+    landing="landing",
     quantities="quantities",
     checks="checks",
     report="report",

@@ -20,8 +20,6 @@ from shockpc.core.segments import (
     divide,
     flex_from,
 )
-from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene
@@ -33,13 +31,15 @@ from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
 from shockpc.quantities.selection import QUANTITIES, select
-from shockpc.robot.flexible import flexible_robot
 from shockpc.robot.load import load_robot
 from shockpc.studies.analyze.report import document
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
+from shockpc.wings.compliant.bent_landing import flexible_landing
+from shockpc.wings.compliant.bent_robot import flexible_robot
 from shockpc.wings.compliant.beyond.frame_leg import urdf as tubes_urdf
 from shockpc.wings.compliant.beyond.leg import leg_scene
+from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.histories import bent_links
 
 ALONG = JOINTS[2]

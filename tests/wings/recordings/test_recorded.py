@@ -27,12 +27,12 @@ import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import IGNORED, LAWS, measured_landings, measured_steps, measured_tosses
 from shockpc.evaluation.column import Column, selected
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of, scene_text
 from shockpc.method.approach import Motion
 from shockpc.quantities.selection import quantity
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
+from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.recordings.logs import table_files as files
 from shockpc.wings.recordings.logs.landings import CLOSED_BY, recorded_landings
 from shockpc.wings.recordings.logs.reader import rows_of

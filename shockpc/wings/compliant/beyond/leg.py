@@ -12,18 +12,18 @@ import numpy as np
 
 from shockpc import Contact, Joints, Point, Posture, Robot, Scene, load_robot
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_contacts import simulate_landing
-from shockpc.core.stiff_motion import Elements
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
-from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import resolve
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
+from shockpc.wings.compliant.bent_landing import flexible_landing
 from shockpc.wings.compliant.beyond.frame_leg import ANGLES, EA, EI, ROTOR, frame_leg, urdf
+from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.motion.contacts import simulate_landing
+from shockpc.wings.compliant.motion.motion import Elements
 
 ROTORS = {"with": ROTOR, "without": 0.0}
 """Inertia of the rotors behind their gears [kg m²]."""

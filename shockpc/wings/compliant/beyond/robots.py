@@ -13,12 +13,12 @@ import numpy as np
 from shockpc import Contact, Joints, Point, Scene, load_robot
 from shockpc.core.segments import Flex
 from shockpc.impact.contact_rows import contact_rows
-from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.resolve import resolve
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
+from shockpc.wings.compliant.bent_landing import flexible_landing
+from shockpc.wings.compliant.course import CompliantLanding
 
 LANDINGS = (
     ("go2", "FL_foot", "go2"),

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import (
+from shockpc.core.spatial import Array
+from shockpc.wings.compliant.motion.crossing import (
     MOST_SAMPLES,
     ComplexArray,
     Effort,
@@ -21,8 +22,7 @@ from shockpc.core.crossing import (
     rate_of_change,
     real_sum,
 )
-from shockpc.core.spatial import Array
-from shockpc.core.stiff_events import Event
+from shockpc.wings.compliant.motion.events import Event
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 """Share of the largest squared sample from which a local maximum is refined; the largest number

@@ -54,10 +54,10 @@ stiffer contacts all this tends to the impulse.
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_events import UNFELT, Event, EventKind
-from shockpc.core.stiff_motion import Elements, Segment, StiffMotion
-from shockpc.core.stiff_state import State
-from shockpc.core.stiff_system import system_of
+from shockpc.wings.compliant.motion.events import UNFELT, Event, EventKind
+from shockpc.wings.compliant.motion.motion import Elements, Segment, StiffMotion
+from shockpc.wings.compliant.motion.state import State
+from shockpc.wings.compliant.motion.system import system_of
 
 SMALLEST_PIVOT = 1e-7
 """Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M

@@ -7,10 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import ComplexArray, Effort, Signals, changes, first_crossing
-from shockpc.core.damped import Oscillations, along, damped, undamped
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_events import (
+from shockpc.wings.compliant.motion.crossing import (
+    ComplexArray,
+    Effort,
+    Signals,
+    changes,
+    first_crossing,
+)
+from shockpc.wings.compliant.motion.damped import Oscillations, along, damped, undamped
+from shockpc.wings.compliant.motion.events import (
     FORCE,
     GAP,
     LOADING,
@@ -24,8 +30,8 @@ from shockpc.core.stiff_events import (
     EventKind,
     Watch,
 )
-from shockpc.core.stiff_motion import Modes, Segment
-from shockpc.core.stiff_system import EASED, Loaded, System
+from shockpc.wings.compliant.motion.motion import Modes, Segment
+from shockpc.wings.compliant.motion.system import EASED, Loaded, System
 
 STAYS_OPEN = 10.0
 """Times the motion so far for which all contacts have to stay open, so that it has ended: what

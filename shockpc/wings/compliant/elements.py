@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_contacts import attach_rotors, series_damping
-from shockpc.core.stiff_motion import Elements
 from shockpc.impact.contact_rows import ContactRows, contact_rows
-from shockpc.impact.loads import constant_forces
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
 from shockpc.method.constraints import ConstraintBlock
 from shockpc.text.errors import SolveError
+from shockpc.wings.compliant.loads import constant_forces
+from shockpc.wings.compliant.motion.contacts import attach_rotors, series_damping
+from shockpc.wings.compliant.motion.motion import Elements
 
 LEAST_HELD = 1e-6
 """Share of the velocities before the impact along contacts and springs from which what they lack of

@@ -1,12 +1,18 @@
-"""What options of finite stiffness of a scene mean nothing, and are refused."""
+"""What this wing does with a scene and its landing: options that mean nothing are refused, and a
+landing lasts.
+"""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.contact import check_holds_normal
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scene import Scene
 from shockpc.method.constraints import ConstraintBlock
 from shockpc.text.errors import SceneError
+from shockpc.text.printed import printable
+
+if TYPE_CHECKING:
+    from shockpc.wings.compliant.course import CompliantLanding
 
 
 class _Idle(NamedTuple):
@@ -21,7 +27,7 @@ class _Idle(NamedTuple):
     message: str
 
 
-def check_stiffness(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
+def check_scene(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     """Refuse options of finite stiffness that have no meaning for the scene.
 
     Args:
@@ -50,6 +56,32 @@ def check_stiffness(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
             "contacts of finite stiffness are given, and rigid end stops; give the stops a "
             "stop_stiffness too"
         )
+
+
+def check(landing: PosedLanding) -> None:
+    """Refuse links that cannot bend. Raises: ShockError: one of the scene's cannot."""
+    if landing.scene.flex:
+        from shockpc.wings.compliant.bent_landing import flexible_landing
+
+        flexible_landing(landing)
+
+
+def motion(landing: PosedLanding, until: float | None) -> "CompliantLanding | None":
+    """The landing over time, until its end or a time [s]; None where its contacts are rigid.
+
+    Raises:
+        SolveError: the motion cannot be followed.
+    """
+    if landing.scene.contact_stiffness is None:
+        return None
+    from shockpc.wings.compliant.course import CompliantLanding, compliant_landing
+
+    return compliant_landing(landing) if until is None else CompliantLanding(landing, until)
+
+
+def described(scene: Scene) -> list[str]:
+    """What a header says of the robot."""
+    return [f"{printable(pattern)} bends ({text})" for pattern, text in scene.flex.items()]
 
 
 STOPS_NEEDED = (
@@ -103,18 +135,4 @@ def _check_laws(scene: Scene) -> None:
         raise SceneError(
             "a contact damping and a contact law are given; the law takes its damping from the "
             "restitution, so keep one"
-        )
-
-
-def check_holds_normal(contact: Contact, block: ConstraintBlock, option: str) -> None:
-    """Refuse a contact whose directions do not span the normal of the ground, which an option
-    needs.
-    """
-    rank = np.linalg.matrix_rank(block.forces)
-    if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
-        raise SceneError(
-            f'contact "{contact.frame}" has {option}, so the directions in which it is held have to '
-            "span the ground's normal; give directions along the normal and along the ground, such "
-            "as x and z",
-            blocks=[contact.frame],
         )

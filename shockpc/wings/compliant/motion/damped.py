@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import ComplexArray
 from shockpc.core.spatial import Array
+from shockpc.wings.compliant.motion.crossing import ComplexArray
 
 PARALLEL = 1e6
 """Size of the coefficients of a state of length 1 from which eigenvectors, of length 1 too, count

@@ -6,22 +6,22 @@ joints reaches a hinge.
 """
 
 import functools
-from collections.abc import Mapping
 from dataclasses import fields, replace
 
 import numpy as np
 
 from shockpc.core.frozen import frozen
-from shockpc.core.segments import Flex, elastic_frequencies, flex_from
+from shockpc.core.segments import Flex, elastic_frequencies
 from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import with_faces_of
+from shockpc.landing.flexes import flexes_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.method.constraints import ConstraintBlock, slices_of
 from shockpc.method.dynamics import dynamics, geared_bodies
 from shockpc.robot.elements import Loop
-from shockpc.robot.flexible import LEAVE_OUT, FlexibleRobot, flexible_robot
 from shockpc.text.errors import SceneError
+from shockpc.wings.compliant.bent_robot import LEAVE_OUT, FlexibleRobot, flexible_robot
 
 
 @frozen(kw_only=True)
@@ -102,21 +102,6 @@ class FlexibleLanding(PosedLanding):
         return elastic_frequencies(
             basis.T @ equation.H[0] @ basis, rows @ basis, self.flexible.stiffness[hinges]
         )
-
-
-def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
-    """How links bend, each with its pattern. Args: given, of a scene.
-
-    Raises:
-        SceneError: a text says nothing of it.
-    """
-    flexes = []
-    for pattern, text in given.items():
-        try:
-            flexes.append((pattern, flex_from(text)))
-        except ValueError as refusal:
-            raise SceneError(f'flex of "{pattern}": {refusal}', bodies=[pattern]) from None
-    return tuple(flexes)
 
 
 def flexible_landing(

@@ -1,8 +1,8 @@
 """A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in
 double precision, not proven.
 
-The motion, which `core.stiff_contacts` follows, is linear in the forces of its elements
-(`stiff_elements`) at each time: what is linear in the jumps and impulses of an impact (the velocity
+The motion, which `motion.contacts` follows, is linear in the forces of its elements
+(`elements`) at each time: what is linear in the jumps and impulses of an impact (the velocity
 of a point, the wrench through a joint) is, of the accelerations for unit forces, the matrix that
 gives the same of the motion. Accelerations are those less gravity, as an accelerometer measures
 them. Without forces of the elements a free robot falls freely, with no such acceleration and no
@@ -17,18 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.filtered import filtered
 from shockpc.core.impulse import Solution
 from shockpc.core.low_pass import LowPass
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
-from shockpc.core.stiff_contacts import damper_restitution, simulate_landing
-from shockpc.core.stiff_motion import History, StiffMotion
 from shockpc.core.threads import one_thread
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact, jumps_in_body_axes
-from shockpc.impact.stiff_elements import element_system
 from shockpc.impact.stops import with_stops
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
@@ -38,6 +33,11 @@ from shockpc.method.exact.proof import motion as size_of
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
+from shockpc.wings.compliant.bent_landing import flexible_landing
+from shockpc.wings.compliant.elements import element_system
+from shockpc.wings.compliant.motion.contacts import damper_restitution, simulate_landing
+from shockpc.wings.compliant.motion.filtered import filtered
+from shockpc.wings.compliant.motion.motion import History, StiffMotion
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_motion import Segment, StiffMotion
+from shockpc.wings.compliant.motion.motion import Segment, StiffMotion
 
 TOGETHER = 1e-5
 """Share of a pole within which an oscillation, which is then moved by as much, has the rate of the

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.damped import Damped, damped_modes
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_motion import Elements
+from shockpc.wings.compliant.motion.damped import Damped, damped_modes
+from shockpc.wings.compliant.motion.motion import Elements
 
 NEGLIGIBLE = 1e-11
 """Share of the motion that excites the elements, below which what moves or presses counts as

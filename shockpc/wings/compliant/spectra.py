@@ -7,9 +7,9 @@ import numpy as np
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
-from shockpc.impact.stiffness import CompliantLanding, Compute
 from shockpc.landing.places import Place
 from shockpc.text.errors import SolveError
+from shockpc.wings.compliant.course import CompliantLanding, Compute
 
 SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
 """Natural frequencies of the shock response spectrum [Hz]."""

@@ -1,0 +1,21 @@
+"""How links bend, as a scene says it."""
+
+from collections.abc import Mapping
+
+from shockpc.core.segments import Flex, flex_from
+from shockpc.text.errors import SceneError
+
+
+def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
+    """How links bend, each with its pattern. Args: given, of a scene.
+
+    Raises:
+        SceneError: a text says nothing of it.
+    """
+    flexes = []
+    for pattern, text in given.items():
+        try:
+            flexes.append((pattern, flex_from(text)))
+        except ValueError as refusal:
+            raise SceneError(f'flex of "{pattern}": {refusal}', bodies=[pattern]) from None
+    return tuple(flexes)
