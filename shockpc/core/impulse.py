@@ -77,11 +77,13 @@ class Solution(NamedTuple):
     @property
     def independent_impulse(self) -> Array:
         """(N, nc, k) impulses along the independent rows only, zero along all others [N s]."""
-        out = self.impulse.copy() if self.independent else self.impulse
+        if not self.independent:
+            return self.impulse
+        impulse = self.impulse.copy()
         for k, part in self.independent.items():
-            out[k] = 0.0
-            out[k, self.row_spaces[k].rows] = part
-        return out
+            impulse[k] = 0.0
+            impulse[k, self.row_spaces[k].rows] = part
+        return impulse
 
 
 class RowSpace(NamedTuple):
@@ -150,28 +152,25 @@ def solve_impact(
         limits = {} if most is None else {k: most(k) for k in delassus.doubtful()}
         well = delassus.clear(size)
         well[[k for k, (limit, _) in limits.items() if limit < nc]] = False
-        unclear = np.flatnonzero(~well).tolist()
-        scaled = delassus.scaled
-        if unclear:
-            scaled[unclear] = np.eye(nc)
-        # With C the scale and S = C A C:   λ = −C S⁻¹ C b,   Δq̇ = H⁻¹ J_cᵀ λ
-        C = delassus.scale[:, :, None]
-        impulse = -C * np.linalg.solve(scaled, C * b)
+        impulse = delassus.impulse(b, well)
         delta_qd = delassus.X @ impulse
         condition = delassus.stiffness / np.where(well, delassus.pivot, np.nan)
 
     # Postures in which rows depend on others, or nearly do.
     row_spaces, independent, rank = {}, {}, np.full(n, nc)
+    unclear = np.flatnonzero(~well).tolist()
     sizes = terms() if unclear else J_c
     for k in unclear:
+        columns = column_sizes(sizes[k])
         limit = limits.get(k, ())
-        of_columns = column_sizes(sizes[k])
         row_space = independent_rows(
-            J_c[k], sizes[k], of_columns, delassus.scale[k], tolerance, *limit
+            J_c[k], sizes[k], columns, delassus.scale[k], tolerance, *limit
         )
         rows = row_space.rows
         part, of_rows = _least_squares(delassus.A[k][np.ix_(rows, rows)], b[k, rows])
-        row_spaces[k], independent[k], rank[k] = row_space, part, len(rows)
+        row_spaces[k] = row_space
+        independent[k] = part
+        rank[k] = len(rows)
         condition[k] = of_rows * delassus.stiffness[k]
         impulse[k] = row_space.distribution @ part
         delta_qd[k] = delassus.X[k][:, rows] @ part
@@ -213,6 +212,15 @@ class _Delassus(NamedTuple):
         well = (self.pivot > CLEARLY_INDEPENDENT) & (self.stiffness < INDISTINCT) & moves
         return np.asarray(well)
 
+    def impulse(self, b: Array, well: np.ndarray) -> Array:
+        """The impulses (N, nc, k) of all rows where these are independent, well (N,) [N s].
+
+        With C the scale and S = C A C, λ = −C S⁻¹ C b; elsewhere −C² b, which has no meaning.
+        """
+        scaled = np.where(well[:, None, None], self.scaled, np.eye(self.scaled.shape[1]))
+        C = self.scale[:, :, None]
+        return np.asarray(-C * np.linalg.solve(scaled, C * b))
+
     def doubtful(self) -> list[int]:
         """The postures in which some rows may be what rounding of a file left."""
         # One or two rows may all be that, and then none is smaller than the others.
@@ -246,10 +254,12 @@ def _light(size: Array, delta_qd: Array) -> Array:
     a light one.
     """
     # The posture comes last, so that every operation runs over contiguous numbers.
-    d, jump = np.ascontiguousarray(size.T), np.abs(delta_qd.transpose(1, 2, 0), order="C")
+    D = np.ascontiguousarray(size.T)
+    jump = np.abs(delta_qd.transpose(1, 2, 0), order="C")
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        moved = np.sqrt(np.einsum("ikn,in->kn", jump**2, d**2)) / jump.max(axis=0)
-        return np.asarray(np.fmax(np.fmax.reduce(moved, axis=0) / d.min(axis=0), 1.0))
+        length = np.sqrt(np.einsum("ikn,in->kn", jump**2, D**2))
+        share = np.fmax.reduce(length / jump.max(axis=0), axis=0)
+        return np.asarray(np.fmax(share / D.min(axis=0), 1.0))
 
 
 @functools.cache
@@ -264,7 +274,9 @@ def _minimum_pivot(A: Array) -> Array:
     """
     S = A.transpose(1, 2, 0).copy()
     for k in range(len(S) - 1):
-        S[k + 1 :, k + 1 :] -= S[k + 1 :, k, None] * (S[k, k + 1 :] / S[k, k])[None]
+        # S_ij −= S_ik S_kj / S_kk for i, j > k
+        row = S[k, k + 1 :] / S[k, k]
+        S[k + 1 :, k + 1 :] -= S[k + 1 :, k, None] * row[None]
     return np.asarray(np.einsum("iin->in", S).min(axis=0))
 
 
@@ -272,14 +284,16 @@ def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
     """−A⁻¹ b for the Delassus matrix of independent rows, scaled to a unit diagonal, and its
     condition.
     """
+    nothing = np.full_like(b, np.nan), np.inf
     if not np.isfinite(A).all() or not np.all(np.diagonal(A) > 0.0):
-        return np.full_like(b, np.nan), np.inf
+        return nothing
     c = 1.0 / np.sqrt(np.diagonal(A))
     scaled = A * np.outer(c, c)
     try:
-        return -c[:, None] * np.linalg.solve(scaled, c[:, None] * b), float(np.linalg.cond(scaled))
+        x = np.linalg.solve(scaled, c[:, None] * b)
+        return -c[:, None] * x, float(np.linalg.cond(scaled))
     except np.linalg.LinAlgError:
-        return np.full_like(b, np.nan), np.inf
+        return nothing
 
 
 def independent_rows(
@@ -306,8 +320,8 @@ def independent_rows(
         terms: (nc, nv) sizes of the terms that its entries are sums of.
         size: (nv,) by which joint velocities are measured, as `column_sizes`.
         scale: (nc,) that brings each row to unit mobility.
-        tolerance: relative error of the terms. Rounding alone may change which rows
-            are independent only where it is `TOLERANCE`.
+        tolerance: relative error of the terms. Rounding alone may change which rows are independent
+            only where it is `TOLERANCE`.
         most: how many rows can be independent; the smallest singular values beyond that count as
             zero.
         rounded: what rounding of the robot's file makes of rows beyond that, relative to their
@@ -316,51 +330,93 @@ def independent_rows(
     count = len(J_c)
     most = count if most is None else most
     term_size, scaled = in_terms(J_c, terms, size)
-    share = np.linalg.norm(scaled, axis=1)
-    # A row that is smaller than the rounding of its terms moves nothing.
-    moves = share > tolerance
-    scaled[~moves] = 0.0
-    _, s, Vt = np.linalg.svd(scaled.T)
-    s = np.pad(s, (0, count - len(s)))
-    bound = tolerance * np.sqrt(count)
-    rank = min(int(np.sum(s > bound)), most)
-    uncertain = tolerance == TOLERANCE and bool(
-        np.any(_near(s[:most], bound)) or np.any(_near(share, TOLERANCE))
-    )
-    zeros = np.concatenate([s[rank:], share[~moves]])
-    discarded = float(zeros[zeros > UNCERTAIN[1] * TOLERANCE * np.sqrt(count)].max(initial=0.0))
-    infeasible, slack = Vt[:0], 0.0
+    rows_in_terms = _RowsInTerms.of(scaled, tolerance)
+    rank = min(int(np.sum(rows_in_terms.s > rows_in_terms.bound)), most)
+    discarded = rows_in_terms.largest_zero(rank)
+    uncertain = tolerance == TOLERANCE and rows_in_terms.uncertain(most)
+    infeasible = np.zeros((0, count))
+    slack = 0.0
     if rank == most < count and rounded > 0.0:
-        uncertain, others = bool(np.any(_near(s[:rank], bound))), Vt[rank:]
-        slack = max(rounded, float(s[rank]))
-        left = moves & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
-        infeasible = others[(s[rank:] > bound) | np.any(others[:, left] ** 2 > 0.5, axis=1)]
-        moves &= ~left
-        scaled, Vt = _without(others, scaled, moves)
-    # The impulse along a row is unique where its unit vector lies in the row space.
-    unique = ~moves | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
-    rows = np.flatnonzero(moves) if rank == moves.sum() else _farthest(scaled.T, rank)
-    # In units of its terms every row has the same rounding, so a row of small mobility does not
-    # hide others.
-    distribution = (
-        np.eye(rank)
-        if rank == count
-        else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
-    )
+        uncertain = _any_near(rows_in_terms.s[:rank], rows_in_terms.bound)
+        slack = max(rounded, float(rows_in_terms.s[rank]))
+        rows_in_terms, infeasible = rows_in_terms.without_rounding(rank, slack)
+
+    moves = rows_in_terms.moves
+    unique = rows_in_terms.unique(rank)
+    rows = np.flatnonzero(moves)
+    if rank != len(rows):
+        rows = _farthest(rows_in_terms.rows.T, rank)
+    distribution = np.eye(rank)
+    if rank != count:
+        # In units of its terms every row has the same rounding, so a row of small mobility does
+        # not hide others.
+        J = rows_in_terms.rows * term_size[:, None]
+        distribution = _distribution(J, moves, size, scale, rows, unique)
     return RowSpace(rows, distribution, unique, uncertain, discarded, infeasible, slack)
 
 
-def _without(others: Array, scaled: Array, moves: np.ndarray) -> tuple[Array, Array]:
-    """Rows (nc, nv) without what rounding of the file left in them, and an orthonormal basis of
-    what they combine (m, nc).
+class _RowsInTerms(NamedTuple):
+    """Rows in units of their terms, as by `in_terms`, and their singular values.
 
-    Args:
-        others: (k, nc) combinations of rows that are nothing else.
-        scaled: (nc, nv) the rows.
-        moves: (nc,) which of them are something else.
+    Attributes:
+        rows: (nc, nv), zero where one moves nothing.
+        length: (nc,) of the rows.
+        moves: (nc,) which of them move anything: the others are smaller than rounding.
+        s: (nc,) singular values, in descending order.
+        Vt: (m, nc) orthonormal combinations of rows that belong to these.
+        bound: singular value up to which one is rounding.
     """
-    rows = np.where(moves[:, None], scaled - others.T @ (others @ scaled), 0.0)
-    return rows, np.linalg.svd(rows.T, full_matrices=False)[2]
+
+    rows: Array
+    length: Array
+    moves: np.ndarray
+    s: Array
+    Vt: Array
+    bound: float
+
+    @staticmethod
+    def of(rows: Array, tolerance: float) -> "_RowsInTerms":
+        """Rows (nc, nv) whose terms have a relative error."""
+        count = len(rows)
+        length = np.linalg.norm(rows, axis=1)
+        moves = length > tolerance
+        rows = np.where(moves[:, None], rows, 0.0)
+        _, s, Vt = np.linalg.svd(rows.T)
+        s = np.pad(s, (0, count - len(s)))
+        return _RowsInTerms(rows, length, moves, s, Vt, tolerance * np.sqrt(count))
+
+    def largest_zero(self, rank: int) -> float:
+        """The largest singular value, or length of a row, above rounding that counts as zero."""
+        zeros = np.concatenate([self.s[rank:], self.length[~self.moves]])
+        rounding = UNCERTAIN[1] * TOLERANCE * np.sqrt(len(self.rows))
+        return float(zeros[zeros > rounding].max(initial=0.0))
+
+    def uncertain(self, most: int) -> bool:
+        """Whether rounding can change how many rows are independent."""
+        return _any_near(self.s[:most], self.bound) or _any_near(self.length, TOLERANCE)
+
+    def without_rounding(self, rank: int, slack: float) -> tuple["_RowsInTerms", Array]:
+        """The rows without what rounding of the file left in them, and the combinations (m, nc) of
+        rows that are that alone.
+
+        Args:
+            rank: number of independent rows.
+            slack: as of `RowSpace`.
+        """
+        rounding = self.Vt[rank:]
+        left = self.moves & (self.length <= slack) & (np.sum(rounding**2, axis=0) > 0.5)
+        of_left = np.any(rounding[:, left] ** 2 > 0.5, axis=1)
+        infeasible = rounding[(self.s[rank:] > self.bound) | of_left]
+        moves = self.moves & ~left
+        feasible = self.rows - rounding.T @ (rounding @ self.rows)
+        rows = np.where(moves[:, None], feasible, 0.0)
+        Vt = np.linalg.svd(rows.T, full_matrices=False)[2]
+        return self._replace(rows=rows, moves=moves, Vt=Vt), infeasible
+
+    def unique(self, rank: int) -> np.ndarray:
+        """Along which rows (nc,) the impulse is unique: their unit vectors lie in the row space."""
+        within = np.sum(self.Vt[:rank] ** 2, axis=0)
+        return np.asarray(~self.moves | (within > 1.0 - 1e-9))
 
 
 def _distribution(
@@ -368,6 +424,8 @@ def _distribution(
 ) -> Array:
     """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones,
     as `RowSpace.distribution`.
+
+    With C the scale, they are C (J C)⁺ J_rᵀ, where (J C)⁺ has r singular values.
 
     Args:
         J: (nc, nv) rows, without what is rounding in them.
@@ -378,12 +436,15 @@ def _distribution(
         unique: (nc,) along which the impulse is determined.
     """
     length = np.where(moves, np.linalg.norm(J, axis=1), 1.0)
-    mobile = np.where(moves, np.where(scale > 0.0, scale, 1.0 / (size.min() * length)), 0.0)
-    U, s, Vt = np.linalg.svd((mobile[:, None] * J).T, full_matrices=False)
+    C = np.where(scale > 0.0, scale, 1.0 / (size.min() * length))
+    C = np.where(moves, C, 0.0)[:, None]
+    U, s, Vt = np.linalg.svd((C * J).T, full_matrices=False)
     rank = len(rows)
-    distribution = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
+    in_units = (U[:, :rank].T @ J[rows].T) / s[:rank, None]
+    distribution = C * (Vt[:rank].T @ in_units)
     # Impulses that are determined have nothing to do with the others; rounding would say otherwise.
-    distribution[unique], distribution[:, unique[rows]] = 0.0, 0.0
+    distribution[unique] = 0.0
+    distribution[:, unique[rows]] = 0.0
     unrepeated = np.flatnonzero(unique[rows])
     distribution[rows[unrepeated], unrepeated] = 1.0
     return np.asarray(distribution)
@@ -410,17 +471,20 @@ def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
     return term_size, J / term_size[:, None]
 
 
-def _near(values: Array, limit: float) -> np.ndarray:
-    """Which values are so near a limit that rounding could have taken them across it."""
-    return np.asarray((values > UNCERTAIN[0] * limit) & (values < UNCERTAIN[1] * limit))
+def _any_near(values: Array, limit: float) -> bool:
+    """Whether a value is so near a limit that rounding could have taken it across."""
+    low, high = UNCERTAIN
+    return bool(np.any((values > low * limit) & (values < high * limit)))
 
 
 def _farthest(X: Array, rank: int) -> np.ndarray:
     """Indices of `rank` columns of X, each the farthest from those before."""
     chosen: list[int] = []
     for _ in range(rank):
-        chosen.append(int(np.argmax(np.linalg.norm(X, axis=0))))
-        e = X[:, chosen[-1]] / np.linalg.norm(X[:, chosen[-1]])
+        lengths = np.linalg.norm(X, axis=0)
+        farthest = int(np.argmax(lengths))
+        chosen.append(farthest)
+        e = X[:, farthest] / lengths[farthest]
         X = X - np.outer(e, e @ X)
         X[:, chosen] = 0.0
     return np.array(sorted(chosen), dtype=int)
