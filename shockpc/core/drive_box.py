@@ -69,10 +69,11 @@ class DriveBox(NamedTuple):
         Of the changed joints S they are w = −(diag(1/d) + C_SS)⁻¹ x_S, with which the jumps are
         x + C w, and numbers Y + B w.
         """
-        w, chosen = np.zeros(len(change)), np.flatnonzero(change)
-        if len(chosen):
-            resisting = self.C[np.ix_(chosen, chosen)] + np.diag(1.0 / change[chosen])
-            w[chosen] = -np.linalg.solve(resisting, self.x[chosen])
+        w = np.zeros(len(change))
+        S = np.flatnonzero(change)
+        if len(S):
+            resisting = self.C[np.ix_(S, S)] + np.diag(1.0 / change[S])
+            w[S] = -np.linalg.solve(resisting, self.x[S])
         return w
 
     @property
@@ -102,9 +103,11 @@ class DriveBox(NamedTuple):
             B: (m, n) its response.
         """
         low, high, modelled = _starts(self, Y, B)
-        inside = [modelled] if modelled.d.any() else []
+        starts = [low, high]
+        if modelled.d.any():
+            starts.append(modelled)
         zero = ZERO * float(np.linalg.norm(Y))
-        lowest = min((_lowered(start.copy(), zero) for start in (low, high, *inside)), key=_length)
+        lowest = min((_lowered(start.copy(), zero) for start in starts), key=_length)
         highest = max(_tops(low, high, _lengths), key=_length)
         return lowest.change, highest.change
 
@@ -132,19 +135,24 @@ class DriveBox(NamedTuple):
             end: (n,) the change of the inertias there.
             nearly: share of the way that may be left.
         """
-        S, start = np.flatnonzero(end), float(np.linalg.norm(Y))
-        A, x, B = self.C[np.ix_(S, S)] + np.diag(1.0 / end[S]), self.x[S], B[:, S]
+        S = np.flatnonzero(end)
+        A = self.C[np.ix_(S, S)] + np.diag(1.0 / end[S])
+        x = self.x[S]
+        B = B[:, S]
         K = np.linalg.inv(A)
         w = -K @ x
-        value = float(np.linalg.norm(Y + B @ w))
+        Y_end = Y + B @ w
+        start = float(np.linalg.norm(Y))
+        value = float(np.linalg.norm(Y_end))
+
         # Without joint i the others have w − K_i w_i / K_ii.
-        lost = np.abs(_lengths((Y + B @ w)[:, None] - (B @ K) * (w / np.diagonal(K))) - value)
-        order = np.argsort(-lost, kind="stable")
+        without = Y_end[:, None] - (B @ K) * (w / np.diagonal(K))
+        order = np.argsort(-np.abs(_lengths(without) - value), kind="stable")
         for k in range(1, len(order) + 1):
             first = order[:k]
             impulses = -np.linalg.solve(A[np.ix_(first, first)], x[first])
-            left = abs(float(np.linalg.norm(Y + B[:, first] @ impulses)) - value)
-            if left <= nearly * abs(value - start):
+            reached = float(np.linalg.norm(Y + B[:, first] @ impulses))
+            if abs(reached - value) <= nearly * abs(value - start):
                 break
         return [int(i) for i in S[order[:k]]]
 
@@ -166,19 +174,26 @@ class _Inertias:
     def __init__(self, box: DriveBox, Y: Array, B: Array) -> None:
         n = len(box.x)
         self.M = np.concatenate([np.column_stack([box.C, box.x]), np.column_stack([B, Y])])
-        self.d, self.less = np.zeros(n), box.less.copy()
-        for i in np.flatnonzero(self.less < 0.0).tolist():
-            share = 1.0 + self.less[i] * self.M[i, i]
-            if share > NEEDED:
-                self.M -= np.outer(self.M[:, i], self.M[i]) * (self.less[i] / share)
-            else:
-                self.less[i] = 0.0  # nothing else would resist the joint's motion
+        self.d = np.zeros(n)
+        self.less = self._to_smallest(box.less)
         self.span = box.more - self.less
         self.inverse_span = 1.0 / self.span
-        # Of joints S: sign −1, and no rest; of the others 1, and 1/d of their largest inertia.
-        self.sign, self.rest = np.ones(n), self.inverse_span.copy()
         self.left = np.where(np.isinf(self.span), NEEDED * box.mobility, 0.0)
+        # Of joints S: sign −1, and no rest; of the others 1, and 1/d of their largest inertia.
+        self.sign = np.ones(n)
+        self.rest = self.inverse_span.copy()
         self.floor = self.left.copy()
+
+    def _to_smallest(self, less: Array) -> Array:
+        """Take M to the smallest inertias with which something resists all motion: the changes."""
+        less = less.copy()
+        for i in np.flatnonzero(less < 0.0).tolist():
+            share = 1.0 + less[i] * self.M[i, i]
+            if share > NEEDED:
+                self.M -= np.outer(self.M[:, i], self.M[i]) * (less[i] / share)
+            else:
+                less[i] = 0.0  # nothing else would resist the joint's motion
+        return less
 
     def copy(self) -> "_Inertias":
         """The same inertias, to be changed apart."""
@@ -204,28 +219,34 @@ class _Inertias:
         n).
         """
         n = len(self.d)
-        V = self.M[n:, :n] * (self.sign * self.M[:n, -1])
+        x = self.M[:n, -1]
+        V = self.M[n:, :n] * (self.sign * x)
         # Without its drive a joint of S has s = 1 / K_ii; one of F gets t = 1 / (1/d + C_ii).
-        divisor = self.sign * self.M.diagonal()[:n] + self.rest
+        diagonal = self.M.diagonal()[:n]
+        divisor = self.sign * diagonal + self.rest
         most = np.zeros(n)
         np.divide(1.0, divisor, out=most, where=divisor > self.floor)
         return most, V
 
     def least(self) -> Array:
         """The step (n,) of each joint of S to its largest inertia, not above zero; else zero."""
-        on = self.d > 0.0
-        e = np.where(on, self.inverse_span - 1.0 / np.where(on, self.d, 1.0), 0.0)
-        return np.asarray(e / (1.0 - e * self.M.diagonal()[: len(e)]))
+        in_S = self.d > 0.0
+        inverse = 1.0 / np.where(in_S, self.d, 1.0)
+        e = np.where(in_S, self.inverse_span - inverse, 0.0)
+        K_ii = self.M.diagonal()[: len(e)]
+        return np.asarray(e / (1.0 - e * K_ii))
 
     def flip(self, i: int) -> None:
         """Take joint i to the other end of its interval."""
-        if self.d[i] > 0.0:
-            self._pivot(i, self.M[i, i])
-            self.M[i, i] -= 1.0 / self.d[i]
-            self.d[i], self.sign[i] = 0.0, 1.0
-            self.rest[i], self.floor[i] = self.inverse_span[i], self.left[i]
-        else:
+        if self.d[i] <= 0.0:
             self.set(i, self.span[i])
+            return
+        self._pivot(i, self.M[i, i])
+        self.M[i, i] -= 1.0 / self.d[i]
+        self.d[i] = 0.0
+        self.sign[i] = 1.0
+        self.rest[i] = self.inverse_span[i]
+        self.floor[i] = self.left[i]
 
     def step(self, i: int, s: float, least: float, most: float) -> None:
         """Take joint i to where its inertia changes Y by −s V_i, with s from least to most."""
@@ -251,13 +272,18 @@ class _Inertias:
     def set(self, i: int, d: float) -> None:
         """Give joint i, which has its smallest inertia, one that is larger by d."""
         self._pivot(i, self.M[i, i] + 1.0 / d)
-        self.d[i], self.sign[i], self.rest[i], self.floor[i] = d, -1.0, 0.0, 0.0
+        self.d[i] = d
+        self.sign[i] = -1.0
+        self.rest[i] = 0.0
+        self.floor[i] = 0.0
 
     def _pivot(self, i: int, pivot: float) -> None:
         """The principal pivot of M at joint i: joints S have K where the others have C."""
-        row, column = self.M[i] / abs(pivot), self.M[:, i] / abs(pivot)
+        row = self.M[i] / abs(pivot)
+        column = self.M[:, i] / abs(pivot)
         self.M -= np.outer(self.M[:, i] / pivot, self.M[i])
-        self.M[i], self.M[:, i] = row, column
+        self.M[i] = row
+        self.M[:, i] = column
         self.M[i, i] = -1.0 / pivot
 
 
@@ -279,23 +305,28 @@ def _tops(low: _Inertias, high: _Inertias, size: Callable[[Array], Array]) -> li
         high: at the largest ones.
         size: of vectors (m, k), the numbers (k,), convex in them.
     """
-    few = bool(np.any(np.isinf(high.span) & (high.d == 0.0)))
-    if len(low.d) > (MOST_CORNERS if few else ALL_CORNERS):
+    n = len(low.d)
+    few_can_be_held = bool(np.any(np.isinf(high.span) & (high.d == 0.0)))
+    if n > (MOST_CORNERS if few_can_be_held else ALL_CORNERS):
         return [_raised(start.copy(), size) for start in (low, high)]
     corner = int(size(_at_corners(low).T).argmax())
     top = low.copy()
-    top.fill(i for i in range(len(low.d)) if corner >> i & 1)
+    top.fill(i for i in range(n) if corner >> i & 1)
     return [top]
 
 
 def _at_corners(low: _Inertias) -> Array:
     """The vector (2ⁿ, m) at all corners; bit i of its index is set where joint i is at the top."""
-    n, M = len(low.d), low.M[None]
+    n = len(low.d)
+    M = low.M[None]
     for i in range(n):
+        # M − t M_i M_iᵀ with t = 1 / (1/d + M_ii), or M where joint i cannot be held.
         divisor = M[:, i, i] + low.inverse_span[i]
         exists = divisor > low.left[i]
         t = np.where(exists, 1.0 / np.where(exists, divisor, 1.0), 0.0)
-        M = np.concatenate([M, M - t[:, None, None] * M[:, :, i, None] * M[:, i, None, :]])
+        column = M[:, :, i, None]
+        row = M[:, i, None, :]
+        M = np.concatenate([M, M - t[:, None, None] * column * row])
     return np.asarray(M[:, n:, -1])
 
 
@@ -325,14 +356,18 @@ def _lowered(inertias: _Inertias, zero: float) -> _Inertias:
         zero: the length that counts as zero.
     """
     for _ in range(STEPS * len(inertias.d)):
-        (most, V), least = inertias.steps(), inertias.least()
-        now = float(inertias.vector @ inertias.vector)
-        slope, square = inertias.vector @ V, np.einsum("ik,ik->k", V, V)
-        # |Y − s V|² is lowest at s = Y·V / V·V.
-        s = np.clip(slope / np.where(square > 0.0, square, 1.0), least, most)
-        lowered = now + s * (s * square - 2.0 * slope)
+        most, V = inertias.steps()
+        least = inertias.least()
+        Y = inertias.vector
+        yy = float(Y @ Y)
+        yv = Y @ V
+        vv = np.einsum("ik,ik->k", V, V)
+        # |Y − s V|² = yy + s (s vv − 2 yv) is lowest at s = yv / vv.
+        s = np.clip(yv / np.where(vv > 0.0, vv, 1.0), least, most)
+        lowered = yy + s * (s * vv - 2.0 * yv)
         i = int(lowered.argmin())
-        if now <= zero**2 or not lowered[i] < now * (1.0 - LOWERED) ** 2:
+        clearly = lowered[i] < yy * (1.0 - LOWERED) ** 2
+        if yy <= zero**2 or not clearly:
             break
         inertias.step(i, float(s[i]), float(least[i]), float(most[i]))
     return inertias

@@ -18,6 +18,10 @@ from shockpc.core.spatial import Array, cross_matrix
 TINY = 1e-300
 """Divisors are at least this."""
 
+MOST_NUMBERS = 1_000_000
+"""Points times landings that are computed at once."""
+"""Divisors are at least this."""
+
 
 class Pieces(NamedTuple):
     """Convex pieces of bodies, one after the other.
@@ -50,26 +54,29 @@ class Pieces(NamedTuple):
         Raises:
             ValueError: a round piece has more than two points.
         """
-        hulls = [
-            (i, points, rounding, bool(rounding.any()))
-            for i, group in enumerate(bodies)
-            for points, rounding in group
-        ]
-        if any(is_round and len(points) > 2 for _, points, _, is_round in hulls):
-            raise ValueError(
-                "an ellipsoid is swept along a segment only: a round piece has one point or two"
-            )
-        spans = [
-            np.resize(points, (4, 3)) if is_round else points for _, points, _, is_round in hulls
-        ]
+        spans: list[Array] = []
+        semi_axes: list[Array] = []
+        owners: list[int] = []
+        is_round: list[bool] = []
+        for body, pieces in enumerate(bodies):
+            for points, rounding in pieces:
+                is_round.append(bool(rounding.any()))
+                if is_round[-1] and len(points) > 2:
+                    raise ValueError(
+                        "an ellipsoid is swept along a segment only: a round piece has one point "
+                        "or two"
+                    )
+                spans.append(np.resize(points, (4, 3)) if is_round[-1] else points)
+                semi_axes.append(rounding)
+                owners.append(body)
         counts = np.array([len(points) for points in spans], dtype=int)
         return Pieces(
-            np.concatenate([np.zeros((0, 3)), *spans]),
-            np.cumsum(counts) - counts,
-            np.array([rounding for _, _, rounding, _ in hulls], dtype=float).reshape(-1, 3, 3),
-            np.array([i for i, *_ in hulls], dtype=int),
-            np.repeat(np.arange(len(hulls)), counts),
-            np.flatnonzero([is_round for *_, is_round in hulls]),
+            points=np.concatenate([np.zeros((0, 3)), *spans]),
+            start=np.cumsum(counts) - counts,
+            rounding=np.array(semi_axes, dtype=float).reshape(-1, 3, 3),
+            body=np.array(owners, dtype=int),
+            piece=np.repeat(np.arange(len(spans)), counts),
+            round=np.flatnonzero(is_round),
         )
 
 
@@ -85,33 +92,43 @@ def shock_extremes(
         v_in: speed of the strike [m/s].
 
     Returns: minimum (nb,), maximum (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the
-        farthest point r; NaN for a body
-    without pieces, and where an input is NaN.
+        farthest point r; NaN for a body without pieces, and where an input is NaN.
     """
     along, offset, turning = _across(delta_omega, delta_v)
-    body, points = pieces.body[pieces.piece], pieces.points
-    p = np.array(
-        [
-            offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3))
-            for k in range(2)
-        ]
-    )
-    farthest, nearest = (
-        np.sqrt(np.maximum.reduceat(_dot(p, p), pieces.start)),
-        np.full(len(pieces.start), np.inf),
-    )
+    p = _images(offset, turning, pieces)
+    farthest = np.sqrt(np.maximum.reduceat(_dot(p, p), pieces.start))
+    nearest = np.full(len(pieces.start), np.inf)
     if pieces.round.size:
         corners = pieces.start[pieces.round] + np.arange(4)[:, None]
-        images = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
-        far, near = _to_ellipses(p[:, corners[:2]], images)
-        farthest[pieces.round], nearest[pieces.round] = far.max(axis=0), near.min(axis=0)
-        p[:, corners] += _to_tangents(p[:, corners[0]] - p[:, corners[1]], images)
+        M = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
+        far, near = _to_ellipses(p[:, corners[:2]], M)
+        farthest[pieces.round] = far.max(axis=0)
+        nearest[pieces.round] = near.min(axis=0)
+        p[:, corners] += _to_tangents(p[:, corners[0]] - p[:, corners[1]], M)
     nearest = np.minimum(nearest, _distances(p, pieces))
-    minimum, maximum = np.full(len(along), np.nan), np.full(len(along), np.nan)
+
+    # The part along Δω is the same at all points of a body.
+    minimum = np.full(len(along), np.nan)
+    maximum = np.full(len(along), np.nan)
     bodies, first = np.unique(pieces.body, return_index=True)
-    minimum[bodies] = np.minimum.reduceat(np.hypot(nearest, along[pieces.body]), first) / v_in
-    maximum[bodies] = np.maximum.reduceat(np.hypot(farthest, along[pieces.body]), first) / v_in
+    along_pieces = along[pieces.body]
+    minimum[bodies] = np.minimum.reduceat(np.hypot(nearest, along_pieces), first) / v_in
+    maximum[bodies] = np.maximum.reduceat(np.hypot(farthest, along_pieces), first) / v_in
     return minimum, maximum
+
+
+def _images(offset: Array, turning: Array, pieces: Pieces) -> Array:
+    """The points p = offset + turning · r (2, k) in the plane, of all pieces' points r.
+
+    Args: offset (nb, 2) and turning (nb, 2, 3), as `_across` gives them.
+    """
+    body = pieces.body[pieces.piece]
+    x, y, z = pieces.points.T
+    p = np.empty((2, len(body)))
+    for k in range(2):
+        ex, ey, ez = turning[:, k].T
+        p[k] = offset[:, k][body] + (ex[body] * x + ey[body] * y + ez[body] * z)
+    return p
 
 
 def maximum_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
@@ -124,23 +141,29 @@ def maximum_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
 
     Returns: (...); NaN without pieces.
     """
-    omega, v = delta_omega.reshape(-1, 3), delta_v.reshape(-1, 3)
+    omega = delta_omega.reshape(-1, 3)
+    v = delta_v.reshape(-1, 3)
     maximum = np.full(len(omega), np.nan)
-    ends = pieces.start[pieces.round] + np.arange(2)[:, None]
-    axes = pieces.rounding[pieces.round].swapaxes(0, 1).reshape(3, -1)
-    together = max(1, 1_000_000 // max(len(pieces.points), 1))
-    for k in range(0, len(omega) if len(pieces.points) else 0, together):
-        part = slice(k, k + together)
-        along, offset, turning = _across(omega[part], v[part])
-        p = np.swapaxes(offset[..., None] + turning @ pieces.points.T, 0, 1)
-        farthest = np.sqrt(_dot(p, p).max(axis=-1))
-        if pieces.round.size:
-            images = (turning @ axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
-            farthest = np.maximum(
-                farthest, _to_ellipses(p[..., ends], images, nearest=False)[0].max(axis=(1, 2))
-            )
-        maximum[part] = np.hypot(farthest, along)
+    if len(pieces.points):
+        chunk = max(1, MOST_NUMBERS // len(pieces.points))
+        for k in range(0, len(omega), chunk):
+            part = slice(k, k + chunk)
+            maximum[part] = _maximum(omega[part], v[part], pieces)
     return maximum.reshape(delta_omega.shape[:-1])
+
+
+def _maximum(omega: Array, v: Array, pieces: Pieces) -> Array:
+    """The same (n,) for jumps (n, 3), all at once."""
+    along, offset, turning = _across(omega, v)
+    p = np.swapaxes(offset[..., None] + turning @ pieces.points.T, 0, 1)
+    farthest = np.sqrt(_dot(p, p).max(axis=-1))
+    if pieces.round.size:
+        ends = pieces.start[pieces.round] + np.arange(2)[:, None]
+        semi_axes = pieces.rounding[pieces.round].swapaxes(0, 1).reshape(3, -1)
+        M = (turning @ semi_axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
+        far, *_ = _to_ellipses(p[..., ends], M, nearest=False)
+        farthest = np.maximum(farthest, far.max(axis=(1, 2)))
+    return np.hypot(farthest, along)
 
 
 def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
@@ -152,17 +175,18 @@ def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
     """
     spin = np.linalg.norm(delta_omega, axis=-1, keepdims=True)
     # A body that does not rotate has the same velocity everywhere, so any axis will do.
-    axis = np.where(spin == 0.0, [0.0, 0.0, 1.0], delta_omega / np.where(spin == 0.0, 1.0, spin))
+    rests = spin == 0.0
+    axis = np.where(rests, [0.0, 0.0, 1.0], delta_omega / np.where(rests, 1.0, spin))
     x, y, z = np.moveaxis(axis, -1, 0)
     # Duff et al. 2017, "Building an orthonormal basis, revisited".
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
-    e = np.stack(
-        [1.0 + sign * x * x * a, sign * x * y * a, -sign * x, x * y * a, sign + y * y * a, -y],
-        axis=-1,
-    )
-    e = e.reshape(*axis.shape[:-1], 2, 3)
-    return _inner(axis, delta_v), _inner(e, delta_v[..., None, :]), e @ cross_matrix(delta_omega)
+    first = np.stack([1.0 + sign * x * x * a, sign * x * y * a, -sign * x], axis=-1)
+    second = np.stack([x * y * a, sign + y * y * a, -y], axis=-1)
+    e = np.stack([first, second], axis=-2)
+    along = _inner(axis, delta_v)
+    offset = _inner(e, delta_v[..., None, :])
+    return along, offset, e @ cross_matrix(delta_omega)
 
 
 def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Array]:
@@ -180,21 +204,28 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
 
     Returns: (...) to the farthest points, and to the nearest ones, 0 if the origin is inside.
     """
-    u, w = images[..., 0, :], images[..., 1, :]
+    u = images[..., 0, :]
+    w = images[..., 1, :]
     angle = 0.5 * np.arctan2(2.0 * _inner(u, w), _inner(u, u) - _inner(w, w))
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = np.abs(c * centres[0] + s * centres[1]), np.abs(c * centres[1] - s * centres[0])
+    c = np.cos(angle)
+    s = np.sin(angle)
+    x = np.abs(c * centres[0] + s * centres[1])
+    y = np.abs(c * centres[1] - s * centres[0])
     u, w = c[..., None] * u + s[..., None] * w, c[..., None] * w - s[..., None] * u
-    major, minor = np.sqrt(_inner(u, u)), np.sqrt(_inner(w, w))
-    a, b = np.array([major * x, minor * y]), np.array([minor * y, major * x])
-    first, second = _unit_vector(
-        a[: 1 + nearest], b[: 1 + nearest], np.maximum((major - minor) * (major + minor), 0.0)
-    )
+    major = np.sqrt(_inner(u, u))
+    minor = np.sqrt(_inner(w, w))
+
+    # Of the farthest point (a, b) = (major x, minor y), of the nearest (minor y, major x).
+    wanted = 1 + nearest
+    a = np.array([major * x, minor * y])[:wanted]
+    b = np.array([minor * y, major * x])[:wanted]
+    delta = np.maximum((major - minor) * (major + minor), 0.0)
+    first, second = _unit_vector(a, b, delta)
     distances = [np.hypot(x + major * first[0], y + minor * second[0])]
     if nearest:
-        distances.append(
-            np.hypot(np.maximum(x - major * second[1], 0.0), np.maximum(y - minor * first[1], 0.0))
-        )
+        to_x = np.maximum(x - major * second[1], 0.0)
+        to_y = np.maximum(y - minor * first[1], 0.0)
+        distances.append(np.hypot(to_x, to_y))
     return distances
 
 
@@ -214,9 +245,11 @@ def _to_tangents(sides: Array, images: Array) -> Array:
     """
     x, y = sides
     normal = x[:, None] * images[:, 1] - y[:, None] * images[:, 0]
-    length = np.sqrt(_inner(normal, normal))
-    tangent = _inner(images, (normal / np.maximum(length, TINY)[:, None])[:, None]).T
-    return np.asarray(np.array([[1.0], [1.0], [-1.0], [-1.0]]) * tangent[:, None])
+    length = np.maximum(np.sqrt(_inner(normal, normal)), TINY)
+    unit = normal / length[:, None]
+    tangent = _inner(images, unit[:, None]).T
+    signs = np.array([[1.0], [1.0], [-1.0], [-1.0]])
+    return np.asarray(signs * tangent[:, None])
 
 
 def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
@@ -227,19 +260,23 @@ def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
     least 1 Newton's iteration increases to the root, in the end quadratically (Moré and Sorensen
     1983).
     """
-    mu, step = np.maximum(a, np.hypot(a, b) - delta), np.array(np.inf)
+    mu = np.maximum(a, np.hypot(a, b) - delta)
+    step = np.array(np.inf)
     while True:
-        lower, upper = np.maximum(mu, TINY), np.maximum(mu + delta, TINY)
-        first, second = a / lower, b / upper
+        lower = np.maximum(mu, TINY)
+        upper = np.maximum(mu + delta, TINY)
+        first = a / lower
+        second = b / upper
         if not np.any(step > 1e-8 * mu):
             break
-        squared, slope = (
-            first * first + second * second,
-            first * first / lower + second * second / upper,
-        )
-        step = np.maximum(squared * (np.sqrt(squared) - 1.0) / np.maximum(slope, TINY), 0.0)
+        # Of the squared length f: −f′ / 2 = (a / μ)² / μ + (b / (μ + δ))² / (μ + δ).
+        squared = first * first + second * second
+        slope = first * first / lower + second * second / upper
+        step = squared * (np.sqrt(squared) - 1.0) / np.maximum(slope, TINY)
+        step = np.maximum(step, 0.0)
         mu = mu + step
-    first = np.where(mu > TINY, first, np.sqrt(np.maximum(1.0 - second * second, 0.0)))
+    rest = np.sqrt(np.maximum(1.0 - second * second, 0.0))
+    first = np.where(mu > TINY, first, rest)
     length = np.hypot(first, second)
     return first / length, second / length
 
@@ -258,24 +295,37 @@ def _distances(p: Array, pieces: Pieces) -> Array:
     the nearest point so far, and continue with the nearer of the two segments from the ends of the
     present edge to it. Every step reduces the distance, and the number of segments is finite.
     """
-    start, piece = pieces.start, pieces.piece
-    undefined = ~np.isfinite(np.add.reduceat(_dot(p, p), start))
+    piece = pieces.piece
+    undefined = ~np.isfinite(np.add.reduceat(_dot(p, p), pieces.start))
     p = np.where(undefined[piece], 0.0, p)
     corner = p[:, _lowest(_dot(p, p), pieces)]
-    x, y = corner[0][piece], corner[1][piece]
-    angle = np.arctan2(x * p[1] - y * p[0], x * p[0] + y * p[1])
-    outside = np.maximum.reduceat(angle, start) - np.minimum.reduceat(angle, start) < np.pi
-    a = b = nearest = np.where(outside, corner, 0.0)
+    outside = _turn_seen(p, corner, pieces) < np.pi
+    nearest = np.where(outside, corner, 0.0)
+    a = b = nearest
     while True:
-        corner = p[:, _lowest(nearest[0][piece] * p[0] + nearest[1][piece] * p[1], pieces)]
-        near_a, near_b = _nearest_on_segments(a, corner), _nearest_on_segments(b, corner)
+        corner = p[:, _lowest(_dot(nearest[:, piece], p), pieces)]
+        near_a = _nearest_on_segments(a, corner)
+        near_b = _nearest_on_segments(b, corner)
         from_a = _dot(near_a, near_a) <= _dot(near_b, near_b)
         feature = np.where(from_a, near_a, near_b)
         closer = _dot(feature, feature) < _dot(nearest, nearest)
         if not closer.any():
             return np.where(undefined, np.nan, np.sqrt(_dot(nearest, nearest)))
         a = np.where(closer & ~from_a, b, a)
-        b, nearest = np.where(closer, corner, b), np.where(closer, feature, nearest)
+        b = np.where(closer, corner, b)
+        nearest = np.where(closer, feature, nearest)
+
+
+def _turn_seen(p: Array, corner: Array, pieces: Pieces) -> Array:
+    """The angle (n,) within which the origin sees each piece's points p (2, k) [rad].
+
+    Args: corner (2, n), a point of each piece, from which angles are counted.
+    """
+    x, y = corner[:, pieces.piece]
+    angle = np.arctan2(x * p[1] - y * p[0], x * p[0] + y * p[1])
+    first = np.minimum.reduceat(angle, pieces.start)
+    last = np.maximum.reduceat(angle, pieces.start)
+    return np.asarray(last - first)
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -293,5 +343,5 @@ def _nearest_on_segments(a: Array, b: Array) -> Array:
     """The points of the segments a–b nearest to the origin, all (2, n)."""
     towards = b - a
     squared = _dot(towards, towards)
-    t = np.clip(-_dot(towards, a) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
-    return np.asarray(a + t * towards)
+    share = -_dot(towards, a) / np.where(squared > 0.0, squared, 1.0)
+    return np.asarray(a + np.clip(share, 0.0, 1.0) * towards)

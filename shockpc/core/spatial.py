@@ -38,7 +38,10 @@ class Plane(NamedTuple):
         plane across x.
         """
         x, y = self.e1[:2]
-        return self.e1 if x > 1e-9 or (abs(x) <= 1e-9 and y > 0.0) else -self.e1
+        across_x = abs(x) <= 1e-9
+        if x > 1e-9 or (across_x and y > 0.0):
+            return self.e1
+        return -self.e1
 
 
 def plane_from(normal: Array | Sequence[float]) -> Plane:
@@ -58,8 +61,9 @@ def plane_from(normal: Array | Sequence[float]) -> Plane:
     if not np.isfinite(length) or length == 0.0:
         raise ValueError(f"a plane's normal needs a finite length above zero, not {n.tolist()}")
     n = n / length
-    level = np.hypot(n[0], n[1]) < 1e-9
-    up = np.array([0.0, 1.0, 0.0]) if level else np.array([0.0, 0.0, 1.0])
+    up = np.array([0.0, 0.0, 1.0])
+    if np.hypot(n[0], n[1]) < 1e-9:
+        up = np.array([0.0, 1.0, 0.0])
     e1 = np.cross(up, n)
     e1 /= np.linalg.norm(e1)
     # Adding zero turns -0.0 into 0.0, which would otherwise reach printed files.
@@ -68,9 +72,11 @@ def plane_from(normal: Array | Sequence[float]) -> Plane:
 
 def cross_matrix(r: Array) -> Array:
     """The matrix [r]× with [r]× u = r × u. Args: r (..., 3). Returns: (..., 3, 3)."""
+    x, y, z = r[..., 0], r[..., 1], r[..., 2]
     out = np.zeros((*r.shape[:-1], 3, 3))
-    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -r[..., 2], r[..., 1], -r[..., 0]
-    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = r[..., 2], -r[..., 1], r[..., 0]
+    out[..., 0, 1], out[..., 0, 2] = -z, y
+    out[..., 1, 0], out[..., 1, 2] = z, -x
+    out[..., 2, 0], out[..., 2, 1] = -y, x
     return out
 
 
@@ -78,10 +84,13 @@ def cross(a: Any, b: Any) -> Any:
     """The products a × b of vectors (..., 3), as `np.cross`, which takes several times as long for
     a few of them.
     """
-    (x, y, z), (u, v, w) = ((part[..., 0], part[..., 1], part[..., 2]) for part in (a, b))
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
     first = y * w - z * v
     out = np.empty((*np.shape(first), 3), dtype=np.asarray(first).dtype)
-    out[..., 0], out[..., 1], out[..., 2] = first, z * u - x * w, x * v - y * u
+    out[..., 0] = first
+    out[..., 1] = z * u - x * w
+    out[..., 2] = x * v - y * u
     return out
 
 
@@ -124,8 +133,10 @@ def jump_at(jumps: Any, r: Any) -> Any:
         jumps: (N, 6, k) of the points' bodies (Δω, Δv), each at an origin [rad/s, m/s].
         r: (N, 3) points from these origins, in the same axes [m].
     """
-    (a, b, c), (x, y, z) = (jumps[:, i] for i in range(3)), (r[:, i, None] for i in range(3))
-    return jumps[:, 3:] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+    a, b, c = jumps[:, 0], jumps[:, 1], jumps[:, 2]
+    x, y, z = r[:, 0, None], r[:, 1, None], r[:, 2, None]
+    by_rotation = np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+    return jumps[:, 3:] + by_rotation
 
 
 def body_jumps(
@@ -154,33 +165,49 @@ def body_jumps(
     Returns: (N, nb, 6, k), angular part first [rad/s, m/s].
     """
     if bodies is not None:
-        carried = sorted({i for body in bodies for i in _path(parent, body)})
-        index = {body: i for i, body in enumerate(carried)}
-        inner = [index.get(parent[body], -1) for body in carried]
-        part = body_jumps(
-            J, [dofs[body] for body in carried], inner, position[:, carried], delta_qd
-        )
-        return part[:, [index[body] for body in bodies]]
+        return _jumps_of(J, dofs, parent, position, delta_qd, bodies)
     # The posture comes last, so that every operation runs over contiguous numbers.
-    twists, rates, places = (
-        part.copy()
-        for part in (J.transpose(2, 1, 0), delta_qd.transpose(1, 2, 0), position.transpose(1, 2, 0))
-    )
+    S = J.transpose(2, 1, 0).copy()
+    rates = delta_qd.transpose(1, 2, 0).copy()
+    origins = position.transpose(1, 2, 0).copy()
+
+    # Δv̂_i at the common origin
     jumps = np.empty((len(parent), 6, *rates.shape[1:]), dtype=rates.dtype)
     for jump, columns, before in zip(jumps, dofs, parent, strict=True):
         if columns.stop - columns.start == 1:
-            np.multiply(twists[columns.start, :, None], rates[columns.start], out=jump)
+            np.multiply(S[columns.start, :, None], rates[columns.start], out=jump)
         else:
-            np.einsum("cin,ckn->ikn", twists[columns], rates[columns], out=jump)
+            np.einsum("cin,ckn->ikn", S[columns], rates[columns], out=jump)
         if before >= 0:
             jump += jumps[before]
-    x, y, z = (places[:, i, None] for i in range(3))
-    a, b, c = (jumps[:, i] for i in range(3))
+
     # v_i = v_O + ω × p_i
+    x, y, z = origins[:, 0, None], origins[:, 1, None], origins[:, 2, None]
+    a, b, c = jumps[:, 0], jumps[:, 1], jumps[:, 2]
     jumps[:, 3] += b * z - c * y
     jumps[:, 4] += c * x - a * z
     jumps[:, 5] += a * y - b * x
     return jumps.transpose(3, 0, 1, 2)
+
+
+def _jumps_of(
+    J: Array,
+    dofs: Sequence[slice],
+    parent: Sequence[int],
+    position: Array,
+    delta_qd: Array,
+    bodies: Sequence[int],
+) -> Array:
+    """The jumps of some bodies, for which only those that carry them are computed."""
+    carriers: set[int] = set()
+    for body in bodies:
+        carriers.update(_path(parent, body))
+    carried = sorted(carriers)
+    index = {body: i for i, body in enumerate(carried)}
+    parents = [index.get(parent[body], -1) for body in carried]
+    joints = [dofs[body] for body in carried]
+    jumps = body_jumps(J, joints, parents, position[:, carried], delta_qd)
+    return jumps[:, [index[body] for body in bodies]]
 
 
 def in_body_axes(jumps: Array, rotation: Array) -> Array:
@@ -188,9 +215,9 @@ def in_body_axes(jumps: Array, rotation: Array) -> Array:
 
     Args: jumps, in world axes; rotation (N, nb, 3, 3), body to world.
     """
-    return np.asarray(
-        np.swapaxes(rotation, -1, -2)[..., None, :, :] @ jumps.reshape(*jumps.shape[:2], 2, 3, -1)
-    ).reshape(jumps.shape)
+    to_body = np.swapaxes(rotation, -1, -2)[..., None, :, :]
+    parts = jumps.reshape(*jumps.shape[:2], 2, 3, -1)
+    return np.asarray(to_body @ parts).reshape(jumps.shape)
 
 
 def _path(parent: Sequence[int], body: int) -> Iterator[int]:
@@ -217,10 +244,10 @@ def quaternion_of(rotation: Array) -> Array:
     )
     largest = int(np.argmax(np.diagonal(products)))
     quaternion = products[largest] / products[largest, largest]
-    whole = np.round(quaternion)
-    return np.asarray(
-        np.where(np.abs(quaternion - whole) < 4.0 * np.finfo(float).eps, whole, quaternion)
-    )
+    integers = np.round(quaternion)
+    rounding = np.abs(quaternion - integers)
+    exact = rounding < 4.0 * np.finfo(float).eps
+    return np.asarray(np.where(exact, integers, quaternion))
 
 
 def freeze(*values: Any) -> None:
