@@ -63,40 +63,53 @@ def batched_shock(
             of M.
     """
     _refuse_other_arrays(M, J_c, J_p, v, restitution, locked, contacts, v_in)
-    M, J_c, J_p, v, restitution, v_in = (
-        _promoted(xp, array) for array in (M, J_c, J_p, v, restitution, v_in)
-    )
+    M, J_c, J_p = _promoted(xp, M), _promoted(xp, J_c), _promoted(xp, J_p)
+    v, restitution, v_in = _promoted(xp, v), _promoted(xp, restitution), _promoted(xp, v_in)
     B, c, d, nv = J_c.shape
-    n = c * d
     before = (J_c @ v[:, None, :, None])[..., 0]
-    strikes = xp.ones_like(before) * (1.0 if contacts is None else contacts[..., None])
-    free = xp.ones_like(v.sum(0)) * (1.0 if locked is None else ~locked)
-    on = strikes.reshape(B, n)
-    J = J_c.reshape(B, n, nv) * on[..., None] * free
+    strikes = xp.ones_like(before)
+    if contacts is not None:
+        strikes = strikes * contacts[..., None]
+    on = strikes.reshape(B, c * d)
+    free = _free(xp, v.sum(0), locked)
+    J = J_c.reshape(B, c * d, nv) * on[..., None] * free
 
-    # Y = M⁻¹ Jᵀ and A = J Y. A velocity that is locked has the row and the column of a unit matrix
-    # in M, so that it stays as it is.
+    # A = J Y with Y = M⁻¹ Jᵀ. A velocity that is locked has the row and the column of a unit
+    # matrix in M, so that it stays as it is.
     response = _solve(xp, _held(xp, M, free), J.mT)
-    delassus = J @ response
-
-    # A scaled to a unit diagonal; a contact that does not strike has the row and the column of a
-    # unit matrix.
-    diagonal = xp.linalg.diagonal(delassus)
-    scale = xp.where(diagonal > 0.0, diagonal, 1.0) ** -0.5
-    eye = _eye(xp, on.sum(0))
-    scaled = delassus * scale[..., None] * scale[:, None] + eye * (1.0 - on)[..., None]
-
-    # A f = −(1 + e) J v, and A⁻¹ for the pivots. The last digit on the diagonal keeps rows that
-    # depend on one another from a division by zero.
-    undone = ((1.0 + restitution) * strikes * before).reshape(B, n, 1)
-    right = xp.concatenate([scale[..., None] * undone, xp.ones_like(undone) * eye], -1)
-    solved = _solve(xp, scaled + xp.finfo(M.dtype).eps * eye, right)
-    impulse = -scale[..., None] * solved[..., :1]
-    pivot = 1.0 / xp.amax(abs(xp.linalg.diagonal(solved[..., 1:])), -1)
+    undone = ((1.0 + restitution) * strikes * before).reshape(B, c * d, 1)
+    impulse, pivot = _impulses(xp, J @ response, undone, on)
 
     jump = (J_p @ (response @ impulse)[:, None])[..., 0]
-    speed = xp.amax(_length(xp, strikes * before), -1) if v_in is None else v_in
+    speed = v_in
+    if speed is None:
+        speed = xp.amax(_length(xp, strikes * before), -1)
     return BatchedShock(_length(xp, jump) / speed[:, None], impulse.reshape(B, c, d), pivot)
+
+
+def _impulses(xp: Any, A: Any, undone: Any, on: Any) -> tuple[Any, Any]:
+    """The impulses f (B, n, 1) with A f = −(1 + e) J v, and the smallest pivot (B,).
+
+    Args:
+        xp: the library.
+        A: (B, n, n) Delassus matrices.
+        undone: (B, n, 1) (1 + e) J v.
+        on: (B, n) one for each row that strikes, else zero.
+    """
+    # A scaled to a unit diagonal; a contact that does not strike has the row and the column of a
+    # unit matrix.
+    diagonal = xp.linalg.diagonal(A)
+    scale = xp.where(diagonal > 0.0, diagonal, 1.0) ** -0.5
+    eye = _eye(xp, on.sum(0))
+    scaled = A * scale[..., None] * scale[:, None] + eye * (1.0 - on)[..., None]
+
+    # A⁻¹ is for the pivots. The last digit on the diagonal keeps rows that depend on one another
+    # from a division by zero.
+    right = xp.concatenate([scale[..., None] * undone, xp.ones_like(undone) * eye], -1)
+    solved = _solve(xp, scaled + xp.finfo(A.dtype).eps * eye, right)
+    impulse = -scale[..., None] * solved[..., :1]
+    inverse_diagonal = xp.linalg.diagonal(solved[..., 1:])
+    return impulse, 1.0 / xp.amax(abs(inverse_diagonal), -1)
 
 
 def effective_mass(xp: Any, M: Any, J_c: Any, locked: Any = None) -> Any:
@@ -108,7 +121,7 @@ def effective_mass(xp: Any, M: Any, J_c: Any, locked: Any = None) -> Any:
     Args: as of `batched_shock`.
     """
     M, J_c = _promoted(xp, M), _promoted(xp, J_c)
-    inverse = _inverse(xp, _mobility(xp, M, J_c, _free(xp, M, locked)))
+    inverse = _inverse(xp, _mobility(xp, M, J_c, _free(xp, M[0, 0], locked)))
     return inverse[..., -1, -1]
 
 
@@ -127,15 +140,16 @@ def mitigation(xp: Any, M: Any, J_c: Any, base: int = 6, locked: Any = None) -> 
     """
     M, J_c = _promoted(xp, M), _promoted(xp, J_c)
     d = J_c.shape[2]
-    A = _mobility(xp, M, J_c, _free(xp, M, locked))
-    A_L = _mobility(xp, M[:, :base, :base], J_c[..., :base], _free(xp, M[:, :base, :base], None))
+    A = _mobility(xp, M, J_c, _free(xp, M[0, 0], locked))
+    M_base = M[:, :base, :base]
+    A_L = _mobility(xp, M_base, J_c[..., :base], _free(xp, M_base[0, 0], None))
     share = _solve(xp, A.reshape(-1, d, d), A_L.reshape(-1, d, d)).reshape(A.shape)
     return xp.linalg.det(_eye(xp, share[0, 0, 0]) - share)
 
 
-def _free(xp: Any, M: Any, locked: Any) -> Any:
-    """One for each velocity (nv,) that is free, zero for the others."""
-    ones = xp.ones_like(M[0, 0])
+def _free(xp: Any, like: Any, locked: Any) -> Any:
+    """One for each velocity (nv,) that is free, zero for the others; of the type of an array (nv,)."""
+    ones = xp.ones_like(like)
     return ones if locked is None else ones * ~locked
 
 
@@ -194,20 +208,20 @@ def _refuse_other_arrays(
         "v_in": (v_in, (B,)),
     }
     for name, (array, shape) in wanted.items():
-        number = name == "restitution" and _shape(array) == ()
-        if array is None or number:
+        is_number = name == "restitution" and _shape(array) == ()
+        if array is None or is_number:
             continue
         if _shape(array) != shape:
             raise ValueError(
                 f"{name} has the shape {_shape(array)}; with J_c {tuple(J_c.shape)} it has to be "
                 f"{shape}"
             )
-        mask = name in ("locked", "contacts")
-        kind = "bool" if mask else _kind(M)
-        if _kind(array) != kind:
+        is_mask = name in ("locked", "contacts")
+        if is_mask and _kind(array) != "bool":
+            raise ValueError(f"{name} has the type {_kind(array)}; it has to be bool")
+        if not is_mask and _kind(array) != _kind(M):
             raise ValueError(
-                f"{name} has the type {_kind(array)}; it has to be "
-                f"{kind}{'' if mask else ', as M has'}"
+                f"{name} has the type {_kind(array)}; it has to be {_kind(M)}, as M has"
             )
 
 
@@ -241,12 +255,14 @@ def _solve(xp: Any, matrices: Any, right: Any) -> Any:
     except np.linalg.LinAlgError:  # NumPy does not say which state
         if len(matrices) == 1:
             return xp.full_like(right, xp.nan)
-        return xp.concatenate(
-            [_solve(xp, matrices[k : k + 1], right[k : k + 1]) for k in range(len(matrices))]
-        )
+        each = []
+        for k in range(len(matrices)):
+            each.append(_solve(xp, matrices[k : k + 1], right[k : k + 1]))
+        return xp.concatenate(each)
 
 
 def _length(xp: Any, vectors: Any) -> Any:
     """Lengths of vectors (..., n), whose gradient is zero where they are."""
     square = (vectors * vectors).sum(-1)
-    return xp.where(square == 0.0, 0.0, xp.where(square == 0.0, 1.0, square) ** 0.5)
+    zero = square == 0.0
+    return xp.where(zero, 0.0, xp.where(zero, 1.0, square) ** 0.5)

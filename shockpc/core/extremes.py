@@ -163,7 +163,7 @@ def _maximum(omega: Array, v: Array, pieces: Pieces) -> Array:
         M = (turning @ semi_axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
         far, *_ = _to_ellipses(p[..., ends], M, nearest=False)
         farthest = np.maximum(farthest, far.max(axis=(1, 2)))
-    return np.hypot(farthest, along)
+    return np.asarray(np.hypot(farthest, along))
 
 
 def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:

@@ -70,16 +70,16 @@ def matrix_of(inertia: Inertia) -> Array:
     """H (N, nv, nv)."""
     if not isinstance(inertia, CompositeInertia):
         return inertia
-    carries = np.eye(len(inertia.before), dtype=bool)
+    nv = len(inertia.before)
+    carries = np.eye(nv, dtype=bool)
     for k, before in enumerate(inertia.before):
         if before >= 0:
             carries[:, k] |= carries[:, before]
+    # H_ij = J_iᵀ F_j where i carries j, so i ≤ j; below the diagonal H_ji = H_ij.
     upper = np.where(carries, np.swapaxes(inertia.J, -1, -2) @ inertia.F, 0.0)
-    return np.asarray(
-        upper
-        + np.swapaxes(np.triu(upper, 1), -1, -2)
-        + inertia.armature[..., None] * np.eye(len(inertia.before))
-    )
+    lower = np.swapaxes(np.triu(upper, 1), -1, -2)
+    armature = inertia.armature[..., None] * np.eye(nv)
+    return np.asarray(upper + lower + armature)
 
 
 def definite(inertia: Inertia) -> Array:
@@ -88,13 +88,14 @@ def definite(inertia: Inertia) -> Array:
 
     A velocity that moves nothing with inertia is left out of this: its diagonal entry is zero.
     """
-    H, size = np.array(matrix_of(inertia)), np.sqrt(np.abs(diagonal_of(inertia)))
+    H = np.array(matrix_of(inertia))
+    size = np.sqrt(np.abs(diagonal_of(inertia)))
     idle = size <= 1e-15 * size.max(axis=1, keepdims=True)
     scale = np.where(idle, 0.0, 1.0 / np.where(idle, 1.0, size))
-    minimum = np.linalg.eigvalsh(
-        H * scale[:, :, None] * scale[:, None, :] + idle[:, :, None] * np.eye(len(scale.T))
-    )[:, 0]
-    H[minimum < DEFINITE] = np.nan
+    scaled = H * scale[:, :, None] * scale[:, None, :]
+    scaled += idle[:, :, None] * np.eye(H.shape[1])
+    smallest = np.linalg.eigvalsh(scaled)[:, 0]
+    H[smallest < DEFINITE] = np.nan
     return H
 
 
@@ -110,9 +111,8 @@ def solve_inertia(inertia: Inertia, B: Array) -> Array:
     except np.linalg.LinAlgError:
         if len(B) == 1:
             return np.full_like(B, np.nan)
-        return np.concatenate(
-            [solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))]
-        )
+        each = [solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))]
+        return np.concatenate(each)
 
 
 def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
@@ -123,10 +123,17 @@ def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
     from their inertia leaves the articulated one (Featherstone 2008, section 7.3).
     """
     # The posture comes last, so that every operation runs over contiguous numbers.
-    J, columns = inertia.J.transpose(2, 1, 0).copy(), np.empty((B.shape[1], 6 + B.shape[2], len(B)))
-    columns[:, :6], columns[:, 6:] = inertia.F.transpose(2, 1, 0), B.transpose(1, 2, 0)
-    pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature.reshape(-1, len(J)).T
-    share, X = np.empty_like(J), columns[:, 6:]
+    n, nv, _ = B.shape
+    J = inertia.J.transpose(2, 1, 0).copy()
+    # Columns F_k, and those of B, which are eliminated with them.
+    columns = np.empty((nv, 6 + B.shape[2], n))
+    columns[:, :6] = inertia.F.transpose(2, 1, 0)
+    columns[:, 6:] = B.transpose(1, 2, 0)
+    X = columns[:, 6:]
+    pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature.reshape(-1, nv).T
+    share = np.empty_like(J)
+
+    # From the leaves: what velocities behind k have taken is in `behind`.
     behind: dict[int, Array] = {}
     for k, before in reversed(list(enumerate(inertia.before))):
         taken = behind.pop(k, None)
@@ -137,11 +144,14 @@ def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
         np.divide(columns[k, :6], pivot[k], out=share[k])
         if before >= 0:
             passed = columns[k][:, None] * share[k]
-            for other in (taken, behind.get(before)):
-                if other is not None:
-                    passed += other
+            if taken is not None:
+                passed += taken
+            if before in behind:
+                passed += behind[before]
             behind[before] = passed
         X[k] /= pivot[k]
+
+    # From the base: x_k = b_k / H_kk − (F_k / H_kk) · twist of what carries k
     twists: list[Array] = []
     for k, before in enumerate(inertia.before):
         if before >= 0:

@@ -62,9 +62,8 @@ class LowPass(NamedTuple):
         """Largest reading for a unit change of velocity by a pulse of one sign, whatever its length
         [1/s].
         """
-        return (
-            2.0 * math.pi * self.frequency * (1.0 if self.order == 1 else math.exp(-math.pi / 4.0))
-        )
+        omega = 2.0 * math.pi * self.frequency
+        return omega if self.order == 1 else omega * math.exp(-math.pi / 4.0)
 
     @property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
@@ -76,7 +75,9 @@ class LowPass(NamedTuple):
             return np.array([complex(-omega)]), np.array([complex(omega)])
         pole = omega * complex(-1.0, 1.0) / math.sqrt(2.0)
         residue = omega**2 / (2.0j * pole.imag)
-        return np.array([pole, pole.conjugate()]), np.array([residue, residue.conjugate()])
+        poles = np.array([pole, pole.conjugate()])
+        residues = np.array([residue, residue.conjugate()])
+        return poles, residues
 
 
 @functools.lru_cache(maxsize=256)
@@ -105,30 +106,37 @@ def low_pass_from(text: str) -> LowPass:
 def pulse_reading(pulse: Pulse, low_pass: LowPass) -> float:
     """The largest reading for a pulse that changes a velocity by 1 m/s [1/s].
 
+    It is sought at samples of the times within which the filter settles, and then between the
+    samples beside the largest.
+    """
+    # The filter settles within the tail after each end of the pulse.
+    length = pulse.length
+    tail = low_pass.tail
+    parts = ((0.0, min(length, tail)), (0.0, length), (length, length + tail))
+    times = np.unique([np.linspace(start, end, SAMPLES) for start, end in parts])
+    for _ in range(ZOOMS):
+        largest = int(np.abs(_reading(pulse, low_pass, times)).argmax())
+        start = times[max(largest - 1, 0)]
+        end = times[min(largest + 1, len(times) - 1)]
+        # The time of the largest stays among them: it may be a corner, as at the end of a pulse.
+        times = np.sort(np.append(np.linspace(start, end, SAMPLES), times[largest]))
+    peak = float(np.abs(_reading(pulse, low_pass, times)).max())
+    return peak * SHAPES[pulse.shape] / length
+
+
+def _reading(pulse: Pulse, low_pass: LowPass, t: Array) -> Array:
+    """(n,) what the accelerometer reads at times [s], for a pulse with the peak 1.
+
     The response of the filter is the sum over its poles p of the residues r of the transfer
     function times the convolution c of exp(p t) with the pulse; after the pulse, which ends at T,
     c(t) = c(T) exp(p (t − T)).
     """
-    length, tail = pulse.length, low_pass.tail
-    poles, residues = low_pass.poles
-
-    def reading(t: Array) -> Array:
-        """(n,) what the accelerometer reads at times [s], for a pulse with the peak 1."""
-        during, after = np.minimum(t, length), np.maximum(t - length, 0.0)
-        response = np.zeros(len(t), dtype=complex)
-        for pole, residue in zip(poles, residues, strict=True):
-            response += residue * _convolution(pulse, pole, during) * np.exp(pole * after)
-        return response.real
-
-    # The filter settles within the tail after each end of the pulse.
-    ends = ((0.0, min(length, tail)), (0.0, length), (length, length + tail))
-    times = np.unique([np.linspace(start, end, SAMPLES) for start, end in ends])
-    for _ in range(ZOOMS):
-        largest = int(np.abs(reading(times)).argmax())
-        start, end = times[max(largest - 1, 0)], times[min(largest + 1, len(times) - 1)]
-        # The time of the largest stays among them: it may be a corner, as at the end of a pulse.
-        times = np.sort(np.append(np.linspace(start, end, SAMPLES), times[largest]))
-    return float(np.abs(reading(times)).max()) * SHAPES[pulse.shape] / length
+    during = np.minimum(t, pulse.length)
+    after = np.maximum(t - pulse.length, 0.0)
+    response = np.zeros(len(t), dtype=complex)
+    for pole, residue in zip(*low_pass.poles, strict=True):
+        response += residue * _convolution(pulse, pole, during) * np.exp(pole * after)
+    return response.real
 
 
 def _convolution(pulse: Pulse, pole: complex, t: Array) -> ComplexArray:

@@ -43,11 +43,13 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
     """
     lost = np.asarray(~np.isfinite(maps).all(axis=(-1, -2)))
     _, s, Vt = np.linalg.svd(np.where(lost[..., None, None], 0.0, maps))
-    s[lost], Vt[lost] = np.nan, np.nan
-    most_severe, least_severe = Vt[..., 0, :], Vt[..., 2, :]
-
+    s[lost] = np.nan
+    Vt[lost] = np.nan
     return ExtremeDirections(
-        _downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2]
+        most_severe=_downwards(Vt[..., 0, :], up),
+        most_severe_shock=s[..., 0],
+        least_severe=_downwards(Vt[..., 2, :], up),
+        least_severe_shock=s[..., 2],
     )
 
 
@@ -68,15 +70,18 @@ def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
     with np.errstate(all="ignore"):
         scale = np.abs(A).max(axis=(0, 1))
         A /= scale
-        square = (A[:, :, None] * A[:, None]).sum(axis=0)
-        largest, second = _largest_eigenvalues(square)
-        direction = _eigenvector(square, largest)
-        shock = scale * np.sqrt(((A * direction).sum(axis=1) ** 2).sum(axis=0))
-        unclear = np.flatnonzero(~(largest - second > CLEARLY_APART * largest))
+        AtA = (A[:, :, None] * A[:, None]).sum(axis=0)
+        largest, second = _largest_eigenvalues(AtA)
+        direction = _eigenvector(AtA, largest)
+        jump = (A * direction).sum(axis=1)
+        shock = scale * np.sqrt((jump**2).sum(axis=0))
+        clear = largest - second > CLEARLY_APART * largest
     direction = direction.T
+    unclear = np.flatnonzero(~clear)
     if unclear.size:
         extremes = extreme_directions(maps[unclear], up)
-        direction[unclear], shock[unclear] = extremes.most_severe, extremes.most_severe_shock
+        direction[unclear] = extremes.most_severe
+        shock[unclear] = extremes.most_severe_shock
     return _downwards(direction, up), shock
 
 
@@ -88,9 +93,14 @@ def _largest_eigenvalues(S: Array) -> tuple[Array, Array]:
     """
     mean = np.einsum("iin->n", S) / 3.0
     (a, d, e), (_, b, f), (_, _, c) = S - mean * np.eye(3)[:, :, None]
-    width = 2.0 * np.sqrt((a * a + b * b + c * c + 2.0 * (d * d + e * e + f * f)) / 6.0)
-    determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)
-    angle = np.arccos(np.clip(4.0 * determinant / width**3, -1.0, 1.0)) / 3.0
+    # Sum of squares of all entries, and the determinant by the first row.
+    diagonal = a * a + b * b + c * c
+    squares = diagonal + 2.0 * (d * d + e * e + f * f)
+    width = 2.0 * np.sqrt(squares / 6.0)
+    determinant = a * (b * c - f * f)
+    determinant = determinant - d * (d * c - e * f) + e * (d * f - b * e)
+    cosine = np.clip(4.0 * determinant / width**3, -1.0, 1.0)
+    angle = np.arccos(cosine) / 3.0
     return mean + width * np.cos(angle), mean + width * np.cos(angle - 2.0 * np.pi / 3.0)
 
 
@@ -109,9 +119,9 @@ def _eigenvector(S: Array, eigenvalue: Array) -> Array:
 
 def _cross(a: Array, b: Array) -> Array:
     """Products (3, N) of vectors (3, N)."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
+    x, y, z = a
+    u, v, w = b
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def _downwards(direction: Array, up: Array) -> Array:

@@ -37,8 +37,10 @@ def number_from(text: str, units: Mapping[str, float] = NO_UNIT) -> float:
     Raises:
         ValueError: it is not a number, or has another unit.
     """
+    value = math.nan
     match = _WITH_UNIT.fullmatch(text.strip())
-    value = float(match[1]) * units[match[2]] if match and match[2] in units else math.nan
+    if match and match[2] in units:
+        value = float(match[1]) * units[match[2]]
     if not math.isfinite(value):
         raise ValueError(f'"{text}" is not a number')
     return value

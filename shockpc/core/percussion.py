@@ -21,12 +21,10 @@ def dot(a: Any, b: Any) -> Any:
 def norm(a: Any) -> Any:
     """Lengths (...) of vectors (..., 3)."""
     squares = np.asarray(dot(a, a))
+    if squares.dtype != object:
+        return np.sqrt(squares)
     # A ball around a sum of squares may reach below zero; the sum does not.
-    return (
-        _each(lambda x: x.nonnegative_part().sqrt(), squares)
-        if squares.dtype == object
-        else np.sqrt(squares)
-    )
+    return _each(lambda x: x.nonnegative_part().sqrt(), squares)
 
 
 def larger(a: Any, b: Any) -> Any:
@@ -94,12 +92,10 @@ def off_plane_share(
         gyration: (...) radius of gyration of the body about its centre of mass [m].
         at_rest: (...) velocity up to which a jump is rounding [m/s].
     """
-    rotation, translation = gyration * norm(delta_omega), norm(v_com)
-    turn = dot(delta_omega, normal)
-    rotation_off = gyration * norm(delta_omega - normal * turn[..., None])
+    in_plane = normal * dot(delta_omega, normal)[..., None]
+    rotation_off = gyration * norm(delta_omega - in_plane)
     translation_off = np.abs(dot(v_com, normal))
-    size = larger(rotation, translation)
+    size = larger(gyration * norm(delta_omega), norm(v_com))
     moves = np.asarray(size > at_rest, dtype=bool)
-    return np.where(
-        moves, larger(rotation_off, translation_off) / np.where(moves, size, 1), 0 * size
-    )
+    share = larger(rotation_off, translation_off) / np.where(moves, size, 1)
+    return np.where(moves, share, 0 * size)

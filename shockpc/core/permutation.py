@@ -17,18 +17,25 @@ def permuted(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
         seed: of the random numbers.
         number: of the quantity, each of which has another permutation.
     """
-    bits = np.uint64(max(1, -(-(n - 1).bit_length() // 2)))
-    low = np.uint64((1 << int(bits)) - 1)
-    keys = np.random.default_rng([seed, 3, number]).integers(2**64, size=8, dtype=np.uint64)
-    out, outside = rows.astype(np.uint64), np.ones(len(rows), dtype=bool)
+    half_bits = max(1, -(-(n - 1).bit_length() // 2))
+    bits = np.uint64(half_bits)
+    low = np.uint64((1 << half_bits) - 1)
+    rng = np.random.default_rng([seed, 3, number])
+    keys = rng.integers(2**64, size=8, dtype=np.uint64)
+    out = rows.astype(np.uint64)
+    outside = np.ones(len(rows), dtype=bool)
     while outside.any():
-        left, right = out[outside] >> bits, out[outside] & low
+        left = out[outside] >> bits
+        right = out[outside] & low
         for key in keys:
-            # The mixing function of splitmix64 (Steele, Lea and Flood 2014).
-            x = right + key
-            x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-            x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-            left, right = right, left ^ ((x ^ (x >> np.uint64(31))) & low)
+            left, right = right, left ^ (_mixed(right + key) & low)
         out[outside] = left << bits | right
         outside = out >= n
     return out.astype(np.int64)
+
+
+def _mixed(x: np.ndarray) -> np.ndarray:
+    """The mixing function of splitmix64 (Steele, Lea and Flood 2014) of numbers of 64 bits."""
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.asarray(x ^ (x >> np.uint64(31)))
