@@ -213,7 +213,7 @@ FOOT:: --pulse half-sine => "" is not the length of a pulse
 FOOT:: --no-gravity => has an effect only on contacts of finite stiffness; give contact_stiffness too
 FOOT:: --range-g 16 => a sensor's range needs accelerations; give a pulse
 FOOT:: --drives nosuch.toml => no drives file "HERE/nosuch.toml"
-FOOT:: --stance foot => coincide: they are at one point of one body; remove one
+FOOT:: --stance foot => coincide: they are the same point of the same body; remove one
 FOOT:: --lock knee --base fixed => nothing of robot "stick" can move: its base is fixed and no joint is free
 analyze leg:: --contct heel => no such option: --contct (Possible options: --contact,
 analyze leg:: --contact => option '--contact' requires an argument
@@ -239,17 +239,17 @@ place stick.urdf --contact foot --vary strike-angle=0,9:: --strike-angle 3 => --
 SWEEP:: --contact-stiffness 1e5 --quantity peak_force@foot --range-g 4 => no number here depends on --range-g
 limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms --range-g 4 => no number here depends on
 SWEEP:: --pulse half-sine:5ms | --pulse half-sine:5ms --quantity shock@body => no number here depends on --pulse
-batch stick.urdf --contact foot:: --pulse half-sine:5ms | --pulse half-sine:5ms --rank mass => such as peak_g, or leave it out
+batch stick.urdf --contact foot:: --pulse half-sine:5ms | --pulse half-sine:5ms --rank mass => add a quantity such as peak_g
 compare stick.urdf --contact foot --change mass:shin=0.9x:: --part knee="5 N m" => no number here depends on --part
 limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms => no number here depends on --pulse
-recorded log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => such as part_margin, or leave it out
+recorded log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => add a quantity such as part_margin
 sensitivity stick.urdf --contact foot --at body --vary mass:*=0.9x:1.1x:: --group shin => leave one of the two out
 recorded scenes:: --contact-stiffness 1e5 => shockpc batch scenes/*.toml
 recorded log.csv stick.urdf --contact foot:: --contact-stiffness 1e5 => a contact stiffness, which would change nothing here
 analyze scenes/one.toml:: --together => the contacts of a scene strike together
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
-SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, and a cluster computes
+SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, but a cluster computes
 recorded log.csv stick.urdf --contact foot:: --command 1 --out out | --command 1 --format json => prints the scene of one landing
 robots:: --xacro mass:=3 | --meshes . | --package dog=dog => are for the files of one robot; name it
 schema:: landing.toml => 'landing.toml' is not one of 'scene', 'budgets'
@@ -278,7 +278,8 @@ def test_commands_that_cannot_be_run(capfd, here, reason, words):
 SCENES = {
     "[joints]\nrotor = { knee = { inertia = 1e12, gear_ratio = 1e12 } }": 'the reflected inertia of "knee" is 1e+36',
     "[joints]\nrotor = { knee = { inertia = 1, gear_ratio = 1 } }\narmature = { knee = 2 }": "an armature and a rotor",
-    "[strike]\nvelocity = [0, 0, -1]\nspeed = 1": "the strike is given in two ways; keep one of",
+    "[strike]\nvelocity = [0, 0, -1]\nspeed = 1": "the contact velocity is given in two ways; "
+    "keep one of",
     "[posture]\nbase_rpy_deg = [0, 0, 0]\nbase_quaternion = [0, 0, 0, 1]": "the base is turned twice",
     "[posture]\nbase_quaternion = [0, 0, 0, 3]": "base_quaternion has length 3",
     "[[contact]]\nframe = 'foot'\ndirections = []": 'contact "foot" keeps no direction',

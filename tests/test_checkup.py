@@ -79,8 +79,8 @@ warns of.
 """
 
 BEYOND = (
-    ". None can be negative or above the sum of the other two, and not all can be zero; shock is "
-    "computed from them all the same"
+    ". None can be negative or above the sum of the other two, and not all can be zero. Correct "
+    "the file; "
 )
 
 
@@ -88,7 +88,7 @@ def moments(robot: Robot) -> list[str]:
     """The bodies, with moments, of which an analysis says that no body has such an inertia."""
     said = [text for text in robot.warnings if "principal moments" in text]
     assert all(
-        BEYOND in text and text.endswith(f"the links at fault: shockpc robots {robot.label}")
+        BEYOND in text and text.endswith(f"shockpc robots {robot.label} lists the links")
         for text in said
     )
     return [
@@ -179,8 +179,8 @@ MESHES = "".join(
     for name in ("here.stl", "package://dog/a.stl", "../b.stl", "c.stl", "d.stl", "d.stl")
 )
 LOST = (
-    "missing, or outside the folders that may be read: {}; a contact on a link without other "
-    "geometry strikes"
+    "missing, or outside the folders that may be read: {}; contacts on these links are at the "
+    "origins of their frames"
 )
 SHELL = (
     '<link name="shell"><visual><geometry><sphere radius="1"/></geometry></visual></link><link '
@@ -270,8 +270,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         (
             "note",
             'joint "elbow"',
-            "both its limits are 0, so every other posture is outside them; it is computed all the "
-            "same",
+            "both its limits are 0, so every other posture is outside them",
         )
     ],
     arm(elbow=joint("elbow", "base", "tip", axis="0 2 0")): [

@@ -613,7 +613,7 @@ def test_drives_of_a_robot_of_the_catalogue_for_a_copy_of_it(capfd, tmp_path):
     assert part.unknown.sum() == 4
     for name, told in (
         ("foo", "no robot with known drives"),
-        ("anymal_b", "has no joint with a name that the drives of anymal_b have"),
+        ("anymal_b", "has none of the joints of the drives of anymal_b"),
     ):
         outcome = run(capfd, "analyze", file, "--contact", "FL_foot", "--drives", name)
         assert (outcome.code, outcome.out) == (2, "")

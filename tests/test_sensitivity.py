@@ -951,7 +951,7 @@ def test_what_the_landing_does_not_have_has_no_derivative(subject, values):
     ("subject", "values", "text"),
     [
         ("contact", "lf_foot,rf_foot", "contacts have names, by which nothing has a derivative"),
-        ("lf_kfe_joint", "-60", "has no range; give one, such as lf_kfe_joint=LOW:HIGH"),
+        ("lf_kfe_joint", "-60", "has no range; give it as lf_kfe_joint=LOW:HIGH"),
     ],
 )
 def test_subjects_without_a_derivative(subject, values, text):

@@ -96,8 +96,8 @@ FILES: dict[str | bytes, str] = {
         "or <mujoco> (MJCF)"
     ),
     SRDF: (
-        ": it has no <link>, so there is no robot in it; if it defines macros, give the file that "
-        "uses them; if it is an SRDF"
+        ": it has no <link>, so there is no robot in it; give the file that uses its macros or, "
+        "for an SRDF"
     ),
 }
 

@@ -608,8 +608,8 @@ def test_bodies_that_do_not_move_become_one_line():
 
 def test_messages_that_differ_only_in_a_gap_are_counted_together():
     text = (
-        'closure "a–b" cannot be closed: its ends stay {} mm apart and {} deg turned; joints that '
-        'may move: "{}"'
+        'closure "a–b" cannot be closed: its ends stay {} mm apart and {} deg turned if only "{}" '
+        "may move"
     )
     gaps = (("1.2", "3", "other"), ("1.2", "3", "k"), ("4e-05", "-0.5", "k"))
     found = causes(enumerate(text.format(*given) for given in gaps))

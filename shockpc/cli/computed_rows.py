@@ -48,8 +48,8 @@ def computed(
         )
     if run.jobs > 1 and run.cluster is not None:
         raise StudyError(
-            f"--jobs {run.jobs} is for this machine, and a cluster computes; leave one of the two "
-            f"out"
+            f"--jobs {run.jobs} is for this machine, but a cluster computes; leave one of the two "
+            "out"
         )
     done, rows = 0, evaluation.landings.rows
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)

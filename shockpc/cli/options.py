@@ -48,12 +48,10 @@ ROBOT = argument(
     robot_name,
 )
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
-MESHES = _in_files(
-    "Folder in which meshes that are not where the file says are found by their names.", "DIR", path
-)
+MESHES = _in_files("Folder in which missing meshes are searched by their file names.", "DIR", path)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
-EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
+EXPLAIN = in_output("Report on standard error the stages, their times, and what was not needed.")
 JOBS = Option(
     "Number of processes, each of which takes some 100 MB.",
     "Run",

@@ -222,8 +222,8 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variatio
     if ignored:
         raise StudyError(
             f"{', '.join(ignored)} has no effect, because the value varies from landing to "
-            f"landing; leave it out, or, of an option "
-            "with three numbers, give zero for the one that varies"
+            "landing; leave it out, or, of an option with three numbers, set the varied one to "
+            "zero"
         )
 
 
@@ -275,8 +275,8 @@ def refuse_unasked(
     for name, example in examples.items():
         if given[name] and not wanted[name] and name not in declaration(study).uses:
             raise StudyError(
-                f"no number here depends on --{name}; ask for one that does, such as {example}, or "
-                f"leave it out"
+                f"no number here depends on --{name}; leave it out, or add a quantity such as "
+                f"{example}"
             )
 
 

@@ -113,8 +113,7 @@ class Case(Scene):
         if self.designs != DESIGNS and not self.vary:
             raise StudyError(
                 f"designs = {self.designs:g} is the number of random designs, and nothing of the "
-                f"case varies; say what does by "
-                "[[case.vary]], or leave it out"
+                "case varies; vary a parameter with [[case.vary]], or leave it out"
             )
 
     @property

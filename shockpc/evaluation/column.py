@@ -186,7 +186,7 @@ def column(profile: ShockProfile, text: str) -> Column:
         )
     if len(places) > 1:
         raise StudyError(
-            f'"{text}" means {listed((place.name for place in places), 6)}; name one of them'
+            f'"{text}" is ambiguous: {listed((place.name for place in places), 6)}; name one'
         )
     return Column(selection, places[0])
 

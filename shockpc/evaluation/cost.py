@@ -371,7 +371,7 @@ class ShockCost:
         if x.shape != self.x0.shape:
             names = few(list(self.names), 6)
             raise StudyError(
-                f"x has shape {x.shape} or no numbers; give {len(self.x0)} values, those of {names}"
+                f"x has shape {x.shape} or no numbers; give {len(self.x0)} values, of {names}"
             )
         return x[None]
 

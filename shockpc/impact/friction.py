@@ -140,8 +140,8 @@ class FrictionProblem(NamedTuple):
             raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
         if not solutions:
             raise SolveError(
-                f"no verdict: no impulse was found that obeys Coulomb's law with a friction of "
-                f"{mu:g}; take another one"
+                "no verdict: no impulse was found that obeys Coulomb's law with a friction of "
+                f"{mu:g}; change the friction slightly"
             )
 
         def order(solution: FrictionImpact) -> tuple[bool, bool]:

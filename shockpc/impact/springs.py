@@ -43,10 +43,9 @@ def early_springs(
             what=" joints",
         )
         text = (
-            f"springs at {names} are left out on contacts of finite stiffness, because the inertia "
-            f"of the rotors behind them is "
-            f"unknown; from {count} on they would change forces and durations; give the rotors "
-            f"with --rotor"
+            f"springs at {names} are left out on contacts of finite stiffness, because the "
+            "inertia of the rotors behind them is unknown; they would change forces and durations "
+            f"from {count} on. Give the rotors with --rotor"
         )
         yield Diagnostic("contact", "springs", time, text)
     elif time < (STIFF_CONTACT if duration is None else duration):

@@ -78,9 +78,8 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
         if landing.scene.contact == stopped.scene.contact:
             return stopped
     raise SolveError(
-        "no verdict: which end stops act, and what of the soles carries, is not found together; "
-        "say what of the soles carries, by "
-        "the kind of the contacts (--contact-kind)"
+        "no verdict: no state was found in which end stops and soles obey their laws together; "
+        "give the kinds of the contacts (--contact-kind)"
     )
 
 

@@ -203,10 +203,9 @@ def gained(profile: ShockProfile) -> Iterator[Diagnostic]:
     (made,) = profile.value("energy_gained", "robot").tolist()
     if made > 0.0:
         text = (
-            f"this impact would make {made:.3g} J of kinetic energy: contacts have unequal "
-            f"restitution, or the "
-            "restitution acts along the normal and the approach is along the ground. Take less "
-            "restitution, the "
-            "same for all contacts, or --restitution-along directions"
+            f"this impact would gain {made:.3g} J of kinetic energy: contacts have unequal "
+            "restitution, or the restitution acts along the normal and the approach is along the "
+            "ground. Take less restitution, the same for all contacts, or --restitution-along "
+            "directions"
         )
         yield Diagnostic("energy", profile.robot.name, profile.energy_lost, text)

@@ -153,8 +153,8 @@ def _springs(profile: ShockProfile) -> Iterator[Unknown]:
         joint.name for joint in profile.robot.single_joints if springs[joint.v].any()
     ):
         text = (
-            f"springs at {some_joints(profile.robot, joints)}: free for an instant, which says "
-            f"nothing of a longer contact"
+            f"springs at {some_joints(profile.robot, joints)}: free for an instant; a longer "
+            "contact may be different"
         )
         yield Unknown(
             "springs",

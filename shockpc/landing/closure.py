@@ -317,10 +317,8 @@ class _Linkage(NamedTuple):
         movable = _movable(self.robot, self.fixed)
         return SceneError(
             f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm '
-            f"apart{angle}; "
-            f"joints that may move: {listed(movable) or 'none'}; let others move with --assemble, "
-            f"or start from joint values "
-            "nearer to the closed loop",
+            f"apart{angle} (joints that may move: {listed(movable) or 'none'}); let other joints "
+            "move with --assemble, or start from joint values nearer to the closed loop",
             blocks=[worst.name],
             joints=movable,
         )

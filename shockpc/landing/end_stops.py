@@ -82,13 +82,13 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
         Contact(frame=frame, at="frame", kind="point"),
     ):
         raise refused(
-            f'contact "{frame}" is an end stop, which has a restitution and nothing else; leave '
-            f"out what else it is given"
+            f'contact "{frame}" is an end stop, which takes only a restitution; leave the other '
+            "keys out"
         )
     if not has_stops(robot, joint):
         raise refused(
-            f'joint "{name}" has no end stop: it is continuous, or one of several joints of its '
-            f"body"
+            f'joint "{name}" has no end stop: it is continuous, or shares its body with other '
+            "joints"
         )
     rate = float(rates[joint.v.start])
     if rate == 0.0:

@@ -73,9 +73,8 @@ def strength(part: Part) -> Strength:
     given, f = part.critical_velocity_change, part.natural_frequency
     if part.rating is None and given is None:
         raise SceneError(
-            f'part "{printable(part.name)}" does not say what it withstands; give a rating, such '
-            f'as "half-sine 1500 g 0.5 ms", '
-            "or a critical_velocity_change [m/s]"
+            f'part "{printable(part.name)}" has no strength; give a rating, such as "half-sine '
+            '1500 g 0.5 ms", or a critical_velocity_change [m/s]'
         )
     pulse, peak = (
         _rating(part) if part.rating is not None else (Pulse("half-sine", math.nan), math.nan)
@@ -98,9 +97,9 @@ def strength(part: Part) -> Strength:
             )
         if part.rating is not None:
             basis += (
-                f"; the pulse survived says nothing of accelerations, because its velocity change "
-                f"of "
-                f"{survived:.3g} m/s is below {CONCLUSIVE:g} times the critical one"
+                "; the pulse that it survived gives no critical acceleration, because its "
+                f"velocity change of {survived:.3g} m/s is below {CONCLUSIVE:g} times the "
+                "critical one"
             )
         return Strength(given, math.nan, False, basis)
     basis = (
@@ -245,8 +244,8 @@ def check_parts(parts: tuple[Part, ...]) -> None:
         if any(value is not None for value in (of_a_joint if part.joint is None else of_a_point)):
             raise SceneError(
                 f'part "{name}": a part at a frame takes rating, critical_velocity_change, '
-                f"natural_frequency and imu_bandwidth, "
-                "and one of joints momentary_torque and torque_duration"
+                "natural_frequency and imu_bandwidth; a part that is a joint takes "
+                "momentary_torque and torque_duration"
             )
 
 

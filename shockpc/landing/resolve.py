@@ -218,14 +218,14 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         and not joint_model(robot, replace(scene.joints, model=None)).springs.any()
     ):
         text = (
-            "the springs are to be rigid, but no joint has a spring, so nothing changes; give one "
-            "with a stiffness or a rotor"
+            "the springs are to be rigid, but no joint has a spring, so nothing changes; give a "
+            "spring by its stiffness or behind a rotor"
         )
         warnings.append(Diagnostic("scene", robot.name, None, text))
     if scene.joints.model == "free" and scene.joints.drives not in (None, "none"):
         text = (
-            f"free joints have no drives, so those of {scene.joints.drives} have no effect; leave "
-            f"out the drives, or the model free"
+            f"free joints have no drives, so the drives of {scene.joints.drives} have no effect; "
+            "leave out the drives, or the model free"
         )
         warnings.append(Diagnostic("scene", robot.name, None, text))
     along = [
@@ -237,8 +237,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         and scene.contact_damping is None
     ):
         text = (
-            f"the restitution of {listed(along)} is along its directions, but no contact has one, "
-            f"so nothing changes; give one"
+            f"the restitution of {listed(along)} is along its directions, but no contact has a "
+            "restitution, so nothing changes; give a restitution"
         )
         warnings.append(Diagnostic("scene", "+".join(along), None, text))
     if scene.assemble and not loops:
@@ -343,8 +343,8 @@ def _refuse_twice(blocks: tuple[ConstraintBlock, ...]) -> None:
     ):
         if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
             raise SceneError(
-                f"{one.name} and {other.name} coincide: they are at one point of one body; remove "
-                f"one"
+                f"{one.name} and {other.name} coincide: they are the same point of the same body; "
+                "remove one"
                 + (", or move it by an offset" if "contact" in (one.kind, other.kind) else ""),
                 blocks=[one.frame, other.frame],
             )

@@ -55,9 +55,8 @@ class Strike(Record):
     )
     drop_height: float | None = option(
         None,
-        "Height of a free fall before the impact. It gives only the vertical velocity; with a "
-        "--strike-angle or a "
-        "--forward-speed the robot also moves forward.",
+        "Height of a free fall before the impact. It gives the vertical velocity; --strike-angle "
+        "or --forward-speed adds a horizontal one.",
         STRIKE,
         "H",
         unit="m",

@@ -122,10 +122,9 @@ class ShockMaps(NamedTuple):
             singular = np.flatnonzero(~np.isfinite(slopes).all(axis=(1, 2, 3)))
             raise StudyError(
                 f"posture {singular[0]} (of {len(singular)} such) has no derivatives: it is "
-                f"singular, or nearly, so that fewer "
-                "contact and closure rows are independent there than beside it, or several points "
-                "are the lowest ones of a "
-                "contact, which jumps; leave it out, or take a posture beside it"
+                "singular, or nearly, so that fewer contact and closure rows are independent "
+                "there than beside it, or several points of a contact are equally low; leave it "
+                "out, or take a posture beside it"
             )
         n, nv = len(slopes), slopes.shape[-1]
         r = self.rotation[:, body] @ r
@@ -214,8 +213,8 @@ class ShockMaps(NamedTuple):
         every = doubles("strikes", strikes)
         if every.ndim != 2 or every.shape[1] != 3 or not len(every):
             raise SceneError(
-                f"strikes have shape {every.shape}; give rows of three numbers, (S, 3), of at "
-                f"least one strike"
+                f"contact velocities have shape {every.shape}; give at least one row of three "
+                "numbers, (S, 3)"
             )
         shocks = np.stack([self.shock(place, strike) for strike in every], axis=1)
         k = shocks.argmax(axis=1)
@@ -251,7 +250,7 @@ class ShockMaps(NamedTuple):
         if rates.shape not in ((nv,), (n, nv)):
             raise SceneError(
                 f"qd has shape {rates.shape}; give velocities of shape ({nv},), or ({n}, {nv}) "
-                f"with one row a posture"
+                "with a row for each posture"
             )
         if any(contact.velocity is not None for contact in landing.contacts):
             raise SceneError(
@@ -289,15 +288,15 @@ class ShockMaps(NamedTuple):
             v = doubles("strike", strike)
             if v.shape not in ((3,), (len(self.Q), 3)) or not np.any(v, axis=-1).all():
                 raise SceneError(
-                    f"a strike is a velocity above zero, three numbers, or ({len(self.Q)}, 3) with "
-                    f"one row a posture"
+                    "a contact velocity is three numbers that are not all zero, or "
+                    f"({len(self.Q)}, 3) with a row for each posture"
                 )
             return v
         if not self.landing.translates:
             raise SceneError(
                 "before the impact the robot also rotates, or joints or contacts move "
-                "independently, so its strike is no single "
-                "velocity; give the strike, or joint_jumps the joint velocities"
+                "independently, so there is no single contact velocity; give it, or give "
+                "joint_jumps the joint velocities"
             )
         return self.landing.before.velocity
 

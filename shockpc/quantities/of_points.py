@@ -36,8 +36,8 @@ from shockpc.quantities.quantity import (
 )
 
 NEEDS_BANDWIDTH = (
-    "what an accelerometer reads follows from its bandwidth, and the scene has none; give it an "
-    "imu_bandwidth, such as 200Hz"
+    "the reading of an accelerometer follows from its bandwidth, and the scene has none; give it "
+    "an imu_bandwidth, such as 200Hz"
 )
 NO_BANDWIDTH = "the scene gives no bandwidth of the accelerometer there"
 NEEDS_PULSE = (

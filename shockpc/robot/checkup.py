@@ -234,10 +234,7 @@ def _joints(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
             )
             yield "warning", "joint", joint.name, text
         elif lower == upper:
-            text = (
-                f"both its limits are {lower:g}, so every other posture is outside them; it is "
-                f"computed all the same"
-            )
+            text = f"both its limits are {lower:g}, so every other posture is outside them"
             yield "note", "joint", joint.name, text
 
 
@@ -273,9 +270,8 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, st
             missing.append(uri.rpartition("/")[2])
     if missing:
         text = (
-            f"missing, or outside the folders that may be read: {listed(missing, 3)}; a contact on "
-            "a link without other geometry strikes at the origin of its frame, extremes over a "
-            "body leave them out, and figures draw boxes of equal inertia. Say where they are: "
-            "--package NAME=DIR, or --meshes DIR"
+            f"missing, or outside the folders that may be read: {listed(missing, 3)}; contacts on "
+            "these links are at the origins of their frames, extremes leave them out, and figures "
+            "draw boxes of equal inertia. Give their folder: --package NAME=DIR, or --meshes DIR"
         )
         yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

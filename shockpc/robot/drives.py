@@ -190,9 +190,9 @@ def drives_like(robot: Robot, name: str) -> Drives:
     missing = [pattern for _, pattern in patterns if not fnmatch.filter(robot.joint_names, pattern)]
     if not matched:
         raise SceneError(
-            f'robot "{robot.name}" has no joint with a name that the drives of {name} have '
-            f"({listed(missing, 6)}); its joints are "
-            f"{listed(robot.joint_names, 6)}; give a file of drives, or --rotor"
+            f'robot "{robot.name}" has none of the joints of the drives of {name} '
+            f"({listed(missing, 6)}), but {listed(robot.joint_names, 6)}; give a file of drives, "
+            "or --rotor"
         )
     without = f" (none is named {listed(missing, 4)})" if missing else ""
     label = f"drives of {name}, {_status(known)}, by the names of joints{without}"

@@ -35,8 +35,8 @@ def armature_of(m: Any) -> Array:
 
 def _refuse_armature(kind: str, name: str) -> None:
     raise RobotError(
-        f'{kind} "{name}" has an armature that is not computed; give one not below zero to the '
-        f"hinge or slide joints, that of an actuator times gear², or set it to 0"
+        f'{kind} "{name}" has an armature that is not computed; give the hinge or slide joints an '
+        "armature not below zero (of an actuator times gear²), or set it to 0"
     )
 
 

@@ -156,8 +156,8 @@ def _line(m: Any, equality: Equality, title: str) -> tuple[float, float]:
     kind = int(m.eq_type[equality.number])
     if kind > TENDON or any(_terms(m, kind, end) is None for end in equality.ends):
         raise RobotError(
-            f"{title} couples tendons that are not fixed, or flexible parts; valid are connect, "
-            f'weld, joint, and fixed tendons; set active="false" to do without it on purpose'
+            f"{title} couples tendons that are not fixed, or flexible parts, but only connect, "
+            'weld, joint and fixed tendons can be computed; set active="false" to leave it out'
         )
     polynomial = [float(value) for value in m.eq_data[equality.number, :5]]
     if any(polynomial[2:]) and equality.ends[1] >= 0:

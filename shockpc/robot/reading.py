@@ -152,8 +152,8 @@ class OpenFolders(NamedTuple):
                     return folder
         raise RobotError(
             f'{self.file.name}: {named}: no package "{name}" among those given, in '
-            f"ROS_PACKAGE_PATH or above the file. Say where "
-            f"it is: --package {name}=DIR; or where its meshes are: --meshes DIR"
+            f"ROS_PACKAGE_PATH or above the file. Give its folder with --package {name}=DIR, or "
+            "the folder of its meshes with --meshes DIR"
         )
 
     def asset(self, uri: str) -> Path:

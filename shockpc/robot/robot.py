@@ -165,9 +165,8 @@ class Robot:
         if implausible:
             notes.append(
                 f"no body has such principal moments: {few(implausible, 4)}. None can be negative "
-                "or above the sum of the other two, and not all can be zero; shock is computed "
-                "from them all the same. Correct the file; the links at fault: "
-                f"shockpc robots {self.label}"
+                "or above the sum of the other two, and not all can be zero. Correct the file; "
+                f"shockpc robots {self.label} lists the links"
             )
         file = self.source.path.name
         return (*self.source.warnings, *(f"{file}: {note}" for note in notes))

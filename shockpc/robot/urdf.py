@@ -154,8 +154,8 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
     joints = _named(root.findall("joint"), "joint")
     if not links:
         raise RobotError(
-            "it has no <link>, so there is no robot in it; if it defines macros, give the file "
-            "that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
+            "it has no <link>, so there is no robot in it; give the file that uses its macros or, "
+            "for an SRDF, the URDF with this file as --srdf"
         )
     order = _carriers_first(links, joints)
     inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
@@ -452,7 +452,7 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
     direction = " ".join(f"{value:g}" for value in axis)
     if not 1e-100 < np.abs(axis).max() < 1e100:
         raise RobotError(
-            f"{subject}: its axis is {direction}, so it has no direction; give it one, of length 1"
+            f"{subject}: its axis is {direction}, so it has no direction; give a unit vector"
         )
     if kind == "planar":
         if axis[:2].any() or axis[2] < 0:

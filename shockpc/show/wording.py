@@ -188,7 +188,6 @@ def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
 
 LEFT_OUT = (
     "on contacts of finite stiffness the change of geometry and springs before rotors of unknown "
-    "inertia are left out; "
-    "shockpc analyze says where that matters in a landing"
+    "inertia are left out; shockpc analyze reports where that matters in a landing"
 )
 """Said of many landings, for which the warnings of each are not computed."""

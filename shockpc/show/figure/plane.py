@@ -176,7 +176,7 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     """The frame of the coordinates, what limits the picture, bodies that cannot be drawn, and the
     warnings of the landing.
     """
-    notes = ["CoPc in world axes, as in the picture; report and CSV have it in those of the body."]
+    notes = ["CoPc in world axes, as in the picture; report and CSV give it in body axes."]
     share = {
         number: float(profile.out_of_plane_share[i])
         for i, number in view.numbers.items()

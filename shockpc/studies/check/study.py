@@ -343,8 +343,8 @@ def check_budgets(
         if designs is not None and (gaining := int((designs.values("energy_gained") > 0.0).sum())):
             many = f"{gaining} of {len(designs)} designs"
             notes.append(
-                f"warning of {printable(plan.case.name)}: the impact would make energy in {many}, "
-                f"which is not feasible"
+                f"warning of {printable(plan.case.name)}: the impact would gain energy in {many}, "
+                "which is not feasible"
             )
     changes = {}
     if baseline is not None:

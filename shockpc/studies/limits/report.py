@@ -187,11 +187,10 @@ def _warnings(study: JointLimits) -> list[str]:
     if at_scene or every:
         warnings.append(
             f"warning: flat ground does not allow {at_scene} of {n} postures at the scene's "
-            f"strike, and {every} at some strike of "
-            "the range: a contact would have to be pulled, the impact would make energy, or "
-            "another link is lower or contacts "
-            f"differ in height by more than {1e3 * study.profile.scene.ground_tolerance:g} mm "
-            f"(--ground-tolerance); column feasible"
+            f"strike, and {every} at some strike of the range: a contact would have to be pulled, "
+            "the impact would gain energy, or another link is lower or contacts differ in height "
+            f"by more than {1e3 * study.profile.scene.ground_tolerance:g} mm "
+            "(--ground-tolerance); column feasible"
         )
     return warnings
 

@@ -167,7 +167,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     if refused:
         causes = (
             "a contact would have to be pulled",
-            "the impact would make energy",
+            "the impact would gain energy",
             "another link is below the contacts, or they differ in height",
         )
         listed = ", ".join(

@@ -443,10 +443,9 @@ class CompliantLanding:
         for k in np.flatnonzero(pressed).tolist():
             name = self.landing.contacts[k].name
             text = (
-                f"{name} strikes at {strikes[k]:.3g} m/s, and the weight presses the damper of its "
-                f"contact down at "
-                f"{sinks[k]:.3g} m/s: the force rises to the weight, and the impact has little "
-                f"effect; take a stiffer contact"
+                f"{name} hits the ground at {strikes[k]:.3g} m/s, and the weight presses the "
+                f"damper of its contact down at {sinks[k]:.3g} m/s: the force rises to the "
+                "weight, and the impact has little effect; take a stiffer contact"
             )
             yield Diagnostic("contact", name, float(sinks[k] / strikes[k]), text)
 
@@ -476,10 +475,9 @@ class CompliantLanding:
             )
             text = (
                 f"the damping of {names} in the robot's file is left out; in the "
-                f"{1e3 * duration:.3g} ms of the motion it may "
-                f"change velocities by up to {100.0 * share:.2g} % of what the impact changes, and "
-                f"late forces by about as much; "
-                "set it to zero in the file if it is there for simulation only"
+                f"{1e3 * duration:.3g} ms of the motion it may change velocities by up to "
+                f"{100.0 * share:.2g} % of their jumps, and late forces by about as much. If it "
+                "is there for simulation only, set it to zero in the file"
             )
             yield Diagnostic("contact", "damping", share, text)
 

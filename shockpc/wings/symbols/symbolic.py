@@ -175,7 +175,7 @@ class SymbolicLanding:
         if v.shape not in ((given,), (len(Q), given)):
             raise SceneError(
                 f"{self.before} has shape {v.shape}; give ({given},), or ({len(Q)}, {given}) with "
-                f"one row a posture"
+                "a row for each posture"
             )
         if (still := np.flatnonzero(~(np.linalg.norm(np.atleast_2d(v), axis=1) > 0.0))).size:
             row = f"in row {still[0]} " if v.ndim == 2 else ""

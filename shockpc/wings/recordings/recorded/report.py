@@ -279,10 +279,10 @@ def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
     if n := int(np.sum(made > 0.0)):
         most, name = float(made.max()), study.table.names[int(made.argmax())]
         yield (
-            f"warning: the impact would make kinetic energy in {n} of "
-            f"{count(study.rows, 'landing')}, which is not feasible, at "
-            f"most {most:.3g} J in landing {name}; take less restitution, one for all contacts, or "
-            f"--restitution-along directions"
+            f"warning: the impact would gain kinetic energy in {n} of "
+            f"{count(study.rows, 'landing')}, which is not feasible, at most {most:.3g} J in "
+            f"landing {name}; take less restitution, one for all contacts, or --restitution-along "
+            "directions"
         )
 
 
