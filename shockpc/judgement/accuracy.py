@@ -130,10 +130,9 @@ def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
             else f"below {DATA_TOLERANCE:.0e}"
         )
         text = (
-            f"rows of the loops differ by {row_space.discarded:.0e} of their size, {limit}, so they "
-            f"are taken as the same (bars "
-            "that are parallel to the last digits of the file); if all of them are meant to hold, "
-            "give the file more digits"
+            f"rows of the loops differ by {row_space.discarded:.0e} of their size, {limit}, so "
+            "they are taken as the same (bars that are parallel to the last digits of the file). "
+            "If all of them are meant to hold, give the file more digits"
         )
         yield Diagnostic("posture", profile.robot.name, row_space.discarded, text)
 

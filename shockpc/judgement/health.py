@@ -95,8 +95,8 @@ def _saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
     places, limit = profile.places("point"), profile.scene.range_g
     if profile.landing.pulse is not None and not places:
         text = (
-            "a pulse is given, but there is no sensor or point whose peak it gives; name a point "
-            "with --at"
+            "a pulse is given, but there is no sensor or point to have a peak; name a point with "
+            "--at"
         )
         yield Diagnostic("sensor", "", None, text)
     if limit is None:

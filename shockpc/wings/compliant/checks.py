@@ -32,7 +32,7 @@ def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
         text = (
             f"shock at {name} is {finite[k]:.3g} at the end of contact on "
             f"{profile.scene.contact_stiffness:g} N/m, but {impulse[k]:.3g} in the other tables, "
-            f"which are of the impulse model{rigid}. The impulse model does not hold there"
+            f"which are of the impulse model{rigid}: the impulse model does not hold there"
         )
         if text not in texts:  # a part may be at a sensor
             yield Diagnostic("contact", name, float(differs[k]), text)
