@@ -255,9 +255,7 @@ class Variation:
         """
         values = self.span or tuple(value for value in self.values if isinstance(value, float))
         if not values or not min(values) < max(values):
-            raise StudyError(
-                f"{self.subject} has no range; give one, such as {self.subject}=LOW:HIGH"
-            )
+            raise StudyError(f"{self.subject} has no range; give it as {self.subject}=LOW:HIGH")
         return min(values), max(values)
 
     @property

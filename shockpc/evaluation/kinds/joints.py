@@ -225,8 +225,8 @@ class JointStiffness(OfDrive):
             )
         elif (chosen & at_joint & at_rotor).any() and not varied.factor:
             text = (
-                "a joint has a spring at the joint and one before its rotor; give factors, such as "
-                "0.5x:2x, which multiply both"
+                "a joint has two springs, at the joint and before its rotor; give factors, such "
+                "as 0.5x:2x, which multiply both"
             )
         if text:
             raise StudyError(f"{varied.subject}: {text}")
