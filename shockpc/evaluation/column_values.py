@@ -218,10 +218,10 @@ def values_of(
                 if (place := column.at(impact.landing)) is not None
             }
             places = list(known.values())
-            unproven = entry.evaluation.proven == "never"
+            in_doubles = entry.evaluation.exact == "never"
             if not places or (
                 entry.per_landing(impact.landing.scene)
-                and not ((more or unproven) and entry.evaluation.postures == "clear")
+                and not ((more or in_doubles) and entry.evaluation.postures == "clear")
             ):
                 continue
             values, index = (

@@ -33,6 +33,7 @@ from shockpc.quantities.quantity import (
     largest_shock,
     reach,
 )
+from shockpc.quantities.trust import Health
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 
@@ -94,24 +95,29 @@ def _split(impact: Impact, places: Places) -> tuple[Any, Any]:
 
 
 def _normal(impact: Impact, places: Places) -> Any:
-    """The plane's normal (N, 1, n, 3) in the axes of the bodies."""
+    """The plane's normal (N, 1, n, 3) in the axes of the bodies: Rᵀ n."""
     rotation = impact.orientations([place.body for place in places])
-    return np.sum(rotation * impact.exact(impact.landing.plane.normal)[:, None], axis=-2)[:, None]
+    normal = impact.exact(impact.landing.plane.normal)[:, None]
+    return np.sum(rotation * normal, axis=-2)[:, None]
 
 
 @cached
 def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
-    """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more
-    than the rounding of files.
+    """(N, S, n) bool twice, True for bodies that do not rotate in the plane, and not at all.
+
+    Rotation by no more than the rounding of files is none.
     """
     if not impact.has_values:  # then the centre of a body that does not rotate is infinite or NaN
         still = np.zeros((1, 1, len(places)), dtype=bool)
         return still, still
-    omega, v, normal = (
-        part.astype(float) for part in (*_split(impact, places), _normal(impact, places))
-    )
+    omega, v = _split(impact, places)
     return translation(
-        omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED
+        omega.astype(float),
+        v.astype(float),
+        _normal(impact, places).astype(float),
+        impact.v_in.astype(float)[..., None],
+        impact.landing.length,
+        ROUNDED,
     )
 
 
@@ -119,12 +125,13 @@ def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
 def _percussion(impact: Impact, places: Places) -> Percussion:
     """Centre, radius and pitch; NaN or infinite where a body does not rotate."""
     translates, still = translations(impact, places)
-    result = percussion(
-        *_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still
-    )
-    copc = np.where(translates[..., None], np.nan, result.copc)
+    omega, v = _split(impact, places)
+    normal = _normal(impact, places)
+    of_all = percussion(omega, v, normal, impact.v_in[..., None], translates, still)
     return Percussion(
-        copc, np.where(translates, np.inf, result.ropc), np.where(still, np.nan, result.pitch)
+        np.where(translates[..., None], np.nan, of_all.copc),
+        np.where(translates, np.inf, of_all.ropc),
+        np.where(still, np.nan, of_all.pitch),
     )
 
 
@@ -140,36 +147,36 @@ def _translates(impact: Impact, places: Places) -> Array:
 
 
 def _copc_world(impact: Impact, places: Places) -> Any:
-    bodies, copc = [place.body for place in places], _percussion(impact, places).copc
+    """Centres of percussion (N, S, n, 3) in the world [m]: R c + p; NaN where there is none."""
+    bodies = [place.body for place in places]
+    copc = _percussion(impact, places).copc
     turned = (impact.orientations(bodies)[:, None] @ copc[..., None])[..., 0]
-    world = (
-        turned
-        + (impact.state.position[:, bodies] + impact.exact(impact.state.origin)[:, None])[:, None]
-    )
-    return np.where(translations(impact, places)[0][..., None], np.nan, world)
+    origin = impact.state.position[:, bodies] + impact.exact(impact.state.origin)[:, None]
+    translates, _ = translations(impact, places)
+    return np.where(translates[..., None], np.nan, turned + origin[:, None])
 
 
 def _out_of_plane(impact: Impact, places: Places) -> Any:
+    """Shares (N, S, n) of the motion out of the plane, as `off_plane_share`."""
     omega, v = _split(impact, places)
-    inertias, bodies = impact.inertias, [place.body for place in places]
-    v_com = velocity_at(omega, v, impact.exact(inertias.com[:, None, bodies]))
-    gyration, at_rest = (
-        impact.exact(inertias.gyration[:, None, bodies]),
-        NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None],
-    )
+    bodies = [place.body for place in places]
+    com = impact.exact(impact.inertias.com[:, None, bodies])
+    gyration = impact.exact(impact.inertias.gyration[:, None, bodies])
+    at_rest = NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None]
+    v_com = velocity_at(omega, v, com)
     return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 
 @cached
 def _extremes(impact: Impact, places: Places) -> Array:
-    """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps;
-    NaN without geometry.
+    """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps.
+
+    They are NaN without geometry.
     """
-    omega, v = (part.astype(float) for part in _split(impact, places))
-    v_in, pieces = (
-        impact.v_in.astype(float),
-        _pieces(impact.landing.robot, *(place.body for place in places)),
-    )
+    omega, v = _split(impact, places)
+    omega, v = omega.astype(float), v.astype(float)
+    v_in = impact.v_in.astype(float)
+    pieces = _pieces(impact.landing.robot, *(place.body for place in places))
     extremes = np.empty((2, *omega.shape[:3]))
     for k in np.ndindex(v_in.shape):
         extremes[:, *k] = shock_extremes(omega[k], v[k], pieces, float(v_in[k]))
@@ -182,41 +189,63 @@ def _least(impact: Impact, places: Places) -> Array:
 
 
 def _greatest(impact: Impact, places: Places) -> Array:
-    """Largest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by
-    body, which is faster.
+    """Largest shock (N, S, n) over the bodies' geometry, as `_extremes`.
+
+    That of many landings is computed body by body, which is faster.
     """
     if impact.v_in.size == 1:
         return np.asarray(_extremes(impact, places)[1])
-    omega, v = (part.astype(float) for part in _split(impact, places))
-    pieces = [_pieces(impact.landing.robot, place.body) for place in places]
-    speeds = [maximum_shock(omega[:, :, k], v[:, :, k], piece) for k, piece in enumerate(pieces)]
-    return np.asarray(np.stack(speeds, axis=-1) / impact.v_in.astype(float)[..., None])
+    omega, v = _split(impact, places)
+    omega, v = omega.astype(float), v.astype(float)
+    speeds = []
+    for k, place in enumerate(places):
+        piece = _pieces(impact.landing.robot, place.body)
+        speeds.append(maximum_shock(omega[:, :, k], v[:, :, k], piece))
+    v_in = impact.v_in.astype(float)[..., None]
+    return np.asarray(np.stack(speeds, axis=-1) / v_in)
 
 
 @memoized()
 def _pieces(robot: Robot, *bodies: int) -> Pieces:
-    return Pieces.of(
-        [
-            [(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]
-            for body in bodies
-        ]
-    )
+    """The convex pieces of some bodies."""
+    shapes = body_outline(robot).shapes
+    pieces = []
+    for body in bodies:
+        pieces.append([(shape.points, shape.rounding) for shape in shapes[body]])
+    return Pieces.of(pieces)
 
 
 def _length(impact: Impact, values: Array) -> Any:
     """The robot's length, and the distance itself [m]."""
-    return impact.landing.length + np.nan_to_num(
-        np.abs(values).max(axis=-1, keepdims=True), posinf=0.0
-    )
+    distance = np.abs(values).max(axis=-1, keepdims=True)
+    return impact.landing.length + np.nan_to_num(distance, posinf=0.0)
+
+
+def _length_in_world(impact: Impact, values: Array) -> Any:
+    """The same with the distance of the robot from the world's origin [m]."""
+    return _length(impact, values) + reach(impact, values)
 
 
 def _pitch_size(impact: Impact, values: Array) -> Any:
+    """The robot's length, and the largest |Δv| over the smallest |Δω| that is not zero [m]."""
     jumps = impact.strike_jumps.astype(float)
     spin = np.linalg.norm(jumps[..., :3], axis=-1)
-    return (
-        impact.landing.length
-        + np.linalg.norm(jumps[..., 3:], axis=-1).max() / np.where(spin > 0.0, spin, 1.0).min()
-    )
+    least = np.where(spin > 0.0, spin, 1.0).min()
+    return impact.landing.length + np.linalg.norm(jumps[..., 3:], axis=-1).max() / least
+
+
+def _position(impact: Impact, places: Places) -> Any:
+    """The origins (N, 1, n, 3) of the bodies' frames in the world [m]."""
+    return world_position(impact, [Place(place.name, place.body) for place in places])
+
+
+def _greatest_delta_v(impact: Impact, places: Places) -> Array:
+    """Largest |Δv| (N, S, n) over the bodies' geometry [m/s]."""
+    return np.asarray(_greatest(impact, places) * impact.v_in.astype(float)[..., None])
+
+
+def _error_bounds(health: Health, places: Places) -> list[float]:
+    return [health.body_error_bounds[place.body] for place in places]
 
 
 BODIES = (
@@ -226,7 +255,7 @@ BODIES = (
         "origin of the frame in the world",
         "m",
         "neither",
-        lambda i, p: world_position(i, [Place(place.name, place.body) for place in p]),
+        _position,
         reach,
         form="vector",
     ),
@@ -271,7 +300,7 @@ BODIES = (
         "m",
         "neither",
         _copc_world,
-        lambda i, x: _length(i, x) + reach(i, x),
+        _length_in_world,
         form="vector",
         scope=Scope(STILL),
     ),
@@ -363,7 +392,7 @@ BODIES = (
         "bound on the rounding error of the jump, relative to the motion",
         "1",
         "greater",
-        lambda health, places: [health.body_error_bounds[place.body] for place in places],
+        _error_bounds,
         evaluation=Evaluation("health", postures="one"),
     ),
     Quantity(
@@ -372,7 +401,7 @@ BODIES = (
         "maximum |Δv| over the body",
         "m/s",
         "greater",
-        lambda i, p: _greatest(i, p) * i.v_in.astype(float)[..., None],
+        _greatest_delta_v,
         scope=Scope(NO_GEOMETRY),
     ),
 )

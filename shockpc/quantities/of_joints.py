@@ -27,16 +27,21 @@ def _columns(impact: Impact, places: Places) -> list[slice]:
 
 
 def _of_joints(impact: Impact, places: Places, qd: Any) -> Any:
-    """The rates (N, S, n) of joints among joint velocities (N, S, nv); the length of that of a ball
-    joint.
+    """The rates (N, S, n) of joints among joint velocities (N, S, nv).
+
+    That of a ball joint is the length; NaN of a joint with two axes or more than three.
     """
-    rates = [
-        qd[..., v] if v.stop - v.start in (1, 3) else np.nan * qd[..., v]
-        for v in _columns(impact, places)
-    ]
-    return np.stack(
-        [rate[..., 0] if rate.shape[-1] == 1 else norm(rate) for rate in rates], axis=-1
-    )
+    rates = []
+    for columns in _columns(impact, places):
+        velocity = qd[..., columns]
+        axes = columns.stop - columns.start
+        if axes == 1:
+            rates.append(velocity[..., 0])
+        elif axes == 3:
+            rates.append(norm(velocity))
+        else:
+            rates.append(norm(np.nan * velocity))
+    return np.stack(rates, axis=-1)
 
 
 def _delta_qd(impact: Impact, places: Places) -> Any:
@@ -54,9 +59,14 @@ def _rate_after(impact: Impact, places: Places) -> Any:
 
 def _fastest(impact: Impact, values: Array) -> float:
     """The largest rate before the impact, and the largest jump [rad/s, m/s]."""
+    before = np.abs(impact.landing.before.joint_rates)
+    return float(before.max() + _largest_jump(impact, values))
+
+
+def _largest_jump(impact: Impact, values: Array) -> float:
+    """The largest jump of a rate [rad/s, m/s]."""
     del values
-    jump = np.abs(impact.along(impact.delta_qd).astype(float)).max()
-    return float(np.abs(impact.landing.before.joint_rates).max() + jump)
+    return float(np.abs(impact.along(impact.delta_qd).astype(float)).max())
 
 
 def _force(impact: Impact, places: Places) -> Any:
@@ -76,51 +86,52 @@ def _moment(impact: Impact, places: Places) -> Any:
 
 
 def _along(impact: Impact, places: Places) -> Any:
-    """The power (N, S, n) of the wrench in a unit rate of the joint: what its drive carries [N m s,
-    N s].
+    """The power (N, S, n) of the wrench in a unit rate of the joint [N m s, N s].
+
+    It is what the joint's drive carries; NaN of a joint with more axes than one.
     """
-    single = [v.stop - v.start == 1 for v in _columns(impact, places)]
-    return np.where(
-        single, impact.joint_power([(place.body, place.number) for place in places]), np.nan
-    )
+    single = [columns.stop - columns.start == 1 for columns in _columns(impact, places)]
+    power = impact.joint_power([(place.body, place.number) for place in places])
+    return np.where(single, power, np.nan)
 
 
 def _stop_impulse(impact: Impact, places: Places) -> Any:
-    """Impulses (N, S, n) of end stops along the axes of joints, in the direction of their
-    coordinates [N m s, N s].
+    """Impulses (N, S, n) of end stops along the axes of joints [N m s, N s].
+
+    They are in the direction of the joints' coordinates; NaN where they are not determined.
     """
     impulse = impact.along(impact.impulse)
-    if not impact.landing.scene.stops and not any(block.kind == "stop" for block in impact.blocks):
+    stops = [constraint.kind == "stop" for constraint in impact.blocks]
+    if not impact.landing.scene.stops and not any(stops):
         return np.full((*impulse.shape[:2], len(places)), np.nan)
+    names = [place.name for place in places]
     total = [0.0 * impulse[..., 0] for _ in places]
-    known = impact.unique[:, None]
-    for block, rows in zip(impact.blocks, slices_of(impact.blocks), strict=True):
-        for k, place in enumerate(places):
-            if block.kind == "stop" and block.frame.removeprefix(STOP) == place.name:
-                total[k] = total[k] + np.where(
-                    known[..., rows.start],
-                    side_of(impact.landing.robot, block) * impulse[..., rows.start],
-                    np.nan,
-                )
+    slices = slices_of(impact.blocks)
+    for constraint, rows, stop in zip(impact.blocks, slices, stops, strict=True):
+        joint = constraint.frame.removeprefix(STOP)
+        if not stop or joint not in names:
+            continue
+        along = side_of(impact.landing.robot, constraint) * impulse[..., rows.start]
+        known = np.where(impact.unique[:, None, rows.start], along, np.nan)
+        total[names.index(joint)] = total[names.index(joint)] + known
     return np.stack(total, axis=-1)
 
 
 def _stop_acts(impact: Impact, places: Places) -> Array:
-    """Whether (N, S, n) an end stop of a joint acts: 1 or 0."""
-    acting = {block.frame.removeprefix(STOP) for block in impact.blocks if block.kind == "stop"}
-    shape = (*impact.along(impact.delta_qd).shape[:2], len(places))
-    return np.broadcast_to(np.array([float(place.name in acting) for place in places]), shape)
+    """(N, S, n) 1 where an end stop of a joint acts, else 0."""
+    stops = (constraint for constraint in impact.blocks if constraint.kind == "stop")
+    acting = {constraint.frame.removeprefix(STOP) for constraint in stops}
+    acts = np.array([float(place.name in acting) for place in places])
+    shape = impact.along(impact.delta_qd).shape[:2]
+    return np.broadcast_to(acts, (*shape, len(places)))
 
 
 def _size(impact: Impact, values: Array) -> float:
     """The largest part of a wrench through a joint [N s, N m s]."""
     places = joint_places(impact.landing.robot)
-    return float(
-        max(
-            np.abs(part(impact, places).astype(float)).max(initial=0.0)
-            for part in (_force, _moment)
-        )
-    )
+    force = np.abs(_force(impact, places).astype(float))
+    moment = np.abs(_moment(impact, places).astype(float))
+    return float(max(force.max(initial=0.0), moment.max(initial=0.0)))
 
 
 JOINTS = (
@@ -165,7 +176,7 @@ JOINTS = (
         "rad/s, m/s",
         "greater",
         _delta_qd,
-        lambda i, x: float(np.abs(i.along(i.delta_qd).astype(float)).max()),
+        _largest_jump,
         form="signed",
         scope=Scope(MULTIAXIAL),
         relations=Relations(also=("friction", "stiffness"), linear=True),

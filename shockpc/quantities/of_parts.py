@@ -30,10 +30,11 @@ from shockpc.quantities.of_points import (
     lacks_bandwidth,
     largest_reading,
     point_velocity,
+    pulse_peak,
     readings,
 )
 from shockpc.quantities.peaks import ALONG, joint_peaks, point_peaks
-from shockpc.quantities.quantity import PROVEN_IF_RIGID, Places, Quantity, Scope, largest_jump
+from shockpc.quantities.quantity import EXACT_IF_RIGID, Places, Quantity, Scope, largest_jump
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
 NO_TORQUE = "no torque or effort limit is known"
@@ -59,42 +60,54 @@ OF_A_JOINT, OF_A_POINT = "the part is of a joint", "the part is at a point"
 Compute = Callable[[Impact, Places], Any]
 
 
-def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> Compute:
-    """A formula of parts only at points, or of those of joints: no value at the others."""
-    axes = (3,) if vector else ()
+def _only(
+    has_value: Callable[[Place], bool], compute: Compute, components: tuple[int, ...]
+) -> Compute:
+    """A formula of some of the parts: no value at the others.
 
-    def chosen(impact: Impact, places: Places) -> Any:
-        wanted = [k for k, place in enumerate(places) if (place.joint >= 0) == joints]
-        if wanted and len(wanted) == len(places):
+    Args:
+        has_value: whether a part has a value.
+        compute: the formula.
+        components: (3,) of a vector, () of a number.
+    """
+
+    def of_some(impact: Impact, places: Places) -> Any:
+        with_value = [k for k, place in enumerate(places) if has_value(place)]
+        if with_value and len(with_value) == len(places):
             return compute(impact, places)
-        values = (
-            compute(impact, [places[k] for k in wanted]) if wanted else np.zeros((1, 1, 0, *axes))
-        )
-        out = np.full((*values.shape[:2], len(places), *axes), np.nan, dtype=values.dtype)
-        out[:, :, wanted] = values
+        if not with_value:
+            return np.full((1, 1, len(places), *components), np.nan)
+        values = compute(impact, [places[k] for k in with_value])
+        shape = (*values.shape[:2], len(places), *components)
+        out = np.full(shape, np.nan, dtype=values.dtype)
+        out[:, :, with_value] = values
         return out
 
-    return chosen
+    return of_some
+
+
+def _of_points(compute: Compute, components: tuple[int, ...] = ()) -> Compute:
+    """A formula of parts at points: no value at those of joints."""
+    return _only(lambda place: place.joint < 0, compute, components)
 
 
 def _of_joints(compute: Compute) -> Compute:
-    """A formula of parts of joints only, of the places of these joints as parts are: no value at
-    the others.
-    """
-    return _of_points(compute, joints=True)
+    """A formula of parts of joints: no value at those at points."""
+    return _only(lambda place: place.joint >= 0, compute, ())
 
 
-def _strengths(impact: Impact, places: Places) -> list[Strength]:
-    return [strength(impact.landing.scene.part[place.number]) for place in places]
+def _strengths(landing: PosedLanding, places: Places) -> list[Strength]:
+    """The damage boundaries of parts at points."""
+    return [strength(landing.scene.part[place.number]) for place in places]
 
 
 def _torque_strengths(landing: PosedLanding, places: Places) -> list[TorqueStrength]:
-    robot, parts = landing.robot, landing.scene.part
-    joints = _joints(landing, places)
-    return [
-        torque_strength(robot, parts[part.number], joint.name)
-        for part, joint in zip(places, joints, strict=True)
-    ]
+    """The torques that parts of joints withstand."""
+    strengths = []
+    for place, joint in zip(places, _joints(landing, places), strict=True):
+        part = landing.scene.part[place.number]
+        strengths.append(torque_strength(landing.robot, part, joint.name))
+    return strengths
 
 
 def _joints(landing: PosedLanding, places: Places) -> list[Place]:
@@ -104,72 +117,77 @@ def _joints(landing: PosedLanding, places: Places) -> list[Place]:
 
 
 def _quotient(impact: Impact, critical: list[float], values: Any, size: float) -> Any:
-    """Critical values over actual ones (N, S, n); infinite where there is no load, NaN where one of
-    the two is not known.
+    """Critical values over actual ones (N, S, n).
+
+    It is infinite where there is no load, and NaN where one of the two is not known.
     """
-    numbers, known = impact.rounded(values, lambda _: size), np.isfinite(np.array(critical))
+    numbers = impact.rounded(values, lambda _: size)
+    known = np.isfinite(np.array(critical))
     loaded = known & ~np.isnan(numbers) & (numbers != 0.0)
+    unloaded = np.where(known & (numbers == 0.0), np.inf, np.nan)
     quotient = impact.exact(np.where(known, critical, 0.0)) / np.where(loaded, values, 1.0)
-    return np.where(loaded, quotient, np.where(known & (numbers == 0.0), np.inf, np.nan))
+    return np.where(loaded, quotient, unloaded)
 
 
 def _velocity_margin(impact: Impact, places: Places) -> Any:
     """Critical velocity changes over |Δv| (N, S, n); infinite where a part does not move."""
-    critical, speed = (
-        [one.velocity_change for one in _strengths(impact, places)],
-        norm(point_velocity(impact, places)),
-    )
+    critical = [one.velocity_change for one in _strengths(impact.landing, places)]
+    speed = norm(point_velocity(impact, places))
     return _quotient(impact, critical, speed, largest_jump(impact, speed))
 
 
 def pulse_of_parts(landing: PosedLanding) -> Pulse | None:
-    """The scene's pulse, by which parts and torques are judged; None on contacts of finite
-    stiffness, which give the peaks.
+    """The scene's pulse, by which parts and torques are judged.
+
+    Returns: None on contacts of finite stiffness, which give the peaks.
     """
-    return landing.pulse if not landing.scene.yields else None
+    return None if landing.scene.yields else landing.pulse
 
 
 def _peak(impact: Impact, places: Places) -> Any:
-    """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness in
-    doubles [g].
-    """
-    landing = impact.landing
-    if (motion := motion_of(landing)) is not None:
-        return point_peaks(motion, places)[0][None, None] / GRAVITY
-    speed = norm(point_velocity(impact, places))
-    return (
-        np.full(speed.shape, np.nan)
-        if landing.pulse is None
-        else peak_acceleration(speed, landing.pulse) / GRAVITY
-    )
+    """Peak accelerations (N, S, n) on contacts of finite stiffness, else for the pulse [g]."""
+    motion = motion_of(impact.landing)
+    if motion is None:
+        return pulse_peak(impact, places)
+    peaks, _ = point_peaks(motion, places)
+    return peaks[None, None] / GRAVITY
 
 
 def _largest_peak(impact: Impact, values: Array) -> float:
     """The largest component of a jump of a body as a peak [g]."""
     pulse = pulse_of_parts(impact.landing)
-    return (
-        0.0 if pulse is None else peak_acceleration(largest_jump(impact, values), pulse) / GRAVITY
-    )
+    if pulse is None:
+        return 0.0
+    return peak_acceleration(largest_jump(impact, values), pulse) / GRAVITY
+
+
+def _lacks_peak(landing: PosedLanding) -> str:
+    """What a landing lacks for a peak of a part."""
+    if landing.pulse or landing.scene.contact_stiffness:
+        return ""
+    return f"{NEEDS_PULSE}, or a contact stiffness"
 
 
 def _acceleration_margin(impact: Impact, places: Places) -> Any:
+    """Critical accelerations over peaks (N, S, n)."""
+    critical = [one.acceleration for one in _strengths(impact.landing, places)]
     peak = _peak(impact, places)
-    return _quotient(
-        impact,
-        [one.acceleration for one in _strengths(impact, places)],
-        peak,
-        _largest_peak(impact, peak),
-    )
+    return _quotient(impact, critical, peak, _largest_peak(impact, peak))
 
 
 def _point_margin(impact: Impact, places: Places) -> Any:
-    margins = [_velocity_margin(impact, places), _acceleration_margin(impact, places)]
-    velocity, acceleration = (impact.rounded(margin, lambda _: 0.0) for margin in margins)
-    less = np.isnan(acceleration) | (velocity <= acceleration)
-    both = np.array([one.both for one in _strengths(impact, places)])
-    return np.where(
-        np.where(both, less, np.isnan(acceleration) | (velocity >= acceleration)), *margins
-    )
+    """Margins (N, S, n) of parts at points.
+
+    It is the lesser of the two where a part has to be below both, else the greater; that of the
+    velocity change where no peak is known.
+    """
+    by_velocity = _velocity_margin(impact, places)
+    by_acceleration = _acceleration_margin(impact, places)
+    velocity = impact.rounded(by_velocity, lambda _: 0.0)
+    acceleration = impact.rounded(by_acceleration, lambda _: 0.0)
+    both = np.array([one.both for one in _strengths(impact.landing, places)])
+    governs = np.where(both, velocity <= acceleration, velocity >= acceleration)
+    return np.where(governs | np.isnan(acceleration), by_velocity, by_acceleration)
 
 
 def _torque(impact: Impact, places: Places, durations: Array) -> Any:
@@ -184,51 +202,45 @@ def _torque(impact: Impact, places: Places, durations: Array) -> Any:
         durations: (n,) for which a part says that a joint withstands its torque [s]; NaN where none
             does.
     """
-    if (motion := motion_of(impact.landing)) is not None:
-        return joint_peaks(motion, places)[2][None, None]
-    impulse, rates = ALONG.compute(impact, places), _rates(impact, durations)
+    motion = motion_of(impact.landing)
+    if motion is not None:
+        _, _, torques = joint_peaks(motion, places)
+        return torques[None, None]
+    impulse = ALONG.compute(impact, places)
+    rates = _rates(impact, durations)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
     # A spring before a rotor gives no impulse in the instant of the impact, but a torque
     # afterwards.
-    sprung = np.isfinite(impact.landing.joint_model.drive_stiffness)[
-        [place.number for place in places]
-    ]
-    known = (
-        impact.unique[:, None].all(axis=-1, keepdims=True)
-        & ~np.isnan(numbers)
-        & ~np.isnan(rates)
-        & ~sprung
-    )
-    return np.where(
-        known,
-        np.where(numbers < 0.0, -impulse, impulse) * impact.exact(np.nan_to_num(rates)),
-        np.nan,
-    )
+    stiffness = impact.landing.joint_model.drive_stiffness
+    sprung = np.isfinite(stiffness[[place.number for place in places]])
+    determined = impact.unique[:, None].all(axis=-1, keepdims=True)
+    known = determined & ~np.isnan(numbers) & ~np.isnan(rates) & ~sprung
+    size = np.where(numbers < 0.0, -impulse, impulse)
+    return np.where(known, size * impact.exact(np.nan_to_num(rates)), np.nan)
 
 
 def _rates(impact: Impact, durations: Array) -> Array:
-    """Torque (n,) for an impulse of 1 along the axis [1/s]: of the scene's pulse, else the mean
-    over a duration (n,) [s].
+    """Torque (n,) for an impulse of 1 along the axis [1/s].
+
+    It is the peak of the scene's pulse, else the mean over a duration (n,) [s].
     """
     pulse = pulse_of_parts(impact.landing)
-    return (
-        1.0 / durations if pulse is None else np.full(len(durations), peak_acceleration(1.0, pulse))
-    )
+    if pulse is None:
+        return 1.0 / durations
+    return np.full(len(durations), peak_acceleration(1.0, pulse))
 
 
 def _torque_size(impact: Impact, durations: Array, values: Array) -> float:
-    """The natural size of torques: that of the largest load of a joint, with the shortest duration."""
-    return float(
-        ALONG.size(impact, values) * np.nan_to_num(_rates(impact, durations)).max(initial=0.0)
-    )
-
-
-def _part_durations(impact: Impact, places: Places) -> Array:
-    return np.array([one.duration for one in _torque_strengths(impact.landing, places)])
+    """The natural size of torques: that of the largest load, with the shortest duration."""
+    largest_rate = np.nan_to_num(_rates(impact, durations)).max(initial=0.0)
+    return float(ALONG.size(impact, values) * largest_rate)
 
 
 def _part_torque(impact: Impact, places: Places) -> Any:
-    return _torque(impact, _joints(impact.landing, places), _part_durations(impact, places))
+    """Torques (N, S, n) of parts of joints, as `_torque`."""
+    landing = impact.landing
+    durations = [one.duration for one in _torque_strengths(landing, places)]
+    return _torque(impact, _joints(landing, places), np.array(durations))
 
 
 def _part_torque_size(impact: Impact, values: Array) -> float:
@@ -237,6 +249,7 @@ def _part_torque_size(impact: Impact, values: Array) -> float:
 
 
 def _torque_margin(impact: Impact, places: Places) -> Any:
+    """Momentary torques over actual ones (N, S, n)."""
     limits = [one.momentary_torque for one in _torque_strengths(impact.landing, places)]
     torque = _part_torque(impact, places)
     return _quotient(impact, limits, torque, _part_torque_size(impact, torque))
@@ -245,47 +258,45 @@ def _torque_margin(impact: Impact, places: Places) -> Any:
 def part_margin(impact: Impact, places: Places) -> Any:
     """The governing margin (N, S, n) of parts; NaN where none is known."""
     of_joints = np.array([place.joint >= 0 for place in places])
-    return np.where(
-        of_joints,
-        _of_joints(_torque_margin)(impact, places),
-        _of_points(_point_margin)(impact, places),
-    )
+    by_torque = _of_joints(_torque_margin)(impact, places)
+    of_points = _of_points(_point_margin)(impact, places)
+    return np.where(of_joints, by_torque, of_points)
 
 
 def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
     """Why a part of a joint has no margin. Args: redundant, whether contacts or loops are."""
-    joint, strength = _joints(landing, [place])[0], _torque_strengths(landing, [place])[0]
+    (joint,) = _joints(landing, [place])
+    (strength,) = _torque_strengths(landing, [place])
     if landing.robot.joint(joint.name).axis is None:
         return MULTIAXIAL
     if np.isnan(strength.momentary_torque):
         return NEEDS_TORQUE
     if np.isfinite(landing.joint_model.drive_stiffness[joint.number]):
-        return NEEDS_ROTOR if landing.joint_model.rotor_unknown[joint.number] else NEEDS_STIFFNESS
+        unknown = landing.joint_model.rotor_unknown[joint.number]
+        return NEEDS_ROTOR if unknown else NEEDS_STIFFNESS
     return "contacts or loops are redundant" if redundant else NEEDS_TIME
 
 
 def torque_share(impact: Impact, places: Places) -> Any:
     """Torque (N, S, n) along the axes of joints, of their momentary torques."""
-    limits, durations = (values[[p.number for p in places]] for values in _limits(impact))
-    torque = _torque(impact, places, durations)
-    known = ~np.isnan(torque.astype(float)) & ~np.isnan(limits)
-    return np.where(
-        known,
-        np.where(known, torque, 0.0) / impact.exact(np.where(np.isnan(limits), 1.0, limits)),
-        np.nan,
-    )
+    limits, durations = _limits(impact)
+    numbers = [place.number for place in places]
+    limit = limits[numbers]
+    torque = _torque(impact, places, durations[numbers])
+    known = ~np.isnan(torque.astype(float)) & ~np.isnan(limit)
+    share = np.where(known, torque, 0.0) / impact.exact(np.where(np.isnan(limit), 1.0, limit))
+    return np.where(known, share, np.nan)
 
 
 def _limits(impact: Impact) -> tuple[Array, Array]:
+    """The momentary torques (nv,) of joints [N m, N] and their durations (nv,) [s]."""
     return torque_limits(impact.landing.robot, impact.landing.scene.part)
 
 
 def _share_size(impact: Impact, values: Array) -> float:
     limits, durations = _limits(impact)
-    return float(
-        ALONG.size(impact, values)
-        * np.nan_to_num(_rates(impact, durations) / limits).max(initial=0.0)
-    )
+    rates = np.nan_to_num(_rates(impact, durations) / limits)
+    return float(ALONG.size(impact, values) * rates.max(initial=0.0))
 
 
 PARTS = (
@@ -294,9 +305,9 @@ PARTS = (
             of="part",
             scope=entry.scope._replace(missing=OF_A_JOINT, parts_of="point"),
             relations=entry.relations._replace(also=()),
-            compute=_of_points(entry.compute, vector=vector),
+            compute=_of_points(entry.compute, components),
         )
-        for entry, vector in ((DELTA_V, True), (SHOCK, False))
+        for entry, components in ((DELTA_V, (3,)), (SHOCK, ()))
     ),
     Quantity(
         "velocity_margin",
@@ -318,13 +329,9 @@ PARTS = (
         scope=Scope(
             f"{NO_PULSE}; or {OF_A_JOINT}",
             parts_of="point",
-            lacks=lambda landing: (
-                ""
-                if landing.pulse or landing.scene.contact_stiffness
-                else f"{NEEDS_PULSE}, or a contact stiffness"
-            ),
+            lacks=_lacks_peak,
         ),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
     ),
     Quantity(
         "filtered_peak",
@@ -337,7 +344,7 @@ PARTS = (
         scope=Scope(
             f"the part has no bandwidth; or {OF_A_JOINT}", parts_of="point", lacks=lacks_bandwidth
         ),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
     ),
     Quantity(
         "acceleration_margin",
@@ -349,7 +356,7 @@ PARTS = (
         scope=Scope(
             f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}", parts_of="point"
         ),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
     ),
     Quantity(
         "along",
@@ -371,7 +378,7 @@ PARTS = (
         _of_joints(_part_torque),
         _part_torque_size,
         scope=Scope(f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}", parts_of="joint"),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
     ),
     Quantity(
         "part_margin",
@@ -381,7 +388,7 @@ PARTS = (
         "less",
         part_margin,
         scope=Scope(f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}"),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
     ),
     Quantity(
         "joint_torque_share",
@@ -396,6 +403,6 @@ PARTS = (
             f"the "
             f"torque; or {REDUNDANT}"
         ),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
     ),
 )

@@ -13,7 +13,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
-from shockpc.impact.motion import motion_of
+from shockpc.impact.motion import Motion, motion_of
 from shockpc.landing.bandwidths import (
     low_pass_of_part,
     low_passes_of,
@@ -23,7 +23,7 @@ from shockpc.landing.bandwidths import (
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import (
-    PROVEN_IF_RIGID,
+    EXACT_IF_RIGID,
     Evaluation,
     Places,
     Quantity,
@@ -49,10 +49,11 @@ NEEDS_PULSE = (
 def _r(impact: Impact, places: Places) -> Any:
     """The points (N or 1, n, 3) in their bodies' frames [m]."""
     coms = impact.coms
-    return np.stack(
-        [coms[:, p.body] if p.centre else np.broadcast_to(p.r, (len(coms), 3)) for p in places],
-        axis=1,
-    )
+    points = []
+    for place in places:
+        fixed = np.broadcast_to(place.r, (len(coms), 3))
+        points.append(coms[:, place.body] if place.centre else fixed)
+    return np.stack(points, axis=1)
 
 
 def point_velocity(impact: Impact, places: Places) -> Any:
@@ -71,11 +72,18 @@ def shock(impact: Impact, places: Places) -> Any:
     return norm(point_velocity(impact, places)) / impact.v_in[..., None]
 
 
-def _peak(impact: Impact, places: Places) -> Any:
-    speed, pulse = norm(point_velocity(impact, places)), impact.landing.pulse
-    return (
-        np.full(speed.shape, np.nan) if pulse is None else peak_acceleration(speed, pulse) / GRAVITY
-    )
+def pulse_peak(impact: Impact, places: Places) -> Any:
+    """Peak accelerations (N, S, n) of points for the scene's pulse [g]; NaN without one."""
+    speed = norm(point_velocity(impact, places))
+    pulse = impact.landing.pulse
+    if pulse is None:
+        return np.full(speed.shape, np.nan)
+    return peak_acceleration(speed, pulse) / GRAVITY
+
+
+def _lacks_pulse(landing: PosedLanding) -> str:
+    """What a landing lacks for a peak."""
+    return NEEDS_PULSE if landing.pulse is None else ""
 
 
 def low_passes(landing: PosedLanding, places: Places, parts: bool = False) -> list[LowPass | None]:
@@ -103,7 +111,7 @@ def axis_jumps(impact: Impact, places: Places) -> Any:
 
 
 def readings(impact: Impact, places: Places, parts: bool = False, along: bool = False) -> Any:
-    """Peaks that accelerometers at points read behind their filters, NaN without one [g].
+    """Peaks that accelerometers at points read behind their filters [g]; NaN without one.
 
     On contacts of finite stiffness they are those of the motion, else of the pulse, else the bound
     for a pulse of any length.
@@ -114,23 +122,41 @@ def readings(impact: Impact, places: Places, parts: bool = False, along: bool = 
         parts: whether these are parts of the scene.
         along: whether along each axis of a place (N, S, n, 3), else of the whole vector (N, S, n).
     """
-    landing = impact.landing
-    every = low_passes(landing, places, parts)
-    motion = motion_of(landing)
+    filters = low_passes(impact.landing, places, parts)
+    motion = motion_of(impact.landing)
     if motion is None:
-        jumps = np.abs(_delta_v(impact, places)) if along else norm(point_velocity(impact, places))
-        scale = np.array(
-            [np.nan if one is None else peak_of(landing.pulse, one) / GRAVITY for one in every]
-        )
-        scale = scale[:, None] if along else scale
-        return np.where(np.isnan(scale), np.nan, jumps * impact.exact(np.nan_to_num(scale)))
-    peaks, shape = np.full((len(places), 3 if along else 1), np.nan), (3,) * along
-    for low_pass in {one for one in every if one is not None}:
-        chosen = [k for k, one in enumerate(every) if one == low_pass]
-        compute = axis_jumps if along else point_velocity
-        found = motion.peaks(compute, [places[k] for k in chosen], low_pass)[0]
-        peaks[chosen] = found.reshape(len(chosen), -1) / GRAVITY
-    return peaks.reshape(1, 1, len(places), *shape)
+        return _readings_of_pulse(impact, places, filters, along)
+    return _readings_of_motion(motion, places, filters, along)
+
+
+def _readings_of_pulse(
+    impact: Impact, places: Places, filters: list[LowPass | None], along: bool
+) -> Any:
+    """Readings of a pulse, as `readings`: each jump times the peak for a jump of 1 m/s."""
+    scale = np.full(len(places), np.nan)
+    for k, low_pass in enumerate(filters):
+        if low_pass is not None:
+            scale[k] = peak_of(impact.landing.pulse, low_pass) / GRAVITY
+    if along:
+        jumps = np.abs(_delta_v(impact, places))
+        scale = scale[:, None]
+    else:
+        jumps = norm(point_velocity(impact, places))
+    return np.where(np.isnan(scale), np.nan, jumps * impact.exact(np.nan_to_num(scale)))
+
+
+def _readings_of_motion(
+    motion: Motion, places: Places, filters: list[LowPass | None], along: bool
+) -> Array:
+    """Readings of a motion, as `readings`: those of one filter at all its places together."""
+    components = 3 if along else 1
+    compute = axis_jumps if along else point_velocity
+    peaks = np.full((len(places), components), np.nan)
+    for low_pass in set(filters) - {None}:
+        at = [k for k, own in enumerate(filters) if own == low_pass]
+        values, _ = motion.peaks(compute, [places[k] for k in at], low_pass)
+        peaks[at] = values.reshape(len(at), components) / GRAVITY
+    return peaks[None, None] if along else peaks[None, None, :, 0]
 
 
 def largest_reading(impact: Impact, values: Array) -> float:
@@ -154,13 +180,18 @@ def world_position(impact: Impact, places: Places) -> Any:
 
 @cached
 def directions(impact: Impact, places: Places) -> ExtremeDirections:
-    """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15
-    of the largest shock.
+    """The extreme impact directions (N, 1, n, ...) of points, in double precision.
+
+    They are right to 1e-15 of the largest shock.
     """
     maps = _maps(impact, places)
-    parts = extreme_directions(maps.reshape(-1, 3, 3), impact.landing.up)
+    flat = extreme_directions(maps.reshape(-1, 3, 3), impact.landing.up)
+    shape = len(maps), 1, len(places)
     return ExtremeDirections(
-        *(part.reshape(len(maps), 1, len(places), *part.shape[1:]) for part in parts)
+        flat.most_severe.reshape(*shape, 3),
+        flat.most_severe_shock.reshape(shape),
+        flat.least_severe.reshape(*shape, 3),
+        flat.least_severe_shock.reshape(shape),
     )
 
 
@@ -252,10 +283,10 @@ AT_CENTRE = (
         "peak acceleration",
         "g",
         "greater",
-        _peak,
+        pulse_peak,
         scope=Scope(
             "the scene gives no pulse",
-            lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "",
+            lacks=_lacks_pulse,
         ),
         relations=Relations(also=("friction",), length_of=DELTA_V),
     ),
@@ -286,7 +317,7 @@ POINTS = (
         readings,
         largest_reading,
         scope=Scope(NO_BANDWIDTH, lacks=lacks_bandwidth),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
         relations=Relations(also=("friction",)),
     ),
     Quantity(
@@ -299,7 +330,7 @@ POINTS = (
         largest_reading,
         form="vector",
         scope=Scope(NO_BANDWIDTH, lacks=lacks_bandwidth),
-        evaluation=PROVEN_IF_RIGID,
+        evaluation=EXACT_IF_RIGID,
         relations=Relations(also=("friction",)),
     ),
     Quantity(

@@ -35,28 +35,28 @@ def _one(values: Any) -> Any:
 
 
 def _mass(impact: Impact, places: Places) -> Array:
+    """The mass of the bodies that move (N, S, 1) [kg]."""
     del places
     moving = impact.inertias.mass[:, impact.landing.robot.movable(impact.landing.base)]
-    return np.array(
-        np.broadcast_to(np.asarray(sum(moving.T))[:, None, None], (*impact.v_in.shape, 1))
-    )
+    total = np.asarray(sum(moving.T))[:, None, None]
+    return np.array(np.broadcast_to(total, (*impact.v_in.shape, 1)))
 
 
 def _approach(impact: Impact) -> Any:
     """v⁻ along each row (N, nc, 4 or 3), as `approach_speeds` without restitution [m/s, rad/s]."""
-    before = impact.landing.before if impact.speeds.shape[-1] == 4 else None
-    return approach_speeds(
-        impact.state, [block._replace(restitution=0.0) for block in impact.blocks], before
-    )
+    has_strike = impact.speeds.shape[-1] == 4
+    before = impact.landing.before if has_strike else None
+    plastic = [constraint._replace(restitution=0.0) for constraint in impact.blocks]
+    return approach_speeds(impact.state, plastic, before)
 
 
 def _works(impact: Impact) -> Any:
-    """λᵢ (v⁻ᵢ + v⁺ᵢ) of each row (N, S, nc), whose sum is −2 times the energy lost [J]; v⁺ = v⁻ −
-    b.
+    """λᵢ (v⁻ᵢ + v⁺ᵢ) of each row (N, S, nc), whose sum is −2 times the energy lost [J].
+
+    v⁺ = v⁻ − b.
     """
-    return impact.along(impact.independent_impulse) * impact.along(
-        2 * _approach(impact) - impact.speeds
-    )
+    both = impact.along(2 * _approach(impact) - impact.speeds)
+    return impact.along(impact.independent_impulse) * both
 
 
 def _energy_lost(impact: Impact, places: Places) -> Any:
@@ -66,35 +66,33 @@ def _energy_lost(impact: Impact, places: Places) -> Any:
 
 
 def _energy_gained(impact: Impact, places: Places) -> Array:
-    """Kinetic energy (N, S, 1) that the impact would make [J]; 0 where it loses some, or gains no
-    more than rounding.
+    """Kinetic energy (N, S, 1) that the impact would make [J].
+
+    It is 0 where the impact loses some, or gains no more than rounding.
     """
-    made = -_energy_lost(impact, places).astype(float)
-    work = np.abs(
-        (impact.along(impact.independent_impulse) * impact.along(_approach(impact))).astype(float)
-    ).sum(axis=-1)
-    return np.asarray(np.where(made > ROUNDING * _one(work), made, 0.0 * made + 0.0))
+    gained = -_energy_lost(impact, places).astype(float)
+    works = impact.along(impact.independent_impulse) * impact.along(_approach(impact))
+    work = np.abs(works.astype(float)).sum(axis=-1)
+    # NaN stays NaN.
+    nothing = 0.0 * gained + 0.0
+    return np.asarray(np.where(gained > ROUNDING * _one(work), gained, nothing))
 
 
 def _motors_work(impact: Impact) -> bool:
-    """Whether a motor holds the rate of a joint that moves, and so does work during the impact."""
-    landing = impact.landing
-    return bool(
-        np.any(
-            landing.joint_model.locked
-            & (np.asarray(landing.before.joint_rates, dtype=float) != 0.0)
-        )
-    )
+    """True if a motor holds the rate of a joint that moves, and so does work in the impact."""
+    rates = np.asarray(impact.landing.before.joint_rates, dtype=float)
+    return bool(np.any(impact.landing.joint_model.locked & (rates != 0.0)))
 
 
 def _energy_share(impact: Impact, places: Places) -> Any:
-    lost, before = _energy_lost(impact, places), _one(impact.kinetic_energy_before)
-    driven = any(
-        contact.velocity is not None for contact in impact.landing.contacts
-    ) or _motors_work(impact)
-    known = np.full(before.shape, impact.landing.floating and not driven) & (
-        before.astype(float) > 0.0
-    )
+    """Energy lost, of that before (N, S, 1); NaN where the latter is not determined."""
+    landing = impact.landing
+    lost = _energy_lost(impact, places)
+    before = _one(impact.kinetic_energy_before)
+    known = before.astype(float) > 0.0
+    driven = any(contact.velocity is not None for contact in landing.contacts)
+    if not landing.floating or driven or _motors_work(impact):
+        return np.full(lost.shape, np.nan)
     return np.where(known, lost / np.where(known, before, 1), np.nan)
 
 
@@ -105,82 +103,83 @@ def _energy_size(impact: Impact, values: Array) -> Any:
 
 def _force_size(impact: Impact, values: Array) -> Any:
     del values
-    return np.abs(impact.along(impact.independent_impulse).astype(float)).sum(axis=-1)[
-        ..., None, None
-    ]
+    impulse = impact.along(impact.independent_impulse).astype(float)
+    return np.abs(impulse).sum(axis=-1)[..., None, None]
 
 
 def _moment_size(impact: Impact, values: Array) -> Any:
-    size = float(np.abs(impact.state.position.astype(float)).max()) + float(
-        np.abs(impact.inertias.com).max()
-    )
+    positions = np.abs(impact.state.position.astype(float)).max()
+    centres = np.abs(impact.inertias.com).max()
+    size = float(positions) + float(centres)
     return _force_size(impact, values) * (size or 1.0)
 
 
 @memoized()
 def _levels(impact: Impact) -> Levels | None:
     """Heights of the robot's geometry, from doubles; None where no contact is on flat ground."""
-    if not (level := on_ground(impact.landing)):
+    landing = impact.landing
+    on_flat = on_ground(landing)
+    if not on_flat:
         return None
     state = impact.state
-    points = np.stack([block_point(state, impact.blocks[k]) for k in level], axis=1)
-    rotation, position, points = (
-        part.astype(float, copy=False) for part in (state.rotation, state.position, points)
-    )
-    return levels(impact.landing, rotation, position, points)
+    points = np.stack([block_point(state, impact.blocks[k]) for k in on_flat], axis=1)
+    rotation = state.rotation.astype(float, copy=False)
+    position = state.position.astype(float, copy=False)
+    return levels(landing, rotation, position, points.astype(float, copy=False))
 
 
 def _depth(impact: Impact, places: Places) -> Array:
-    """How far (N, 1, 1) the geometry of other links reaches below the lowest contact or standing
-    foot on flat ground [m].
+    """How far (N, 1, 1) other links reach below the lowest contact on flat ground [m].
+
+    Standing feet count as contacts; NaN where no contact is on flat ground.
     """
     del places
-    here = _levels(impact)
-    return np.asarray(
-        _one((np.full(len(impact.state.J), np.nan) if here is None else here.depth)[:, None])
-    )
+    heights = _levels(impact)
+    depth = np.full(len(impact.state.J), np.nan) if heights is None else heights.depth
+    return np.asarray(_one(depth[:, None]))
 
 
 def _feasible(impact: Impact, places: Places) -> Array:
-    """Whether (N, S, 1) a drop on flat ground is this landing: flat ground allows it, and no other
-    foot is level; 0 or 1.
+    """(N, S, 1) 1 where a drop on flat ground is this landing, else 0.
+
+    Flat ground allows it, and no other foot is level.
     """
     return np.asarray(_allowed(impact) * (1.0 - _others_level(impact)))
 
 
 def _feasible_if_tilted(impact: Impact, places: Places) -> Array:
-    """Whether (N, S, 1) flat ground allows the landing, and other feet are level with its contacts;
-    0 or 1.
+    """(N, S, 1) 1 where flat ground allows the landing and other feet are level with its contacts.
+
+    It is 0 elsewhere.
     """
     return np.asarray(_allowed(impact) * _others_level(impact))
 
 
 def _others_level(impact: Impact) -> Array:
-    """Whether (N, S, 1) feet are as low as the contacts and do not strike, where the robot comes
-    down as a whole; 0 or 1.
+    """(N, S, 1) 1 where feet that do not strike are as low as the contacts, else 0.
 
     With a fixed base, standing feet, or feet that approach at different speeds, because the robot
     or its joints turn, no feet land together.
     """
     landing, state = impact.landing, impact.state
+    before = landing.before
+    driven = any(contact.velocity is not None for contact in landing.contacts)
     level = np.zeros(len(state.J), dtype=bool)
-    if landing.base != "fixed" and not landing.stance and on_ground(landing):
-        rotation, position = (
-            part.astype(float, copy=False) for part in (state.rotation, state.position)
-        )
-        beside = feet_beside(landing, rotation, position)
-        before = landing.before
+    if landing.base != "fixed" and not landing.stance and not driven and on_ground(landing):
+        rotation = state.rotation.astype(float, copy=False)
+        position = state.position.astype(float, copy=False)
         turns = before.omega.any(axis=-1) | before.joint_rates.any(axis=-1)
-        driven = any(contact.velocity is not None for contact in landing.contacts)
-        level = np.asarray(beside.any(axis=1) & ~turns & (not driven))
-    return np.broadcast_to(level[:, None, None], (*impact.v_in.shape, 1)).astype(float)
+        beside = feet_beside(landing, rotation, position).any(axis=1)
+        level = np.asarray(beside & ~turns)
+    every = np.broadcast_to(level[:, None, None], (*impact.v_in.shape, 1))
+    return every.astype(float)
 
 
 def _allowed(impact: Impact) -> Array:
-    """Whether (N, S, 1) flat ground allows the landing: it pulls nothing, touches all contacts and
-    meets no other link; 0 or 1.
+    """(N, S, 1) 1 where flat ground allows the landing, else 0.
 
-    An impact that would make energy is no landing either.
+    It pulls nothing, touches all contacts and meets no other link; and an impact that would make
+    energy is no landing either.
 
     Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry
     only contact points are compared. With the scene's friction nothing is pulled: a contact that
@@ -188,12 +187,14 @@ def _allowed(impact: Impact) -> Array:
     then gain energy, which the analysis of the landing refuses.
     """
     landing = impact.landing
-    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) | (
-        _energy_gained(impact, ())[..., 0] > 0.0
-    )
-    refused = refused & (landing.scene.friction is None)
-    if (here := _levels(impact)) is not None:
-        refused = refused | here.uneven[:, None] | (here.below & (landing.base != "fixed"))[:, None]
+    pulled = (pull(impact, landing.contact_places) > 0.0).any(axis=-1)
+    gains = _energy_gained(impact, ())[..., 0] > 0.0
+    refused = (pulled | gains) & (landing.scene.friction is None)
+    heights = _levels(impact)
+    if heights is not None:
+        refused = refused | heights.uneven[:, None]
+        if landing.base != "fixed":
+            refused = refused | heights.below[:, None]
     allowed = np.where(refused, 0.0, 1.0)
     if isinstance(impact, DoubleImpact):
         from shockpc.impact.friction import may_gain_with_friction

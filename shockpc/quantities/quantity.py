@@ -46,13 +46,13 @@ class Evaluation(NamedTuple):
         postures: "many" at once in double precision, or one with a proof; "one" at a time, because
             double precision cannot decide it; or "clear": one at a time, and many in double
             precision, NaN where that is not clear.
-        proven: "always"; "rigid", unless the contacts have a finite stiffness, which is computed in
+        exact: "always"; "rigid", unless the contacts have a finite stiffness, which is computed in
             one posture at a time and in double precision; or "never", in double precision.
     """
 
     on: Literal["scene", "free", "locked", "springs_free", "health"] = "scene"
     postures: Literal["many", "one", "clear"] = "many"
-    proven: Literal["always", "rigid", "never"] = "always"
+    exact: Literal["always", "rigid", "never"] = "always"
 
 
 class Relations(NamedTuple):
@@ -83,9 +83,9 @@ class Relations(NamedTuple):
     length_of: "Quantity | None" = None
 
 
-PROVEN_IF_RIGID = Evaluation(proven="rigid")
+EXACT_IF_RIGID = Evaluation(exact="rigid")
 IN_DOUBLES_WHERE_CLEAR = Evaluation(postures="clear")
-UNPROVEN = Evaluation(postures="one", proven="never")
+IN_DOUBLES = Evaluation(postures="one", exact="never")
 
 
 class Quantity(NamedTuple):
@@ -144,15 +144,16 @@ class Quantity(NamedTuple):
 
     def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""
-        on_stiffness = self.evaluation.proven == "rigid" and scene.yields
+        on_stiffness = self.evaluation.exact == "rigid" and scene.yields
         return self.evaluation.postures != "many" or on_stiffness
 
     def of_ground(self, scene: Scene) -> bool:
-        """Whether it depends on the friction or on the contact stiffness of a scene: it is then
-        computed in double precision.
+        """Whether it depends on the friction or on the contact stiffness of a scene.
+
+        It is then computed in double precision.
         """
-        on_stiffness = self.evaluation.proven == "rigid" and scene.yields
-        return self.evaluation.proven == "never" or on_stiffness
+        on_stiffness = self.evaluation.exact == "rigid" and scene.yields
+        return self.evaluation.exact == "never" or on_stiffness
 
     def title_at(self, place: str, component: str = "") -> str:
         """The title with the name of a place, such as "largest shock over base" or "shock at imu".
@@ -180,13 +181,13 @@ class Quantity(NamedTuple):
     def note(self) -> str:
         """What else a user has to know of it."""
         one_posture = self.evaluation.postures != "many"
-        proven = self.evaluation.proven
+        exact = self.evaluation.exact
         remarks = {
             "vector": self.vector,
             "of either sign": self.signed,
-            "always exact": one_posture and proven != "never",
-            "in double precision": proven == "never",
-            "in double precision with a contact stiffness": proven == "rigid",
+            "always exact": one_posture and exact != "never",
+            "in double precision": exact == "never",
+            "in double precision with a contact stiffness": exact == "rigid",
             "of minimum norm where rows are redundant": self.scope.shared,
             f"no value: {self.scope.missing}": bool(self.scope.missing),
         }
@@ -194,8 +195,9 @@ class Quantity(NamedTuple):
 
 
 def cached(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
-    """A formula that several quantities share, computed once for an impact and places; its arrays
-    cannot be written to.
+    """A formula that several quantities share, computed once for an impact and places.
+
+    Its arrays cannot be written to.
     """
 
     @functools.wraps(compute)
@@ -222,6 +224,12 @@ def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
     )
 
 
+def no_values(quantity: Quantity, places: Places) -> Array:
+    """NaN (1, 1, n), or (1, 1, n, 3) of a vector, at n places."""
+    shape = (1, 1, len(places), 3) if quantity.vector else (1, 1, len(places))
+    return np.full(shape, np.nan)
+
+
 def largest_jump(impact: Impact, values: Array) -> float:
     """The largest component of a jump of a body [m/s, rad/s]."""
     del values
@@ -236,10 +244,6 @@ def largest_shock(impact: Impact, values: Array) -> Any:
 def reach(impact: Impact, values: Array) -> float:
     """How far from the world's origin something of the robot is, at least [m]."""
     del values
-    return (
-        float(
-            np.abs(impact.state.origin.astype(float)).max()
-            + np.abs(impact.state.position.astype(float)).max()
-        )
-        + 1e-3
-    )
+    origin = np.abs(impact.state.origin.astype(float)).max()
+    bodies = np.abs(impact.state.position.astype(float)).max()
+    return float(origin + bodies) + 1e-3

@@ -1,26 +1,25 @@
-"""The peaks that an accelerometer would measure, of its range: it saturates along each of its axes
-apart.
+"""The peaks that an accelerometer would measure, of its range: each of its axes saturates apart.
 
 On contacts of finite stiffness these are the peaks of the motion, else those of the pulse, else,
 behind a filter, the bound for a pulse of any length.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.low_pass import peak_of
+from shockpc.core.low_pass import LowPass, peak_of
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.impact.landed import LandingProof
-from shockpc.impact.motion import motion_of
+from shockpc.impact.motion import Motion, motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
-from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Scope, evaluate
+from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, evaluate
 from shockpc.quantities.with_friction import friction_result
 
 AXES = "x", "y", "z"
@@ -46,78 +45,114 @@ class SensorPeak(NamedTuple):
 
 @memoized()
 def _without_axes(landing: PosedLanding) -> frozenset[str]:
-    """The names of points of which the axes are not known: an offset names a place on a link, not a
-    sensor in a frame.
+    """The names of points of which the axes are not known.
+
+    An offset names a place on a link, not a sensor in a frame.
     """
     return frozenset(point.label for point in landing.scene.point if any(point.offset))
 
 
-def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
-    """What gives peaks, and these along the axes of each point, or equal ones where the axes are
-    not known [g].
+def _peaks(impact: Impact, places: Places) -> list[tuple[str, Array]]:
+    """The peaks along the axes of points, with a text that says what gives them [g].
 
-    Peaks are (k, n, 3) of the k columns of an impact, of a motion (1, n, 3).
+    Peaks are (k, n, 3) of the k columns of an impact, (1, n, 3) of a motion. There are none without
+    a pulse, a stiffness and a bandwidth.
     """
+    filters = low_passes(impact.landing, places)
+    motion = motion_of(impact.landing)
+    if motion is not None:
+        return [_of_motion(motion, impact, places, filters)]
+    if impact.landing.pulse is not None or any(one is not None for one in filters):
+        return _of_pulse(impact, places, filters)
+    return []
+
+
+def _of_motion(
+    motion: Motion, impact: Impact, places: Places, filters: list[LowPass | None]
+) -> tuple[str, Array]:
+    """The peaks of a motion, behind a filter where a sensor has one, as `_peaks`."""
     landing = impact.landing
-    scene, pulse, filters = landing.scene, landing.pulse, low_passes(landing, places)
-    behind = np.array([one is not None for one in filters])[:, None]
+    along, _ = motion.peaks(axis_jumps, places)
+    whole, _ = motion.peaks(DELTA_V.compute, places)
+    peaks = _along_axes(landing, places, along.reshape(1, -1, 3), whole[None]) / GRAVITY
+    filtered = np.array([one is not None for one in filters])
+    if filtered.any():
+        along = readings(impact, places, along=True)[0]
+        whole = readings(impact, places)[0]
+        behind = _along_axes(landing, places, along, whole)
+        peaks = np.where(filtered[:, None], behind, peaks)
+    return f"on {landing.scene.yielding}", peaks
 
-    def along(components: Array, lengths: Array) -> Array:
-        known = np.array([place.name not in _without_axes(landing) for place in places])
-        return np.where(known[:, None], np.abs(components), lengths[..., None])
 
-    if (motion := motion_of(landing)) is not None:
-        components = motion.peaks(axis_jumps, places)[0].reshape(1, -1, 3)
-        raw = along(components, motion.peaks(DELTA_V.compute, places)[0][None]) / GRAVITY
-        read = (
-            along(readings(impact, places, along=True)[0], readings(impact, places)[0])
-            if behind.any()
-            else raw
-        )
-        yield f"on {scene.yielding}", np.where(behind, read, raw)
-    elif pulse is not None or behind.any():
-        scale = np.array([peak_of(pulse, one) for one in filters])[:, None] / GRAVITY
-        jumps = [("", impact)]
-        if scene.friction is not None and (sliding := friction_result(landing).impact) is not None:
-            jumps.append((f" with friction {scene.friction:g}", sliding))
-        what = (
-            "at most, for a pulse of any length" if pulse is None else f"for a pulse {scene.pulse}"
-        )
-        for how, of in jumps:
-            components = evaluate(DELTA_V, of, places)[0]
-            yield f"{what}{how}", along(components, np.linalg.norm(components, axis=2)) * scale
+def _of_pulse(
+    impact: Impact, places: Places, filters: list[LowPass | None]
+) -> list[tuple[str, Array]]:
+    """The peaks of the scene's pulse, of contacts that stick and of those that slide."""
+    landing = impact.landing
+    scene = landing.scene
+    cause = "at most, for a pulse of any length"
+    if landing.pulse is not None:
+        cause = f"for a pulse {scene.pulse}"
+    impacts = {cause: impact}
+    if scene.friction is not None:
+        sliding = friction_result(landing).impact
+        if sliding is not None:
+            impacts[f"{cause} with friction {scene.friction:g}"] = sliding
+
+    # Each jump times the peak for a jump of 1 m/s.
+    scale = np.array([peak_of(landing.pulse, one) for one in filters])[:, None] / GRAVITY
+    causes = []
+    for text, one in impacts.items():
+        jumps = evaluate(DELTA_V, one, places)[0]
+        sizes = _along_axes(landing, places, jumps, np.linalg.norm(jumps, axis=2))
+        causes.append((text, sizes * scale))
+    return causes
+
+
+def _along_axes(landing: PosedLanding, places: Places, along: Array, whole: Array) -> Array:
+    """Sizes (k, n, 3) along the axes of points; where these are not known, those of the vectors.
+
+    Args:
+        landing: the landing.
+        places: the n points.
+        along: (k, n, 3) components.
+        whole: (k, n) lengths.
+    """
+    known = np.array([place.name not in _without_axes(landing) for place in places])
+    return np.where(known[:, None], np.abs(along), whole[..., None])
 
 
 def _shares(impact: Impact, places: Places) -> Array:
     """The largest of these peaks (1, k, n), of the range; NaN where there is none."""
-    found = (
-        []
-        if impact.landing.scene.range_g is None
-        else [peaks.max(axis=2) for _, peaks in _peaks(impact, places)]
-    )
-    if not found:
-        return np.full((1, 1, len(places)), np.nan)
-    largest = np.fmax.reduce(found)
-    return np.asarray(largest[None] / impact.landing.scene.range_g)
+    limit = impact.landing.scene.range_g
+    nothing = np.full((1, 1, len(places)), np.nan)
+    if limit is None:
+        return nothing
+    peaks = [along.max(axis=2) for _, along in _peaks(impact, places)]
+    if not peaks:
+        return nothing
+    return np.asarray(np.fmax.reduce(peaks)[None] / limit)
 
 
 def sensor_peaks(
     landing: PosedLanding, proof: LandingProof, places: Sequence[Place]
 ) -> list[SensorPeak]:
-    """The largest peak at each point, of all that `_peaks` gives; none without a pulse, a stiffness
-    and a bandwidth.
-    """
-    named = proof.read(lambda impact: list(_peaks(impact, places))) if places else []
-    largest = []
-    for k, low_pass in enumerate(low_passes(landing, places) if named else ()):
-        cause, peaks = max(
-            ((cause, peaks[0, k]) for cause, peaks in named),
-            key=lambda one: float(np.nan_to_num(one[1]).max()),
-        )
+    """The largest peak at each point; none without a pulse, a stiffness and a bandwidth."""
+    if not places:
+        return []
+    causes = proof.read(lambda impact: _peaks(impact, places))
+    if not causes:
+        return []
+    sensors = []
+    for k, low_pass in enumerate(low_passes(landing, places)):
+        largest = [float(np.nan_to_num(peaks[0, k]).max()) for _, peaks in causes]
+        cause, every = causes[int(np.argmax(largest))]
+        peaks = every[0, k]
         axis = "" if places[k].name in _without_axes(landing) else AXES[int(peaks.argmax())]
-        cause += f", behind a filter of {low_pass}" if low_pass is not None else ""
-        largest.append(SensorPeak(float(peaks.max()), axis, cause))
-    return largest
+        if low_pass is not None:
+            cause += f", behind a filter of {low_pass}"
+        sensors.append(SensorPeak(float(peaks.max()), axis, cause))
+    return sensors
 
 
 RANGES = (
@@ -129,6 +164,6 @@ RANGES = (
         "greater",
         _shares,
         scope=Scope("the scene gives no range"),
-        evaluation=UNPROVEN,
+        evaluation=IN_DOUBLES,
     ),
 )

@@ -1,7 +1,7 @@
 """What follows from a coefficient of friction; in double precision, without a proof."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import POINTS
 from shockpc.quantities.of_robot import ROBOT
-from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Relations, Scope
+from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Relations, Scope, no_values
 
 if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult
@@ -47,7 +47,7 @@ def where_given(
 
     def compute(impact: Impact, places: Places) -> Array:
         if getattr(impact.landing.scene, key) is None:
-            return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
+            return no_values(entry, places)
         return np.asarray(read(solve(impact.landing), impact, places))
 
     why = f"the scene gives no {key.replace('_', ' ')}"
@@ -55,14 +55,15 @@ def where_given(
     return entry._replace(
         compute=compute,
         scope=Scope(missing, shared=entry.scope.shared),
-        evaluation=UNPROVEN,
+        evaluation=IN_DOUBLES,
         relations=Relations(),
     )
 
 
 def _with_friction(entry: Quantity) -> Quantity:
-    """A quantity of the impact with friction, in many postures too; of a proven impact as that is
-    where all contacts stick.
+    """A quantity of the impact with friction, in many postures too.
+
+    It is that of the exact impact where all contacts stick.
     """
     named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
     single = where_given(
@@ -77,9 +78,10 @@ def _with_friction(entry: Quantity) -> Quantity:
             return np.asarray(single.compute(impact, places))
         from shockpc.impact.friction import with_friction
 
-        slipping = with_friction(impact)
-        nothing = np.full((1, 1, len(places), *([3] if entry.vector else [])), np.nan)
-        return nothing if slipping is None else np.asarray(entry.compute(slipping, places))
+        sliding = with_friction(impact)
+        if sliding is None:
+            return no_values(entry, places)
+        return np.asarray(entry.compute(sliding, places))
 
     return single._replace(compute=compute, evaluation=single.evaluation._replace(postures="clear"))
 
@@ -90,10 +92,10 @@ def _sliding(
     title: str,
     unit: str,
     read: "Callable[[FrictionResult, Places], Any]",
-    vector: bool = False,
+    form: Literal["number", "vector"] = "number",
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
-    entry = Quantity(key, of, title, unit, "greater", read, form="vector" if vector else "number")
+    entry = Quantity(key, of, title, unit, "greater", read, form=form)
     return where_given(
         entry,
         "friction",
@@ -114,7 +116,7 @@ WITH_FRICTION = (
         "velocity after the impact with friction, world axes",
         "m/s",
         lambda found, places: found.velocity[_numbers(places)],
-        vector=True,
+        form="vector",
     )._replace(size=lambda i, x: float(i.v_in.max())),
     _sliding(
         "energy_lost_friction",

@@ -172,11 +172,11 @@ def proof_lines(
             f"double precision, compared with exact arithmetic in {rows}: off by at most "
             f"{largest:.0e} of the point's most severe shock"
         )
-    unproven = [
-        column.name for column in columns if column.selection.quantity.evaluation.proven != "always"
+    in_doubles = [
+        column.name for column in columns if column.selection.quantity.evaluation.exact != "always"
     ]
-    if unproven:
-        yield f"in double precision: {few(unproven, 4)}"
+    if in_doubles:
+        yield f"in double precision: {few(in_doubles, 4)}"
 
 
 def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:

@@ -262,7 +262,7 @@ def _most_severe_landing(summary: Summary[VariedLandings]) -> ShockProfile | Non
 def _on_stiffness(column: Computed) -> bool:
     """Whether a column may depend on the stiffness of the contacts."""
     quantity = column.selection.quantity
-    return quantity.evaluation.proven != "always"
+    return quantity.evaluation.exact != "always"
 
 
 def _worst_warning(summary: Summary[VariedLandings]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from shockpc.landing.places import PlaceKind
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
-from shockpc.quantities.quantity import UNPROVEN, Places, Quantity, Scope, cached, evaluate
+from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, cached, evaluate
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
 from shockpc.text.errors import RobotError
 from shockpc.wings.compliant.bending import FOR_JUMPS, FOR_TORQUES, bending
@@ -198,7 +198,7 @@ def _of_bending(k: int, key: str, title: str, unit: str) -> Quantity:
         "neither",
         lambda impact, places: _bending(impact, places)[..., k : k + 1],
         scope=Scope(UNKNOWN),
-        evaluation=UNPROVEN,
+        evaluation=IN_DOUBLES,
     )
 
 

@@ -514,7 +514,7 @@ def recorded_landings(
             )
         computed += [Column(selection, place, requested=True) for place in places]
     by_friction = any(
-        (entry := column.selection.quantity).decided_by_ground or entry.evaluation.proven == "never"
+        (entry := column.selection.quantity).decided_by_ground or entry.evaluation.exact == "never"
         for column in computed
     )
     flag = Column(select("energy_gained"), source.first.places("robot")[0])

@@ -67,7 +67,7 @@ def predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
 def _with_friction(key: str, column: Column) -> Column:
     """The same quantity of the impact with friction. Args: key, of what was measured."""
     selection = column.selection
-    if selection.quantity.evaluation.proven == "never":
+    if selection.quantity.evaluation.exact == "never":
         return column  # of the impact with friction already
     name = selection.name.replace(selection.quantity.key, f"{selection.quantity.key}_friction")
     if name not in selections():
