@@ -5,39 +5,29 @@ The rows are what an optimiser asks for; the engine computes them as those of an
 """
 
 import functools
-import math
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from shockpc.core.number import NUMBER, numbers_from
+from shockpc.core.number import numbers_from
 from shockpc.core.spatial import Array, freeze
-from shockpc.evaluation.column import Column, selected
+from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.kinds.registry import KINDS
 from shockpc.evaluation.kinds.strike import StrikeAngle
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
-from shockpc.evaluation.unused_ground import refuse_ground
+from shockpc.evaluation.terms import Term, terms_of
+from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
 from shockpc.evaluation.vary import Vary, pairs
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.landing.soles import most_inside
 from shockpc.landing.strike import Strike
-from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
-from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
-from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING
-from shockpc.quantities.quantity import Quantity, Relations, Scope
-from shockpc.quantities.selection import Selection
-from shockpc.quantities.support import OVERHANG, standing_feet, stands
-from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
@@ -52,63 +42,13 @@ of its scale.
 """
 
 
-def _pushed(impact: Any, places: Sequence[Place]) -> Array:
-    normals = np.array([impact.blocks[place.number].normal for place in places])
-    return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
-
-
-PUSH = Quantity(
-    "push",
-    "contact",
-    "push of the ground",
-    "N s",
-    "neither",
-    _pushed,
-    scope=Scope(f"{REDUNDANT}; --any-ground leaves it out"),
-    relations=Relations(linear=True),
-)
-"""With `HEIGHTS` what `feasible` decides by, as numbers that a constraint can follow: they have
-either sign.
-"""
-
-LOSS = ENERGY_LOST._replace(scope=Scope(f"{ENERGY_LOST.scope.missing}; --any-ground leaves it out"))
-"""What no impact has below zero; without restitution it is not."""
-
-
-class Term(NamedTuple):
-    """A number of a landing that counts.
-
-    Attributes:
-        column: the number.
-        landing: name of the landing.
-        group: index of the landings that it is computed with.
-        strike: its index among these.
-        limit: of a constraint; None of a value.
-        scale: of a constraint [its unit]; below zero where the limit is a lower one.
-    """
-
-    column: Column
-    landing: str
-    group: int
-    strike: int
-    limit: float | None = None
-    scale: float = 1.0
-
-    @property
-    def text(self) -> str:
-        """Of a constraint what it says; of a value what it is."""
-        if self.limit is None:
-            return self.column.name
-        return f"{self.column.title} {'<=' if self.scale > 0.0 else '>='} {self.limit:g} {self.column.unit}".removesuffix(
-            " -"
-        )
-
-
 class ShockCost:
     """The worst of a number over some landings as a function of what may vary, for any optimiser.
 
-        cost = shockpc.ShockCost(scene, "shock@imu_link", [("*_KFE", "-120:-10"), ("base-pitch",
-        "-20:20")]) scipy.optimize.minimize(cost, cost.x0, jac=cost.gradient, bounds=cost.bounds)
+        cost = shockpc.ShockCost(
+            scene, "shock@imu_link", [("*_KFE", "-120:-10"), ("base-pitch", "-20:20")]
+        )
+        scipy.optimize.minimize(cost, cost.x0, jac=cost.gradient, bounds=cost.bounds)
 
     Args:
         scenes: one landing, or landings of one robot by name.
@@ -155,64 +95,79 @@ class ShockCost:
         self._again = functools.partial(
             ShockCost, scenes, quantity, variables, robot, keep=keep, ground=ground
         )
-        self.scenes = named_scenes(scenes)
-        for subject, _ in variables:
-            if subject in KINDS:
-                prepared = KINDS[subject].prepared
-                self.scenes = {name: prepared(scene) for name, scene in self.scenes.items()}
         self.quantity = quantity
+        self.scenes = _prepared(named_scenes(scenes), variables)
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
         varied = varied_landings(
             first.scene, variables, robot=self.robot, sample=1, keep_joints=True
         )
-        self.variations = varied.variations
-        self.names = tuple(one.column for one in self.variations)
-        self.bounds = np.array([one.ends for one in self.variations])
-        values = [[varied.present(one) for varied in self.variations] for one in landings.values()]
-        self.given = np.where(np.ptp(values, axis=0) == 0.0, values[0], np.nan)
-        self.x0 = np.clip(
-            np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0]), *self.bounds.T
-        )
-        freeze(self.bounds, self.given, self.x0)
+        self._set_variables(varied.variations, list(landings.values()))
         self.groups = _groups(varied, landings)
-        self.terms = tuple(
-            term
-            for g, group in enumerate(self.groups)
-            for term in self._terms(g, group, (keep,) if isinstance(keep, str) else keep, ground)
-        )
-        self._columns = [
-            tuple({one.column.name: one.column for one in self.terms if one.group == g}.values())
-            for g in range(len(self.groups))
-        ]
-        # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
-        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
-        moved = all(
-            one.moves or (isinstance(one.kind, StrikeAngle) and not dropped)
-            for one in self.variations
-        )
-        self.exact = (
-            moved
-            and not first.loops
-            and all(has_gradient(landings[term.landing], term.column) for term in self.terms)
-        )
-        self.constraints = np.array([term.limit is not None for term in self.terms])
+        self._set_terms((keep,) if isinstance(keep, str) else keep, ground)
         if self.constraints.all():
             raise StudyError(f'"{quantity}" has no place in these landings; name one')
         self.column = self.terms[0].column
         self.power = -1.0 if self.column.selection.quantity.worse == "less" else 1.0
-        self._how = np.array(
-            [(one.limit or 0.0, one.scale, one.column.selection.signed) for one in self.terms]
-        ).T
-        separate = bool(first.loops) or not all(one.stage for one in self.variations)
+        self.exact = self._has_formulas(landings)
+        self.slow = self._needs_landings(first)
+
+    def _set_variables(
+        self, variations: tuple[Variation, ...], landings: Sequence[PosedLanding]
+    ) -> None:
+        """Set what varies, between which bounds, and from where."""
+        self.variations = variations
+        self.names = tuple(varied.column for varied in variations)
+        self.bounds = np.array([varied.ends for varied in variations])
+        values = np.array(
+            [[varied.present(landing) for varied in variations] for landing in landings]
+        )
+        same = np.ptp(values, axis=0) == 0.0
+        self.given = np.where(same, values[0], np.nan)
+        start = np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0])
+        self.x0 = np.clip(start, *self.bounds.T)
+        freeze(self.bounds, self.given, self.x0)
+
+    def _set_terms(self, keep: Sequence[str], ground: bool) -> None:
+        """Set the terms, with their limits as arrays (K,), and the columns of each group."""
+        terms: list[Term] = []
+        self._columns: list[tuple[Column, ...]] = []
+        for index, group in enumerate(self.groups):
+            of_group = terms_of(group, index, self.quantity, keep, ground)
+            by_name = {term.column.name: term.column for term in of_group}
+            self._columns.append(tuple(by_name.values()))
+            terms += of_group
+        self.terms = tuple(terms)
+        self.constraints = np.array([term.limit is not None for term in terms])
+        self._limits = np.array([term.limit or 0.0 for term in terms])
+        self._scales = np.array([term.scale for term in terms])
+        self._signed = np.array([term.column.selection.signed for term in terms])
+
+    def _has_formulas(self, landings: Mapping[str, PosedLanding]) -> bool:
+        """Whether there are formulas for all derivatives."""
+        # They are of a strike at constant speed, which that of a drop at another angle is not.
+        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
+        for varied in self.variations:
+            turns = isinstance(varied.kind, StrikeAngle) and not dropped
+            if not (varied.moves or turns):
+                return False
+        if next(iter(landings.values())).loops:
+            return False
+        return all(has_gradient(landings[term.landing], term.column) for term in self.terms)
+
+    def _needs_landings(self, first: PosedLanding) -> bool:
+        """Whether each point needs separate landings."""
+        if first.loops or any(varied.stage == 0 for varied in self.variations):
+            return True
         entries = {term.column.selection.quantity for term in self.terms}
-        self.slow = separate or any(
+        return any(
             entry.per_landing(first.scene) and entry.evaluation.postures != "clear"
             for entry in entries
         )
 
-    def __reduce__(self) -> tuple[Any, ...]:  # for optimisers with several processes
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made anew in another process, for optimisers that have several."""
         return self._again, ()
 
     def __call__(self, x: Array) -> float:
@@ -225,11 +180,13 @@ class ShockCost:
         """The derivatives (n,) of the worst value: where two landings are the worst, those of one;
         NaN where there is no value.
         """
-        (measures,), (slopes,) = (
-            part[:, ~self.constraints] for part in self.linearized(self._point(x))
-        )
-        k = int(measures.argmax())
-        return np.where(np.isfinite(measures[k]), slopes[k], np.nan)
+        measures, slopes = self.linearized(self._point(x))
+        values = measures[0, ~self.constraints]
+        k = int(values.argmax())
+        if not np.isfinite(values[k]):
+            return np.full(len(x), np.nan)
+        gradient: Array = slopes[0, ~self.constraints][k]
+        return gradient
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints
@@ -240,9 +197,13 @@ class ShockCost:
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
-        rows = [group.at(self._point(x)) for group in self.groups]
-        found = {name: group.case(s) for group in rows for s, name in enumerate(group.struck)}
-        return {name: found[name] for name in self.scenes}
+        point = self._point(x)
+        cases: dict[str, tuple[Scene, Robot]] = {}
+        for group in self.groups:
+            row = group.at(point)
+            for strike, name in enumerate(group.struck):
+                cases[name] = row.case(strike)
+        return {name: cases[name] for name in self.scenes}
 
     def scene(self, x: Array) -> Scene:
         """The scene at (n,) values, of several landings the first.
@@ -271,92 +232,97 @@ class ShockCost:
         """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences;
         0 where there are none.
         """
-        if self.exact:
-            (m, n), (h, beside) = X.shape, self._beside(X)
-            found, unclear = [], np.zeros(m, dtype=bool)
-            for group, columns in zip(self.groups, self._columns, strict=True):
-                # How posture and strike change is a difference, of angles an exact one.
-                (up, down), turned = (
-                    part.reshape(2, m * n, *part.shape[1:]) for part in group.at(beside).resolved()
-                )
-                rates = difference(self.robot, down, up).reshape(m, n, -1) / h[:, None]
-                turns = (turned[0] - turned[1]).reshape(m, n, -1, 3) / h[:, None, None]
-                numbers, prove = slopes(
-                    group.first, *group.at(X).resolved(), rates, turns, columns, TRUSTED
-                )
-                found.append(numbers)
-                unclear |= prove
-            values, change = (
-                self._of_terms([{name: pair[k] for name, pair in of.items()} for of in found])
-                for k in (0, 1)
-            )
-            if unclear.any():
-                values[unclear] = self._numbers(X[unclear])
-            # A posture that is singular has no derivatives by formulas.
-            if (rough := np.isnan(change).any(axis=(1, 2))).any():
-                change[rough] = self._differences(X[rough])[1]
-        else:
-            values, change = self._differences(X)
+        values, change = self._by_formulas(X) if self.exact else self._differences(X)
         measures, factors = self._measured(_of_points(X, values))
         with np.errstate(invalid="ignore"):
-            return measures, np.nan_to_num(
-                factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0
+            slopes = factors[..., None] * change
+        return measures, np.nan_to_num(slopes, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def _by_formulas(self, X: Array) -> tuple[Array, Array]:
+        """The values (m, K) of all terms and their derivatives (m, K, n) by formulas; NaN where
+        there are none.
+        """
+        m, n = X.shape
+        h, beside = self._beside(X)
+        values: list[dict[str, Array]] = []
+        changes: list[dict[str, Array]] = []
+        unclear = np.zeros(m, dtype=bool)
+        for group, columns in zip(self.groups, self._columns, strict=True):
+            # Rates of posture and strike are central differences, exact for angles.
+            Q, strikes = group.at(beside).resolved()
+            up, down = np.split(Q, 2)
+            rates = difference(self.robot, down, up).reshape(m, n, -1) / h[:, None]
+            strikes_up, strikes_down = np.split(strikes, 2)
+            turns = (strikes_up - strikes_down).reshape(m, n, -1, 3) / h[:, None, None]
+            numbers, prove = slopes(
+                group.first, *group.at(X).resolved(), rates, turns, columns, TRUSTED
             )
+            values.append({name: value for name, (value, _) in numbers.items()})
+            changes.append({name: change for name, (_, change) in numbers.items()})
+            unclear |= prove
+        of_terms, change_of_terms = self._of_terms(values), self._of_terms(changes)
+        if unclear.any():
+            of_terms[unclear] = self._numbers(X[unclear])
+        # A posture that is singular has no derivatives by formulas.
+        singular = np.isnan(change_of_terms).any(axis=(1, 2))
+        if singular.any():
+            _, change_of_terms[singular] = self._differences(X[singular])
+        return of_terms, change_of_terms
 
     def _beside(self, X: Array) -> tuple[Array, Array]:
         """The widths (n,) of central differences, and the points (2 m n, n) between which they are:
         above, then below.
         """
         h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        return h, np.stack([X[:, None] + np.diag(h / 2.0), X[:, None] - np.diag(h / 2.0)]).reshape(
-            -1, X.shape[1]
-        )
+        steps = np.diag(h / 2.0)
+        beside = np.stack([X[:, None] + steps, X[:, None] - steps])
+        return h, beside.reshape(-1, X.shape[1])
 
     def _differences(self, X: Array) -> tuple[Array, Array]:
         """The values (m, K) of all terms and their derivatives (m, K, n) by differences; NaN where
         there are none.
         """
-        (m, n), (h, beside) = X.shape, self._beside(X)
-        # at once: a call costs more than some rows
-        found = self._numbers(np.concatenate([X, beside]))
-        up, down = found[m:].reshape(2, m, n, -1)
+        m, n = X.shape
+        h, beside = self._beside(X)
+        # All at once, because a call costs more than some rows.
+        numbers = self._numbers(np.concatenate([X, beside]))
+        up, down = numbers[m:].reshape(2, m, n, -1)
         with np.errstate(invalid="ignore"):
-            return found[:m], ((up - down) / h[:, None]).swapaxes(1, 2)
+            change = (up - down) / h[:, None]
+        return numbers[:m], change.swapaxes(1, 2)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
-        """What an optimiser takes for the values (m, K), and its derivatives by them."""
-        constraint, power, (limit, scale, signed) = self.constraints, self.power, self._how
+        """What an optimiser takes for the values (m, K), and its derivatives by them.
+
+        A constraint is (limit − |v|) / scale, a value |v| or 1 / |v|. Of a number that has one sign
+        v stands for |v| in constraints.
+        """
+        constraint = self.constraints
         with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(signed, np.sign(v), 1.0)
-            # so that it holds for sure
-            slack = np.clip((limit - turn * v) / scale - SLACK, -1e3, 1e3)
-            measures = np.where(
-                np.isnan(v),
-                np.where(constraint, -np.inf, np.inf),
-                np.where(constraint, slack, np.abs(v) ** power),
-            )
-            return measures, np.where(constraint, -turn / scale, power * measures / v)
+            sign = np.where(self._signed, np.sign(v), 1.0)
+            # Narrowed by SLACK, so that the constraint itself holds.
+            slack = (self._limits - sign * v) / self._scales - SLACK
+            size = np.abs(v) ** self.power
+            measures = np.where(constraint, np.clip(slack, -1e3, 1e3), size)
+            missing = np.where(constraint, -np.inf, np.inf)
+            measures = np.where(np.isnan(v), missing, measures)
+            # d|v|ᵖ / dv = p |v|ᵖ / v
+            derivatives = np.where(constraint, -sign / self._scales, self.power * measures / v)
+            return measures, derivatives
 
     def _numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
-        tables = [
-            Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED)
-            .table.without_defects()
-            .columns
-            for group, columns in zip(self.groups, self._columns, strict=True)
-        ]
-        return _of_points(
-            X,
-            self._of_terms(
-                [{name: x.reshape(len(X), -1) for name, x in of.items()} for of in tables]
-            ),
-        )
+        values: list[dict[str, Array]] = []
+        for group, columns in zip(self.groups, self._columns, strict=True):
+            evaluation = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED)
+            table = evaluation.table.without_defects()
+            values.append({name: x.reshape(len(X), -1) for name, x in table.columns.items()})
+        return _of_points(X, self._of_terms(values))
 
-    def _of_terms(self, found: Sequence[Mapping[str, Array]]) -> Array:
-        """What terms have (m, K, ...) of that of the columns (m, S, ...) of each group."""
-        return np.stack(
-            [found[one.group][one.column.name][:, one.strike] for one in self.terms], axis=1
-        )
+    def _of_terms(self, numbers: Sequence[Mapping[str, Array]]) -> Array:
+        """The numbers (m, K, ...) of terms, from those of the columns (m, S, ...) of each group."""
+        of_terms = [numbers[term.group][term.column.name][:, term.strike] for term in self.terms]
+        return np.stack(of_terms, axis=1)
 
     def _point(self, x: Array) -> Array:
         """A point as a row (1, n).
@@ -375,69 +341,6 @@ class ShockCost:
             )
         return x[None]
 
-    def _terms(
-        self, g: int, group: VariedLandings, keep: Sequence[str], ground: bool
-    ) -> Iterable[Term]:
-        landing = group.first
-        wanted: list[tuple[Any, ...]] = [(_columns(landing, self.quantity),)]
-        for text in keep:
-            parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
-            if not parts or not math.isfinite(limit := float(parts[3])):
-                raise StudyError(
-                    f'"{text}" is not KEY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2'
-                )
-            columns = _columns(landing, parts[1])
-            if limit < 0.0 and columns and columns[0].selection.signed:
-                raise StudyError(
-                    f'"{text}": {parts[1]} may have either sign, so its magnitude is bounded, '
-                    f"which is never below zero"
-                )
-            wanted.append(
-                (columns, limit, (abs(limit) or 1.0) * (1.0 if parts[2] == "<" else -1.0))
-            )
-        tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
-        falls, inside = level and landing.base != "fixed", max(most_inside(self.robot), tolerance)
-        sticks, push = landing.scene.friction is None, self.robot.mass * landing.fastest_approach
-        rebounds, work = (
-            any(block.restitution for block in landing.contacts),
-            push * landing.fastest_approach,
-        )
-        footed = {landing.robot.frame(name).body for name in each_foot(landing.robot)}
-        struck = {block.body for block in (*landing.contacts, *landing.stance)}
-        upright = struck <= footed and stands(landing) and len(standing_feet(landing.robot)) > 1
-        for entry, applies, *how in (
-            (PUSH, sticks, 0.0, -push),
-            (LOSS, sticks and rebounds, -ROUNDING * work, -work),
-            (CLEARANCE, falls, tolerance, -landing.length),
-            (REACH, falls, -inside, -landing.length),
-            (SPREAD, level > 1, tolerance, landing.length),
-            (OVERHANG, falls and upright, 0.0, landing.length),
-        ):
-            if ground and applies:
-                places = [
-                    p
-                    for p in landing.places(entry.of)
-                    if entry is not REACH or without_shapes(landing, p.number)
-                ]
-                # A link with a foot may be level with the contacts: all feet of a robot that stands
-                # are.
-                feet = [p for p in places if entry is CLEARANCE and p.body in footed | struck]
-                selection = Selection(entry.key, entry)
-                wanted.append(
-                    ([Column(selection, place) for place in places if place not in feet], *how)
-                )
-                wanted.append(
-                    ([Column(selection, place) for place in feet], -tolerance, -landing.length)
-                )
-        # Heights do not depend on the strike.
-        return [
-            Term(column, name, g, s, *how)
-            for columns, *how in wanted
-            for column in columns
-            for s, name in enumerate(group.struck)
-            if s == 0 or column.selection.quantity not in (*HEIGHTS, OVERHANG)
-        ]
-
 
 def _of_points(X: Array, values: Array) -> Array:
     """Values (m, K) at (m, n) points; NaN at what is no point: in a sweep NaN leaves a thing as it
@@ -446,43 +349,33 @@ def _of_points(X: Array, values: Array) -> Array:
     return np.where(np.isnan(X).any(axis=1, keepdims=True), np.nan, values)
 
 
+def _prepared(
+    scenes: Mapping[str, Scene], variables: Sequence[tuple[str, Any]]
+) -> dict[str, Scene]:
+    """The scenes in which some subjects vary."""
+    prepared = dict(scenes)
+    for subject, _ in variables:
+        kind = KINDS.get(subject)
+        if kind is not None:
+            prepared = {name: kind.prepared(scene) for name, scene in prepared.items()}
+    return prepared
+
+
 def _groups(
     varied: VariedLandings, landings: Mapping[str, PosedLanding]
 ) -> tuple[VariedLandings, ...]:
     """The landings, those together that differ only in the velocity of the strike, unless that
     varies.
     """
-    together, strikes_vary = (
-        dict[Any, dict[str, Strike]](),
-        any(one.stage == 2 for one in varied.variations),
-    )
+    strikes_vary = any(one.stage == 2 for one in varied.variations)
+    together: dict[tuple[str, str], dict[str, Strike]] = {}
     for name, landing in landings.items():
-        apart = name if strikes_vary or not landing.translates else ""
-        together.setdefault((apart, repr(replace(landing.scene, strike=Strike()))), {})[name] = (
-            landing.scene.strike
-        )
-    return tuple(
-        replace(varied, scene=landings[next(iter(strikes))].scene, struck=strikes)
-        for strikes in together.values()
-    )
-
-
-def _columns(landing: PosedLanding, text: str) -> list[Column]:
-    """The numbers that a text means, one for each place.
-
-    Raises:
-        ShockError: as for `selected`; or it is none of an impact, or takes contacts as sticking
-            where the scene does not.
-    """
-    selection, places = selected(landing, text)
-    entry = selection.quantity
-    if entry.evaluation.on == "health" or entry.relations.role:
-        raise StudyError(
-            f"{selection.name} ({entry.title}) cannot be followed here; choose another quantity"
-        )
-    if not entry.of_ground(landing.scene):
-        refuse_ground(
-            landing.scene,
-            others="name a quantity that depends on it, such as shock_friction or peak_force",
-        )
-    return [Column(selection, place) for place in places]
+        alone = strikes_vary or not landing.translates
+        without_strike = replace(landing.scene, strike=Strike())
+        key = (name if alone else "", repr(without_strike))
+        together.setdefault(key, {})[name] = landing.scene.strike
+    groups = []
+    for strikes in together.values():
+        first = landings[next(iter(strikes))]
+        groups.append(replace(varied, scene=first.scene, struck=strikes))
+    return tuple(groups)
