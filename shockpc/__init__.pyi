@@ -35,7 +35,7 @@ from .quantities.shock_profile import ShockProfile as ShockProfile
 from .quantities.trust import Health as Health
 from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
-from .studies.batch.study import Batch as Batch
+from .studies.batch.rows import Batch as Batch
 from .studies.batch.study import batch as batch
 from .studies.check.study import Check as Check
 from .studies.check.study import check_budgets as check_budgets

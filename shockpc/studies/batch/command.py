@@ -39,9 +39,10 @@ def batch(
         "Also draw the worst landing of each robot on one contact sheet in that folder."
     ),
 ) -> int:
-    every = list(
-        dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))])
-    )
+    given_names = [*names]
+    for set_name in robots:
+        given_names += robots_of_set(set_name)
+    every = list(dict.fromkeys(given_names))
     if not every:
         raise StudyError(
             "no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds"
@@ -51,22 +52,22 @@ def batch(
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
     refuse_unasked(study, options, typed)
-    look = None
+    draw = None
     if figures:
         from shockpc.show.figure.view import view_of  # which imports matplotlib
 
-        look = view_of
+        draw = view_of
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options)
         result = study(
             every,
             read,
             pool,
-            look,
+            draw,
             functools.partial(progress, "robots computed"),
             **given(study, typed),
         )
     emit(batch_report(result, landings), output)
     return exit_code(
-        len(result.failures), len(result.rows) + len(result.failures), strict, result.table.defects
+        len(result.failures), len(result.rows) + len(result.failures), strict, result.defects
     )

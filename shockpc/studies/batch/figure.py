@@ -12,8 +12,8 @@ from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
 from shockpc.show.tables import rounded
-from shockpc.show.wording import landing_names
-from shockpc.studies.batch.study import Batch
+from shockpc.studies.batch.rows import Batch, BatchRow
+from shockpc.studies.batch.tables import landing_text
 from shockpc.text.printed import printable
 
 COLUMNS = 8
@@ -37,38 +37,49 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     """
     rows = [row for row in batch.robots if row.picture is not None]
     across = max(min(COLUMNS, len(rows)), 1)
-    lines, step, drop = math.ceil(len(rows) / across), WIDTH + GAP, HEIGHT + CAPTION + GAP
-    heading = (
-        f"Worst landing of each robot, by the {printable(select(batch.rank).quantity.title, 60)}",
-        "arrow: velocity of the contact before the impact; each robot is scaled to fit",
-        *["–: nobody knows the drives, so the number may lie anywhere in the range"]
-        * any(not row.drives_known for row in rows),
-        *["dash-dotted: box of an inertia, of a body without a shape"]
-        * any(one.box for row in rows for one in row.picture.drawn),
-    )
-    page = Page(MARGIN + max(across * step - GAP, LEAST_WIDTH), lines * drop + FOOT, heading)
-    short = batch.short_names
+    lines = math.ceil(len(rows) / across)
+    # From one picture to the next, to the right and down.
+    step, drop = WIDTH + GAP, HEIGHT + CAPTION + GAP
+    width = max(across * step - GAP, LEAST_WIDTH)
+    page = Page(MARGIN + width, lines * drop + FOOT, _heading(batch, rows))
     for k, row in enumerate(rows):
-        x, y = (
-            MARGIN + (k % across) * step,
-            page.low + FOOT + (lines - 1 - k // across) * drop + CAPTION + GAP,
-        )
+        line, column = divmod(k, across)
+        x = MARGIN + column * step
+        y = page.low + FOOT + (lines - 1 - line) * drop + CAPTION + GAP
         (window,) = windows_of(
             [row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05, arrow=0.22
         )
         axes = page.picture(x, y, window)
         draw_bodies(axes, row.picture, 400.0, SCALE)
         draw_velocities(axes, row.picture, window, SCALE)
-        value, found = row.values[batch.rank], row.range
-        number = f"{batch.rank} {rounded(value)}"
-        if found is not None:
-            number = f"{rounded(value)} ({rounded(found.smallest)} … {rounded(found.largest)})"
-        (landing,) = landing_names([row.contact.split("+")], row.feet)
-        rank = f"{k + 1} " if row.drives_known else "– "
-        name = f"{rank} {printable(short.get(row.robot, row.robot), 40)}"
-        scene = f", {Path(row.source).name}" * row.source.endswith(".toml")
-        page.caption(
-            x, y, [name, f"on {printable(landing + scene, 40)}", printable(number, 40)], WIDTH
-        )
+        page.caption(x, y, _caption(batch, row, k + 1), WIDTH)
     page.bar(MARGIN, BAR)
     return page.figure
+
+
+def _heading(batch: Batch, rows: list[BatchRow]) -> list[str]:
+    """The lines above the pictures."""
+    title = select(batch.rank.partition("@")[0]).quantity.title
+    heading = [
+        f"Worst landing of each robot, by the {printable(title, 60)}",
+        "arrow: velocity of the contact before the impact; each robot is scaled to fit",
+    ]
+    if not all(row.drives_known for row in rows):
+        heading.append("–: nobody knows the drives, so the number may lie anywhere in the range")
+    if any(body.box for row in rows for body in row.picture.drawn):
+        heading.append("dash-dotted: box of an inertia, of a body without a shape")
+    return heading
+
+
+def _caption(batch: Batch, row: BatchRow, rank: int) -> list[str]:
+    """Rank and name of a robot, its landing, and the number by which it is ranked."""
+    text = f"{rank} " if row.drives_known else "– "
+    landing = landing_text(row)
+    if row.of_scene:
+        landing += f", {Path(row.source).name}"
+    number = f"{batch.rank} {rounded(row.values[batch.rank])}"
+    if row.range is not None:
+        ends = f"{rounded(row.range.smallest)} … {rounded(row.range.largest)}"
+        number = f"{rounded(row.values[batch.rank])} ({ends})"
+    name = printable(batch.name_of(row), 40)
+    return [f"{text} {name}", f"on {printable(landing, 40)}", printable(number, 40)]
