@@ -162,7 +162,7 @@ STUDIES = {
         lambda _: shockpc.limits(
             FOOT, "LF_KFE", "shock@imu_link", 0.1, joint_range=(-1.5, -1.0), step=0.02
         ),
-        lambda found: sum(len(one.pieces) or 1 for one in found.limits),
+        lambda found: sum(len(one.intervals) or 1 for one in found.limits),
         {"low [deg]": "deg", "strike from [deg]": "deg", "low end": ""},
     ),
     "place": (

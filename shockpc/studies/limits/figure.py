@@ -2,10 +2,11 @@
 file.
 """
 
-import itertools
 import math
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
@@ -32,6 +33,9 @@ FINER = 5
 BESIDE = 1.0
 """How far the map goes beside a single strike angle, which has no width [deg]."""
 
+JUMP = 5.0
+"""Between postures, the strike with the maximum is not joined over more than this [deg]."""
+
 SAMPLES = 600
 """Postures of the map, at most."""
 
@@ -39,92 +43,97 @@ SAMPLES = 600
 def draw_limits(study: JointLimits) -> Figure:
     """Draw the map."""
     scale, unit = UNITS.get(study.unit, (1.0, study.unit))
-    robot, foot = robot_name(study.profile.robot), printable(contact_name(study.profile), 60)
-    figure = new_chart(
-        7.2,
-        4.6,
-        f"{study.target.title[:1].upper()}{printable(study.target.title, 60)[1:]} of {robot} "
-        f"landing on {foot}",
-    )
+    figure = new_chart(7.2, 4.6, _title(study))
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
-    chosen = np.unique(
-        np.linspace(0, len(study.scan.values) - 1, min(SAMPLES, len(study.scan.values))).astype(int)
-    )
-    y, numbers = _map(study, chosen)
-    x, numbers = scale * study.scan.values[chosen], numbers.T
-    below, bound = study.bound.below, study.bound.value
-    levels = [bound * share for share in (LEAST if below else SHARES)]
-    drawn = axes.contourf(
-        x,
-        y,
-        numbers,
-        levels=levels,
-        colors=COLOURS[:: -1 if below else 1],
-        extend="max",
-        antialiased=False,
-    )
-    axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
-    greatest = y[np.argmax(study.bound.violation(numbers), axis=0)]
-    axes.plot(
-        x,
-        np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest),
-        ":",
-        color=INK,
-        linewidth=1.1,
-    )
-    words = [f"dotted: strike with the {'minimum' if below else 'maximum'}"]
+
+    n = len(study.scan.values)
+    drawn = np.unique(np.linspace(0, n - 1, min(SAMPLES, n)).astype(int))
+    x = scale * study.scan.values[drawn]
+    y, numbers = _rows(study, drawn)
+    bands = _draw_bands(axes, study, x, y, numbers.T)
+
+    words = [f"dotted: strike with the {'minimum' if study.bound.below else 'maximum'}"]
     ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
-    for end, part in itertools.product(ends, (axes, strip)):
-        part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
+    for end in ends:
+        for part in (axes, strip):
+            dashes: Any = (0, (5, 3))
+            part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=dashes, clip_on=False)
     if ends:
         words.append("dashed: limits in the file")
-    if (
-        study.range[0] <= study.present[0] <= study.range[1]
-        and y[0] <= math.degrees(study.present[1]) <= y[-1]
-    ):
+    value, angle = study.present[0], math.degrees(study.present[1])
+    if study.range[0] <= value <= study.range[1] and y[0] <= angle <= y[-1]:
         words.append("circle: the scene")
-        axes.plot(
-            [scale * study.present[0]],
-            [math.degrees(study.present[1])],
-            "o",
-            markersize=5.0,
-            color=PAPER,
-            markeredgecolor=INK,
-        )
-    for interval in study.limits[-1].allowed:
+        circle: dict[str, Any] = {"markersize": 5.0, "color": PAPER, "markeredgecolor": INK}
+        axes.plot([scale * value], [angle], "o", **circle)
+
+    for interval in study.limits[-1].intervals:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    strip.set(yticks=[], xlabel=f"{varied_text('+'.join(study.joints), unit)} [{unit}]")
-    strip.set_ylabel(
-        "allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5
-    )
-    bar = figure.colorbar(
-        drawn,
-        ax=[axes, strip],
-        drawedges=True,
-        aspect=28,
-        pad=0.02,
-        format="%.3g",
-        extendrect=True,
-        extendfrac="auto",
-    )
-    title = study.target.selection.quantity.title.partition(",")[0]
-    label = SHOCK if study.target.shock else f"{title} [{study.target.unit}]"
-    bar.set_label(f"{label}; black line: the bound")
-    bar.ax.tick_params(length=0.0)
     axes.tick_params(labelbottom=False)
+    strip.set(yticks=[], xlabel=f"{varied_text(study.subject, unit)} [{unit}]")
+    beside: dict[str, Any] = {"rotation": 0.0, "ha": "right", "va": "center", "fontsize": 6.5}
+    strip.set_ylabel("allowed at\nevery strike", **beside)
+
+    layout: dict[str, Any] = {"drawedges": True, "aspect": 28, "pad": 0.02}
+    ends_of_bar: dict[str, Any] = {"extendrect": True, "extendfrac": "auto"}
+    bar = figure.colorbar(bands, ax=[axes, strip], format="%.3g", **layout, **ends_of_bar)
+    bar.set_label(f"{_label(study)}; black line: the bound")
+    bar.ax.tick_params(length=0.0)
     figure.supxlabel("; ".join(words), fontsize=7.0, x=0.02, ha="left")
     return figure
 
 
-def _map(study: JointLimits, chosen: np.ndarray) -> tuple[Array, Array]:
-    """Strike angles (T,) of a map [deg], and the number (n, T) in some postures of the scan.
+def _title(study: JointLimits) -> str:
+    number = printable(study.target.title, 60)
+    foot = printable(contact_name(study.profile), 60)
+    return (
+        f"{number[:1].upper()}{number[1:]} of {robot_name(study.profile.robot)} landing on {foot}"
+    )
 
-    Between the angles of the scan the square of the number is interpolated: that of a length has no
-    kink where the length is zero.
+
+def _label(study: JointLimits) -> str:
+    """The number and its unit."""
+    if study.target.shock:
+        return SHOCK
+    title = study.target.selection.quantity.title.partition(",")[0]
+    return f"{title} [{study.target.unit}]"
+
+
+def _draw_bands(axes: Axes, study: JointLimits, x: Array, y: Array, numbers: Array) -> Any:
+    """Draw the number in bands of colour, the bound, and the strike angle of the worst number.
+
+    Args:
+        axes: the axes.
+        study: the limits.
+        x: (n,) values, as they are shown.
+        y: (S,) strike angles [deg].
+        numbers: (S, n).
+
+    Returns: the bands.
+    """
+    bound = study.bound.value
+    levels, colours = [bound * share for share in SHARES], COLOURS
+    if study.bound.below:
+        levels, colours = [bound * share for share in LEAST], COLOURS[::-1]
+    style: dict[str, Any] = {"colors": colours, "extend": "max", "antialiased": False}
+    bands = axes.contourf(x, y, numbers, levels=levels, **style)
+    axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
+
+    worst = y[np.argmax(study.bound.violation(numbers), axis=0)]
+    jumps = np.abs(np.diff(worst, append=worst[-1])) > JUMP
+    axes.plot(x, np.where(jumps, np.nan, worst), ":", color=INK, linewidth=1.1)
+    return bands
+
+
+def _rows(study: JointLimits, drawn: np.ndarray) -> tuple[Array, Array]:
+    """Strike angles (T,) of a map [deg], and the number (n, T) in some values of the scan.
+
+    Between the angles of the scan the square of the number is interpolated, because that of a
+    length has no kink where the length is zero.
     """
     inside = study.scan.inside(study.strikes)
-    angles, numbers = np.degrees(study.scan.angles[inside]), study.scan.numbers[chosen][:, inside]
+    angles = np.degrees(study.scan.angles[inside])
+    numbers = study.scan.numbers[drawn][:, inside]
     if len(angles) == 1:
         return angles + np.array([-BESIDE, BESIDE]), np.repeat(numbers, 2, axis=1)
     finer = np.linspace(angles[0], angles[-1], FINER * len(angles))

@@ -2,8 +2,8 @@
 bound.
 """
 
-import itertools
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,13 +20,11 @@ from shockpc.quantities.selection import select
 ANGLES = 43
 """Strike angles of a range that are computed."""
 
-LEAST = 33
-"""Values of a scan, at least."""
+SAME_ANGLE = 1e-3
+"""Strike angles that differ by less are computed once [rad]."""
 
 HALVINGS = 8
-"""How often the step in which a number crosses the bound is halved; the crossing is then
-interpolated.
-"""
+"""Number of times the step in which a number crosses the bound is halved, before interpolation."""
 
 UNDETERMINED = (
     "the number does not exist in this posture, or is not determined, because contacts or loops "
@@ -36,9 +34,12 @@ UNDETERMINED = (
 Strikes = tuple[float, float]
 """Smallest and largest strike angle, equal for a single one [rad]."""
 
+Run = tuple[float, float]
+"""First and last of consecutive values of a scan [rad, m; unit of the variation]."""
+
 
 class Bound(NamedTuple):
-    """A bound on a number; of one that may be negative on its magnitude.
+    """A bound on a number; on the magnitude of a number that may be negative.
 
     Attributes:
         value: the bound, above zero.
@@ -54,13 +55,14 @@ class Bound(NamedTuple):
         return -1.0 if self.below else 1.0
 
     def violation(self, numbers: Array) -> Array:
-        """How far numbers N are beyond the bound B, ±(N² − B²) / (N² + B²), from −1 to 1.
+        """Distance of numbers N beyond the bound B, ±(N² − B²) / (N² + B²), from −1 to 1.
 
-        It is smooth where N is zero and where N has a pole; 1 where there is no number.
+        It is smooth where N is zero and where N has a pole; 1 where N is NaN.
         """
+        # (N² − B²) / (N² + B²) = 1 − 2 / (1 + (N/B)²), where (N/B)² may overflow.
         with np.errstate(over="ignore"):
-            beyond = self.sign * (1.0 - 2.0 / (1.0 + (numbers / self.value) ** 2))
-        return np.nan_to_num(beyond, nan=1.0)
+            squared = (numbers / self.value) ** 2
+        return np.nan_to_num(self.sign * (1.0 - 2.0 / (1.0 + squared)), nan=1.0)
 
 
 class Scan(NamedTuple):
@@ -70,16 +72,17 @@ class Scan(NamedTuple):
         sweep: the landings.
         target: the number; of one that may be negative the magnitude.
         bound: of the number.
-        scale: what a value is multiplied by for the unit of the sweep.
+        scale: factor from a value to the unit of the sweep.
         values: (n,) ascending [rad, m; unit of the variation]; they end where loops cannot be
             closed.
         angles: (S,) strike angles, ascending [rad].
         numbers: (n, S); NaN without a result.
         allowed_by_ground: (n, S) whether flat ground allows the landing.
         scene_strike: index of the strike angle of the scene.
-        unreachable: (smallest value, largest value, reason) of ranges without a result for the
-            strike of the scene.
-        inaccurate: number of values in whose rows rounding may show above 1e-9.
+        unreachable: (first value, last value, reason) of ranges without a result for the strike of
+            the scene.
+        inaccurate: number of values whose equations are ill-conditioned at the strike of the scene,
+            so that rounding may show above 1e-9.
     """
 
     sweep: VariedLandings
@@ -100,63 +103,63 @@ class Scan(NamedTuple):
         return self.numbers[:, self.scene_strike]
 
     def inside(self, strikes: Strikes) -> np.ndarray:
-        """Which strike angles (S,) of the grid are in a range."""
+        """Flags (S,) of the strike angles of the grid that are in a range."""
         return np.asarray((self.angles >= strikes[0]) & (self.angles <= strikes[1]))
 
     def worst(self, strikes: Strikes) -> tuple[Array, Array]:
-        """The worst number (n,) over the strike angles of a range, and the angle (n,) of it [rad].
+        """The worst number (n,) over the strike angles of a range, and its strike angle (n,) [rad].
 
-        It is NaN where one of these landings has no result.
+        The number is NaN where one of these landings has no result.
         """
-        angles, numbers = self.angles[self.inside(strikes)], self.numbers[:, self.inside(strikes)]
+        inside = self.inside(strikes)
+        numbers = self.numbers[:, inside]
         k = np.argmax(self.bound.violation(numbers), axis=1)
         worst = numbers[np.arange(len(numbers)), k]
-        return np.where(np.isnan(numbers).any(axis=1), np.nan, worst), angles[k]
+        worst = np.where(np.isnan(numbers).any(axis=1), np.nan, worst)
+        return worst, self.angles[inside][k]
 
     def feasible(self, strikes: Strikes) -> np.ndarray:
         """Whether (n,) flat ground allows the landings at all strike angles of a range."""
         return np.asarray(self.allowed_by_ground[:, self.inside(strikes)].all(axis=1))
 
-    def feasible_runs(self, strikes: Strikes) -> tuple[tuple[float, float], ...]:
-        """The first and last value of each run of feasible ones."""
-        feasible = np.concatenate([[False], self.feasible(strikes), [False]])
-        change = np.flatnonzero(np.diff(feasible))
-        firsts, lasts = self.values[change[::2]], self.values[change[1::2] - 1]
-        return tuple(zip(firsts.tolist(), lasts.tolist(), strict=True))
+    def feasible_runs(self, strikes: Strikes) -> list[Run]:
+        """The runs of values for which flat ground allows these landings, ascending."""
+        return [self._run(first, last) for first, last in _runs(self.feasible(strikes))]
 
     def crossings(self, targets: Sequence[Strikes]) -> list[Array]:
-        """Where the worst number over each of some ranges of strikes crosses the bound, ascending.
+        """Values at which the worst number over each of some ranges of strikes crosses the bound.
 
-        An interval that lies between two values of the grid is not seen.
+        The steps in which it does are halved on rows of their own; then the violation is
+        interpolated linearly. Two crossings within one step of the scan are not seen.
+
+        Returns: for each range of strikes, ascending [rad, m; unit of the variation].
         """
-        beyond = [self.bound.violation(self.worst(strikes)[0]) for strikes in targets]
-        steps = [np.flatnonzero((y[1:] <= 0.0) != (y[:-1] <= 0.0)) for y in beyond]
-        # One row for each crossing: its target, the ends of its step, and the violation there.
-        which = np.repeat(np.arange(len(targets)), [len(k) for k in steps])
-        if not len(which):
-            return [np.zeros(0) for _ in targets]
-        first = np.concatenate(steps)
-        low, high = self.values[first], self.values[first + 1]
-        under = np.concatenate([y[k] for y, k in zip(beyond, steps, strict=True)])
-        over = np.concatenate([y[k + 1] for y, k in zip(beyond, steps, strict=True)])
-        angles = [self.angles[self.inside(targets[t])] for t in which.tolist()]
+        values, numbers = self.values, self.numbers
         for _ in range(HALVINGS):
-            middle = (low + high) / 2.0
-            there = self._violation_at(middle, angles)
-            same_side = (there <= 0.0) == (under <= 0.0)
-            low, under = np.where(same_side, middle, low), np.where(same_side, there, under)
-            high, over = np.where(same_side, high, middle), np.where(same_side, over, there)
-        roots = low - under * (high - low) / (over - under)
-        return [roots[which == t] for t in range(len(targets))]
+            crossed = [_crossed(self._violation(numbers, strikes)) for strikes in targets]
+            steps = np.unique(np.concatenate(crossed))
+            middle = (values[steps] + values[steps + 1]) / 2.0
+            values = np.concatenate([values, middle])
+            numbers = np.concatenate([numbers, self._numbers_at(middle)])
+            order = np.argsort(values)
+            values, numbers = values[order], numbers[order]
+        return [_roots(values, self._violation(numbers, strikes)) for strikes in targets]
 
-    def _violation_at(self, values: Array, angles: Sequence[Array]) -> Array:
-        """How far the worst number is beyond the bound (m,). Args: values (m,); angles, of each."""
-        counts = [len(each) for each in angles]
-        degrees = np.degrees(np.concatenate(angles))
-        rows = np.stack([self.scale * np.repeat(values, counts), degrees], axis=1)
-        numbers = read(_computed(self.sweep.at(rows), (self.target,)), self.target)
-        starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-        return np.asarray(np.maximum.reduceat(self.bound.violation(numbers), starts))
+    def _violation(self, numbers: Array, strikes: Strikes) -> Array:
+        """Distance (n,) of the worst of numbers (n, S) over a range of strikes beyond the bound."""
+        return np.asarray(self.bound.violation(numbers[:, self.inside(strikes)]).max(axis=1))
+
+    def _numbers_at(self, values: Array) -> Array:
+        """The number (m, S) at values (m,) and all strike angles of the grid."""
+        grid = np.meshgrid(self.scale * values, np.degrees(self.angles), indexing="ij")
+        rows = np.stack(grid, axis=-1).reshape(-1, 2)
+        if not len(rows):
+            return np.zeros((0, len(self.angles)))
+        table = _table(self.sweep.at(rows), (self.target,))
+        return _numbers(table, self.target).reshape(len(values), -1)
+
+    def _run(self, first: int, last: int) -> Run:
+        return float(self.values[first]), float(self.values[last])
 
 
 def scanned(
@@ -168,39 +171,41 @@ def scanned(
     scale: float,
     targets: Sequence[Strikes],
 ) -> Scan:
-    """The scan of a number over values and strike angles.
+    """Compute the scan of a number over values and strike angles, in double precision.
 
     Args:
-        landing: that varies.
+        landing: the landing of the scene.
         subject: what varies, as of a sweep.
         target: the number.
         bound: of the number.
         values: (n,) ascending [rad, m; unit of the variation].
-        scale: what a value is multiplied by for the unit of the variation.
-        targets: the ranges of strike angles that are asked of, the last the widest [rad].
+        scale: factor from a value to the unit of the sweep.
+        targets: the ranges of strike angles that are asked for, the widest last [rad].
 
     Raises:
         ShockError: a value is not possible.
     """
-    single = np.unique([*(low for low, high in targets if low == high), *targets[-1]])
-    spread = np.linspace(*targets[-1], ANGLES)
-    angles = np.sort([*single, *spread[np.abs(spread[:, None] - single).min(axis=1) > 1e-3]])
+    angles = _strike_angles(targets)
     scene_strike = int(np.searchsorted(angles, landing.strike_angle))
     vary = [(subject, scale * values), ("strike-angle", np.degrees(angles))]
     sweep = varied_landings(landing.scene, vary, robot=landing.robot)
-    table = _computed(sweep, (target, *ground_columns(landing)))
+    table = _table(sweep, (target, *ground_columns(landing)))
+
     shape = len(values), len(angles)
-    numbers, feasible = read(table, target).reshape(shape), table.feasible.reshape(shape)
-    rows = np.ravel_multi_index((np.arange(len(values)), scene_strike), shape)
+    numbers = _numbers(table, target).reshape(shape)
     missing = np.isnan(numbers[:, scene_strike])
+    unreachable = []
+    for first, last in _runs(missing):
+        reason = table.messages.get(first * len(angles) + scene_strike, UNDETERMINED)
+        unreachable.append((float(values[first]), float(values[last]), reason))
     uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
-    refused = {
-        k: table.messages.get(int(rows[k]), UNDETERMINED) for k in np.flatnonzero(missing).tolist()
-    }
+    inaccurate = uncertain.reshape(shape)[:, scene_strike] & ~missing
+
+    # Where a loop cannot be closed beyond, the scan ends.
     kept = slice(None)
     if landing.loops and not missing.all():
-        first, last = np.flatnonzero(~missing)[[0, -1]].tolist()
-        kept = slice(first, last + 1)
+        reached = np.flatnonzero(~missing)
+        kept = slice(reached[0], reached[-1] + 1)
     return Scan(
         sweep=sweep,
         target=target,
@@ -209,35 +214,53 @@ def scanned(
         values=values[kept],
         angles=angles,
         numbers=numbers[kept],
-        allowed_by_ground=feasible[kept],
+        allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
-        unreachable=tuple(_ranges(values, refused)),
-        inaccurate=int((uncertain[rows] & ~missing).sum()),
+        unreachable=tuple(unreachable),
+        inaccurate=int(inaccurate.sum()),
     )
 
 
-def read(table: Table, target: Column) -> Array:
+def _strike_angles(targets: Sequence[Strikes]) -> Array:
+    """The strike angles (S,) of a scan, ascending: single ones, and those of the widest range [rad].
+
+    Args: targets, the ranges that are asked for, the widest last.
+    """
+    low, high = targets[-1]
+    single = np.unique([low, high, *(first for first, last in targets if first == last)])
+    between = np.linspace(low, high, ANGLES)
+    apart = np.abs(between[:, None] - single).min(axis=1) > SAME_ANGLE
+    return np.sort(np.concatenate([single, between[apart]]))
+
+
+def _table(sweep: VariedLandings, columns: tuple[Column, ...]) -> Table:
+    """The rows of a sweep, without proofs of ill-conditioned ones, which would take hours."""
+    elsewhere = (select("feasible"),)  # which depends on the friction
+    rows = Evaluation(sweep, columns, prove=0, trusted=math.inf, elsewhere=elsewhere)
+    return rows.table.without_defects()
+
+
+def _numbers(table: Table, target: Column) -> Array:
     """A number (n,) of the rows of a table; of one that may be negative the magnitude."""
     numbers = table.values(target)
     return np.abs(numbers) if target.selection.signed else numbers
 
 
-def within(x: Array, runs: Sequence[tuple[float, float]]) -> np.ndarray:
-    """Which values (n,) are within one of some runs."""
-    inside = np.zeros(len(x), dtype=bool)
-    for low, high in runs:
-        inside |= (x >= low) & (x <= high)
-    return inside
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run of flags (n,) that are set."""
+    change = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return list(zip(change[::2].tolist(), (change[1::2] - 1).tolist(), strict=True))
 
 
-def _computed(sweep: VariedLandings, columns: tuple[Column, ...]) -> Table:
-    elsewhere = (select("feasible"),)  # which depends on the friction
-    rows = Evaluation(sweep, columns, prove=0, trusted=ILL_CONDITIONED, elsewhere=elsewhere)
-    return rows.table.without_defects()
+def _crossed(violation: Array) -> np.ndarray:
+    """Indices of the steps in which a violation (n,) crosses zero: step k is from k to k + 1."""
+    allowed = violation <= 0.0
+    return np.flatnonzero(allowed[1:] != allowed[:-1])
 
 
-def _ranges(values: Array, refused: dict[int, str]) -> Iterator[tuple[float, float, str]]:
-    """The ranges of consecutive values without a result, with the first one's reason."""
-    for first in sorted(refused.keys() - {k + 1 for k in refused}):
-        last = next(k for k in itertools.count(first) if k + 1 not in refused)
-        yield float(values[first]), float(values[last]), refused[first]
+def _roots(x: Array, violation: Array) -> Array:
+    """Values at which a violation (n,), linear between values x (n,), crosses zero, ascending."""
+    k = _crossed(violation)
+    # 0 = y_k + (y_{k+1} − y_k) (x − x_k) / (x_{k+1} − x_k)
+    rise = violation[k + 1] - violation[k]
+    return np.asarray(x[k] - violation[k] * (x[k + 1] - x[k]) / rise)

@@ -1,21 +1,18 @@
-"""Which values of a joint, or of what else varies, keep a number below a bound: the shock at a
+"""Values of a joint, or of what else varies, that keep a number below a bound: the shock at a
 point, a torque, a friction.
 
-It is a bound on the rows of a sweep over values and strike angles; the step in which a number
-crosses it is halved on rows of its own.
+It is a bound on the rows of a sweep over values and strike angles.
 """
 
-import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from shockpc.core.spatial import Array, Plane
+from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, column, target_text
-from shockpc.evaluation.column_values import columns
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.evaluate import profiles
@@ -25,24 +22,24 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.vary import kind_of, variation
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import set_many, settable_joints
+from shockpc.landing.posture import settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of, scene_of
-from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
-from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, Scan, Strikes, scanned, within
+from shockpc.studies.limits.intervals import StrikeLimits, strike_limits
+from shockpc.studies.limits.scan import Bound, Scan, Strikes, scanned
 from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 from shockpc.text.shown import brief, shown_by
 
-STRIKES = (-30.0, 75.0)
-"""Strike angles of landings that are looked at if none are given [deg]."""
+STRIKES = (math.radians(-30.0), math.radians(75.0))
+"""Strike angles that are looked at if none are given [rad]."""
 
-STRIKE_ANGLE_STEP = 15.0
-"""Between the strike angles for which limits are given one by one [deg]."""
+STRIKE_ANGLE_STEP = math.radians(15.0)
+"""Between the strike angles for which limits are given one by one [rad]."""
 
 STEEPEST = 89.0
 """Largest strike angle; at 90° the contact moves along the ground [deg]."""
@@ -51,25 +48,19 @@ VALUE = "deg; m if prismatic"
 """Unit of a joint's values as they are typed."""
 
 STEP = {"rad": math.radians(0.1), "m": 1e-4}
-"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm.
+"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm."""
 
-Of other variations it is a 200th of the range.
-"""
+STEPS = 200
+"""Steps of the scan of another variation if none is given."""
 
-MOST_POSTURES = 200_000
-"""Largest number of postures of a scan."""
+COARSER = 20
+"""Factor of the default step of a joint where each landing is computed by itself."""
 
-PROBES = 64
-"""Postures of the range of a joint by which the number of landings that need a proof is estimated.
-"""
+LEAST_VALUES = 33
+"""Smallest number of values of a scan."""
 
-MOST_PROOFS = 2000
-"""Number of proofs of a scan above which fewer postures and one strike are looked at; a proof takes
-5 to 30 ms.
-"""
-
-UNCHANGED = 1e-9
-"""Share of a number by which rounding may change it."""
+MOST_VALUES = 200_000
+"""Largest number of values of a scan."""
 
 NOT_LIMITED = {
     "strike-angle": "limits are found over strike angles; give their range with --strikes",
@@ -79,75 +70,6 @@ NOT_LIMITED = {
     ),
 }
 """What a sweep varies without being limited, and why."""
-
-Stop = Literal["bound", "range", "loop"]
-
-
-class Interval(NamedTuple):
-    """Values of the joint that keep the bound.
-
-    Attributes:
-        low: smallest value [rad, m].
-        high: largest value [rad, m].
-        low_end: what ends it there: the bound, the range of the study, or a loop that cannot be
-            closed beyond.
-        high_end: the same at the largest value.
-    """
-
-    low: float
-    high: float
-    low_end: Stop
-    high_end: Stop
-
-
-class StrikeLimits(NamedTuple):
-    """What keeps the bound at one strike angle, or at all of a range.
-
-    Attributes:
-        strikes: smallest and largest strike angle, equal for a single one [rad].
-        allowed: values of the joint for which the number keeps the bound for each of these strikes,
-            ascending.
-        feasible: values of the scan, from the first to the last of each run, for which flat ground
-            allows all of these landings.
-        best: best number over the feasible values of the scan, of the worst of these strikes [its
-            unit]; NaN if there is none.
-        best_at: where that is [rad, m].
-    """
-
-    strikes: tuple[float, float]
-    allowed: tuple[Interval, ...]
-    feasible: tuple[tuple[float, float], ...]
-    best: float
-    best_at: float
-
-    @property
-    def pieces(self) -> list[tuple[float, float, str, str, bool]]:
-        """The allowed intervals, cut where flat ground begins or ceases to allow the landing,
-        ascending [rad, m].
-
-        Returns: minimum and maximum, what ends the piece there ("ground" within an interval),
-        whether flat ground allows it.
-        """
-        pieces = list[tuple[float, float, str, str, bool]]()
-        for low, high, low_end, high_end in self.allowed:
-            runs = [(max(low, a), min(high, b)) for a, b in self.feasible if a <= high and b >= low]
-            edges = [low, *(end for run in runs for end in run), high]
-            gaps = [
-                (a, b, False)
-                for a, b in zip(edges[::2], edges[1::2], strict=True)
-                if a < b or not runs
-            ]
-            ends = {low: low_end} | ({high: high_end} if high > low else {})
-            for a, b, feasible in sorted([*gaps, *((a, b, True) for a, b in runs)]):
-                pieces.append(
-                    (a, b, ends.get(a, "ground"), high_end if b == high else "ground", feasible)
-                )
-        return pieces
-
-    @property
-    def usable(self) -> tuple[tuple[float, float], ...]:
-        """Values of the joint that are both allowed and feasible, ascending [rad, m]."""
-        return tuple((low, high) for low, high, _, _, feasible in self.pieces if feasible)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +106,7 @@ class JointLimits:
     range: tuple[float, float]
     file_limits: tuple[float, float]
     present: tuple[float, float]
-    strikes: tuple[float, float]
+    strikes: Strikes
     step: float
     scan: Scan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
@@ -196,21 +118,13 @@ class JointLimits:
         bound = f"{self.target.name} {'≥' if self.bound.below else '≤'} {self.bound.value:g}"
         return brief(self, bound, f"varied: {', '.join(self.joints)}")
 
-    @property
-    def worst(self) -> tuple[Array, Array]:
-        """The worst number (n,) of every posture over the range of strike angles, and the strike
-        angle (n,) of it [rad].
-        """
-        return self.scan.worst(self.strikes)
-
-    def moves(self, other: "JointLimits") -> bool:
-        """Whether other limits differ by more than 1 degree, 1 cm, or 1 % of the range."""
-        most = {"rad": math.radians(1.0), "m": 0.01}.get(
-            self.unit, MOVED * (self.range[1] - self.range[0])
-        )
-        for one, another in zip(self.limits, other.limits, strict=True):
-            here, there = np.array(one.usable).ravel(), np.array(another.usable).ravel()
-            if len(here) != len(there) or np.any(np.abs(here - there) > most):
+    def moves(self, limits: "JointLimits") -> bool:
+        """Whether limits differ from these by more than 1 degree, 1 cm, or 1 % of the range."""
+        low, high = self.range
+        most = {"rad": math.radians(1.0), "m": 0.01}.get(self.unit, MOVED * (high - low))
+        for mine, theirs in zip(self.limits, limits.limits, strict=True):
+            ends, moved_ends = np.array(mine.usable), np.array(theirs.usable)
+            if len(ends) != len(moved_ends) or np.any(np.abs(ends - moved_ends) > most):
                 return True
         return False
 
@@ -226,58 +140,37 @@ class JointLimits:
 
     def shown(self, value: float) -> float:
         """A value in the unit of tables."""
-        return round(UNITS.get(self.unit, (1.0, self.unit))[0] * value, 9) + 0.0
+        factor, _ = UNITS.get(self.unit, (1.0, self.unit))
+        return round(factor * value, 9) + 0.0
 
     @property
     def table(self) -> Table:
         """At each strike angle, and over the range, a row for each interval of values that keep the
-        bound, without ends if none do.
-
-        An end is that of the bound, of the range, of a loop, or of what the ground allows.
+        bound; a row without ends if there is none.
         """
         unit = self.shown_unit
+        strikes = "strike from [deg]", "strike to [deg]"
         ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
-        rows = (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,))
-        return Table.of_rows(("strike from [deg]", "strike to [deg]", *ends), rows)
-
-    def _row(
-        self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None
-    ) -> tuple[float | str | None, ...]:
-        strikes = map(in_degrees, one.strikes)
-        if piece is None:
-            return (*strikes, *(None,) * 5)
-        low, high, low_end, high_end, feasible = piece
-        return (
-            *strikes,
-            self.shown(low),
-            self.shown(high),
-            low_end,
-            high_end,
-            "yes" if feasible else "no",
-        )
-
-    @functools.cached_property
-    def unchanged(self) -> bool:
-        """Whether the number does not depend on the value at any of the strike angles, but for
-        rounding.
-        """
-        numbers = self.scan.numbers[~np.isnan(self.scan.numbers).any(axis=1)]
-        if len(numbers) < 2 or np.isinf(numbers).any():
-            return False
-        return bool((np.ptp(numbers, axis=0) <= UNCHANGED * np.abs(numbers).max(axis=0)).all())
+        rows: list[tuple[float | str | None, ...]] = []
+        for each in self.limits:
+            angles = tuple(map(in_degrees, each.strikes))
+            for low, high, low_end, high_end, feasible in each.intervals:
+                is_feasible = "yes" if feasible else "no"
+                values = self.shown(low), self.shown(high)
+                rows.append((*angles, *values, low_end, high_end, is_feasible))
+            if not each.intervals:
+                rows.append((*angles, *(None,) * len(ends)))
+        return Table.of_rows((*strikes, *ends), rows)
 
 
 def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     """The values of a joint that turns in radians, which are typed in degrees."""
-    kind, pattern = kind_of(robot, given["joint"])
-    turns = kind.unit == "deg"
-    if kind == JOINT_POSITION:
-        turns = robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic"
-    return given | {
-        name: np.radians(given[name]).tolist()
-        for name in ("joint_range", "step")
-        if turns and name in given
+    if not _is_angle(robot, given["joint"]):
+        return given
+    in_radians = {
+        name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if name in given
     }
+    return given | in_radians
 
 
 @study(
@@ -337,7 +230,7 @@ def limits(
             "Question",
             "LOW:HIGH",
             unit="deg",
-            default="-30:75; the scene's for quantities that are always exact",
+            default="-30:75; the scene's for quantities of one posture at a time",
         ),
     ] = None,
     step: Annotated[
@@ -348,8 +241,8 @@ def limits(
             "STEP",
             unit=VALUE,
             default=(
-                "0.1 deg or 0.0001 m, 20 times that for quantities that are always exact; a 200th "
-                "of the range for other subjects"
+                "0.1 deg or 0.0001 m, 20 times that for quantities of one posture at a time; a "
+                "200th of the range for other subjects"
             ),
         ),
     ] = None,
@@ -376,30 +269,25 @@ def limits(
     bound = _bound(max, min)
     scene = scene_of(scene)
     robot = robot or robot_of(scene)
-    varied, joints, (low, high) = _varied(robot, joint, joint_range)
+    varied, joints, span = _varied(robot, joint, joint_range)
     scene = varied.kind.prepared(scene)
     (profile,) = profiles({"": (scene, robot)}).values()
-    landing, angle = profile.landing, profile.landing.strike_angle
     number = column(profile, target_text(target, [scene]))
-    _refuse_senseless(landing, number, bound, joints)
-    unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
-    finest = STEP[unit] if joints else (high - low) / 200.0
-    coarse = _is_dear(landing, number, joints, (low, high, finest), strikes)
-    angles = _strike_range(landing.plane, (angle, angle) if coarse and strikes is None else strikes)
-    step = finest * (20 if coarse and joints else 1) if step is None else step
-    values = _values(low, high, step, unit)
-    scale = math.degrees(1.0) if unit == "rad" else 1.0
-    targets = _targets(angle, *angles)
-    scan = scanned(landing, joint, number, bound, values, scale, targets)
+    _refuse_senseless(profile.landing, number, bound, joints)
+    alone = number.selection.quantity.per_landing(profile.landing.scene)
+    strikes = _strike_range(profile.landing, strikes, alone)
+
+    scale = 1.0
+    if varied.unit == "deg":
+        scale = math.degrees(1.0)
+    unit = varied.unit.replace("deg", "rad")
+    if step is None:
+        step = _default_step(joints, span, alone)
+    values = _values(span, step, scale)
+    targets = _targets(profile.landing.strike_angle, strikes)
+    scan = scanned(profile.landing, joint, number, bound, values, scale, targets)
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
-        raise SolveError(
-            f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: "
-            f"{scan.unreachable[0][2]}"
-        )
-    ends: tuple[Stop, Stop] = (
-        "range" if scan.values[0] <= low else "loop",
-        "range" if scan.values[-1] >= high else "loop",
-    )
+        raise SolveError(f"no value of {joint} has a result: {scan.unreachable[0][2]}")
     modelled = JointLimits(
         profile=profile,
         target=number,
@@ -407,30 +295,23 @@ def limits(
         of_joints=bool(joints),
         unit=unit,
         bound=bound,
-        range=(low, high),
+        range=span,
         file_limits=_file_limits(joints),
-        present=(varied.present(landing) / scale, angle),
-        strikes=angles,
+        present=(varied.present(profile.landing) / scale, profile.landing.strike_angle),
+        strikes=strikes,
         step=step,
         scan=scan,
-        limits=tuple(_limits(scan, ends, targets)),
+        limits=strike_limits(scan, span, targets),
     )
-
-    def at_end(scenes: dict[str, Scene]) -> JointLimits:
-        return limits(
-            scenes[""],
-            joint,
-            target,
-            max,
-            min=min,
-            joint_range=(low, high),
-            strikes=angles,
-            step=step,
-            robot=robot,
-        )
-
     if isinstance(varied.kind, OfDrive):
         return modelled
+
+    asked: dict[str, Any] = {"max": max, "min": min}
+    asked |= {"joint_range": span, "strikes": strikes, "step": step, "robot": robot}
+
+    def at_end(scenes: dict[str, Scene]) -> JointLimits:
+        return limits(scenes[""], joint, target, **asked)
+
     return replace(modelled, ends=at_drive_ends(modelled, {"": (scene, robot)}, at_end))
 
 
@@ -446,188 +327,130 @@ def _bound(most: float | None, least: float | None) -> Bound:
 
 
 def _refuse_senseless(
-    landing: PosedLanding, number: Column, bound: Bound, joints: tuple[Joint, ...]
+    landing: PosedLanding, number: Column, bound: Bound, joints: Sequence[Joint]
 ) -> None:
     """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike
     angle turns.
     """
     worse = number.selection.quantity.worse
     if worse == ("greater" if bound.below else "less"):
-        raise StudyError(
-            f"the {worse} value of {number.name} is the worse one; bound it by "
-            f"{'max' if bound.below else 'min'}"
-        )
+        side = "max" if bound.below else "min"
+        raise StudyError(f"the {worse} value of {number.name} is the worse one; bound it by {side}")
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError(
             "how fast joints of a loop move depends on the posture; leave the joint velocities out"
         )
+    if landing.plane.level:
+        raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
     in_plane = landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)
-    if not landing.plane.level and not np.linalg.norm(in_plane) > 0.0:
+    if not np.linalg.norm(in_plane) > 0.0:
         raise StudyError(
             "the robot's velocity lies across the plane, so a strike angle does not change it; "
             "give another plane or velocity"
         )
 
 
-def _is_dear(
-    landing: PosedLanding,
-    number: Column,
-    joints: tuple[Joint, ...],
-    values: tuple[float, float, float],
-    strikes: tuple[float, float] | None,
-) -> bool:
-    """Whether a scan at the smallest step would need too many proofs, or landings of their own.
+def _default_step(joints: Sequence[Joint], span: tuple[float, float], alone: bool) -> float:
+    """Largest step of a scan if none is given [rad, m; unit of the variation].
 
     Args:
-        landing: that varies.
-        number: the number.
         joints: those that vary.
-        values: the smallest, the largest, and the smallest step.
-        strikes: the range of strike angles, if it is given.
+        span: smallest and largest value.
+        alone: whether each landing is computed by itself, which takes much longer.
     """
-    if number.selection.quantity.per_landing(landing.scene):
-        return True
-    low, high, finest = values
-    angles = 1 if strikes is not None and strikes[0] == strikes[1] else ANGLES
-    rows = (high - low) / finest * angles
-    return (
-        rows * _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
-        > MOST_PROOFS
-    )
+    if not joints:
+        return (span[1] - span[0]) / STEPS
+    step = STEP[joints[0].unit]
+    return COARSER * step if alone else step
 
 
-def _values(low: float, high: float, step: float, unit: str) -> Array:
-    """The values (n,) of a scan, ascending, at most a step apart."""
-    if not step > 0.0 or (high - low) / step > MOST_POSTURES:
+def _values(span: tuple[float, float], step: float, scale: float) -> Array:
+    """The values (n,) of a scan, ascending, at most a step apart.
+
+    Args:
+        span: smallest and largest value [rad, m; unit of the variation].
+        step: largest step.
+        scale: factor to the unit in which they are typed.
+    """
+    low, high = span
+    if not step > 0.0 or (high - low) / step > MOST_VALUES:
         raise StudyError(
-            f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is "
-            f"not possible; "
-            f"give one above zero that makes at most {MOST_POSTURES} postures"
+            f"a step of {scale * step:g} in a range of {scale * (high - low):g} is not possible; "
+            f"give a step above zero that makes at most {MOST_VALUES} postures"
         )
     steps = math.ceil((high - low) / step - 1e-9)
-    return np.linspace(low, high, int(np.maximum(LEAST, steps + 1)))
+    return np.linspace(low, high, max(LEAST_VALUES, steps + 1))
 
 
-def _share_to_prove(
-    landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array
-) -> float:
-    """The share of postures that need a proof, which takes a thousand times as long as double
-    precision.
-
-    Args:
-        landing: the scene's; the only posture that is looked at if it has loops, or no joint
-            varies.
-        target: the number.
-        joints: those that vary.
-        values: (m,) of each of them.
-    """
-    Q = landing.q[None]
-    if joints and not landing.loops:
-        Q = np.repeat(Q, len(values), axis=0)
-        set_many(landing.robot, [(joint, values) for joint in joints], Q)
-    needed = columns(
-        landing,
-        Q,
-        np.tile(landing.before.velocity, (len(Q), 1, 1)),
-        (target,),
-        trusted=ILL_CONDITIONED,
-    )[2]
-    return float(needed.mean())
+def _is_angle(robot: Robot, subject: str) -> bool:
+    """Whether what varies is an angle, typed in degrees."""
+    kind, pattern = kind_of(robot, subject)
+    if kind == JOINT_POSITION:
+        return robot.joint(robot.match_joints(pattern)[0]).unit == "rad"
+    return kind.unit == "deg"
 
 
 def _varied(
     robot: Robot, subject: str, given: tuple[float, float] | None
 ) -> tuple[Variation, tuple[Joint, ...], tuple[float, float]]:
-    """What varies, its joints, and the range that is looked at [rad, m; the unit of another
-    variation].
-    """
+    """What varies, its joints, and the range that is looked at [rad, m; unit of the variation]."""
     kind, pattern = kind_of(robot, subject)
     if kind.word in NOT_LIMITED:
         raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind.word]}")
-    joints = settable_joints(robot, pattern, StudyError) if kind == JOINT_POSITION else ()
-    low, high = (
-        given if given is not None else motion_range(joints) if joints else (math.nan, math.nan)
-    )
-    unit = joints[0].unit if joints else ""
+    joints: tuple[Joint, ...] = ()
+    low, high = math.nan, math.nan
+    missing = "not given"
+    if kind == JOINT_POSITION:
+        joints = settable_joints(robot, pattern, StudyError)
+        low, high = motion_range(joints)
+        missing = "without limits in the file"
+    low, high = given or (low, high)
+    scale = math.degrees(1.0) if _is_angle(robot, subject) else 1.0
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        what = "without limits in the file" if joints else "not given"
-        if given is not None or math.isfinite(low + high):
-            what = f"from {_value(low, unit)} to {_value(high, unit)}"
-        subject_text = f'joint "{subject}"' if joints else subject
+        if math.isfinite(low + high):
+            missing = f"{scale * low:.5g}:{scale * high:.5g}"
         raise StudyError(
-            f"the range of {subject_text} is {what}; give its minimum and maximum with --range "
+            f"the range of {subject} is {missing}; give its minimum and maximum with --range "
             f"LOW:HIGH"
         )
-    scale = math.degrees(1.0) if unit == "rad" or kind.unit == "deg" else 1.0
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 
 
 def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
-    return max((one.limits[0] for one in joints), default=-math.inf), min(
-        (one.limits[1] for one in joints), default=math.inf
-    )
+    """Smallest and largest value that all joints have within the limits of their file [rad, m]."""
+    low = max((joint.limits[0] for joint in joints), default=-math.inf)
+    high = min((joint.limits[1] for joint in joints), default=math.inf)
+    return low, high
 
 
-def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """The strikes for which limits are found: the scene's, others one by one, and last all of the
-    range [rad].
+def _strike_range(landing: PosedLanding, given: Strikes | None, alone: bool) -> Strikes:
+    """The range of strike angles [rad], all of which approach the ground.
+
+    Args:
+        landing: the landing of the scene.
+        given: the range, if one is given.
+        alone: whether each landing is computed by itself; the default is then that of the scene.
     """
-    step = math.radians(STRIKE_ANGLE_STEP)
-    inside = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
-    # Angles that differ by the rounding of degrees are one.
-    single = {round(each, 9): each for each in (*inside, low, high, angle)}
-    others = sorted(each for each in single.values() if each != angle)
-    return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
-
-
-def _limits(
-    scan: Scan, ends: tuple[Stop, Stop], targets: Sequence[Strikes]
-) -> Iterator[StrikeLimits]:
-    """The intervals that keep the bound, for each of some ranges of strikes.
-
-    Args: ends, what ends the scan.
-    """
-    x = scan.values
-    for strikes, roots in zip(targets, scan.crossings(targets), strict=True):
-        number, _ = scan.worst(strikes)
-        beyond = scan.bound.violation(number)
-        edges: list[tuple[float, Stop]] = [(float(root), "bound") for root in roots]
-        if beyond[0] <= 0.0:
-            edges.insert(0, (float(x[0]), ends[0]))
-        if beyond[-1] <= 0.0:
-            edges.append((float(x[-1]), ends[1]))
-        pairs = zip(edges[::2], edges[1::2], strict=True)
-        allowed = tuple(
-            Interval(low, high, low_end, high_end) for (low, low_end), (high, high_end) in pairs
-        )
-        feasible = scan.feasible_runs(strikes)
-        k = int(np.argmin(np.where(within(x, feasible), beyond, np.inf)))
-        best, best_at = (
-            (float(number[k]), float(x[k]))
-            if feasible and np.isfinite(number[k])
-            else (math.nan, math.nan)
-        )
-        yield StrikeLimits(strikes, allowed, feasible, best, best_at)
-
-
-def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:
-    """The range of strike angles [rad], all of which approach the ground."""
-    if plane.level:
-        raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
-    low, high = (math.radians(STRIKES[0]), math.radians(STRIKES[1])) if given is None else given
+    low, high = given or STRIKES
+    if given is None and alone:
+        low = high = landing.strike_angle
     most = math.radians(STEEPEST) * (1.0 + 1e-12)
     if not -most <= low <= high <= most:
         raise StudyError(
-            f"strike angles from {_value(low, 'rad')} to {_value(high, 'rad')} are not a range of "
-            f"landings; "
-            f"give the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
+            f"{in_degrees(low):.4g}:{in_degrees(high):.4g} is not a range of strike angles; give "
+            f"the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
         )
     return low, high
 
 
-def _value(value: float, unit: str) -> str:
-    degrees = round(math.degrees(value), 12) + 0.0
-    text = {"rad": f"{round(degrees, 2) or degrees:g}°", "m": f"{1e3 * value:.4g} mm"}.get(
-        unit, f"{value:g} {unit}".rstrip(" -")
-    )
-    return text.replace("-", "−")
+def _targets(angle: float, strikes: Strikes) -> tuple[Strikes, ...]:
+    """The strikes for which limits are found: the scene's, others one by one, and last all of the
+    range [rad].
+    """
+    low, high = strikes
+    first, last = math.ceil(low / STRIKE_ANGLE_STEP), math.floor(high / STRIKE_ANGLE_STEP)
+    inside = [STRIKE_ANGLE_STEP * k for k in range(first, last + 1)]
+    # Angles that differ by the rounding of degrees are the same.
+    single = {round(each, 9): each for each in (*inside, low, high, angle)}
+    others = [(each, each) for each in sorted(single.values()) if each != angle]
+    return tuple(dict.fromkeys([(angle, angle), *others, strikes]))
