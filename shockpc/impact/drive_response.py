@@ -69,22 +69,26 @@ class DriveResponse(NamedTuple):
 
 @memoized()
 def drive_response(landing: PosedLanding) -> DriveResponse:
-    """The response of a landing to those of its drives that are not known exactly."""
-    equation, model = landing.equation(landing.state), landing.joint_model
+    """The response of a landing to those of its drives that are not known exactly.
+
+    Of a unit impulse on a joint, H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0: first without contacts,
+    Δẏ = H⁻¹ Gᵀ e_i, then as an impact that undoes its speeds along the rows.
+    """
+    equation = landing.equation(landing.state)
+    model = landing.joint_model
     columns = np.flatnonzero(model.low < model.high)
-    modelled = solution_in_doubles(landing)
-    # Of a unit impulse on a joint, H Δẏ − Jᵀ λ = Gᵀ e_i and J Δẏ = 0: first without contacts,
-    # Δẏ = H⁻¹ Gᵀ e_i, then as an impact that undoes its speeds along the rows.
     turns, moments = _turns(landing)
     on_joints = turns[:, columns]
     reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
     unheld = solve_inertia(equation.inertia, reduced[None])
     most = landing.most_independent(landing.state, equation.blocks)
     held = solution_of(equation._replace(b=equation.J_c @ unheld), most)
-    independent = {
-        k: np.column_stack([part[:, 3:], held.independent[k]])
-        for k, part in modelled.independent.items()
-    }
+
+    # Columns of the landing's strike as modelled, then of each drive.
+    modelled = solution_in_doubles(landing)
+    independent: dict[int, Array] = {}
+    for k, part in modelled.independent.items():
+        independent[k] = np.column_stack([part[:, 3:], held.independent[k]])
     solution = modelled._replace(
         delta_qd=np.concatenate([modelled.delta_qd[..., 3:], unheld + held.delta_qd], axis=2),
         impulse=np.concatenate([modelled.impulse[..., 3:], held.impulse], axis=2),
@@ -92,13 +96,20 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     )
     delta_qd = equation.full(solution.delta_qd)
     rates = on_joints.T @ delta_qd[0]
-    less, more = (end[columns] - model.armature[columns] for end in (model.low, model.high))
-    mobility = np.sum(on_joints * equation.full(unheld)[0], axis=0)
-    box = DriveBox(rates[:, 1:], rates[:, 0], less, more, mobility)
-    jumps = jumps_in_body_axes(landing, delta_qd, equation.state)
-    none = np.zeros((1, *moments.shape[:2], 1))
+    box = DriveBox(
+        C=rates[:, 1:],
+        x=rates[:, 0],
+        less=model.low[columns] - model.armature[columns],
+        more=model.high[columns] - model.armature[columns],
+        mobility=np.sum(on_joints * equation.full(unheld)[0], axis=0),
+    )
+    of_strike = np.zeros((1, *moments.shape[:2], 1))
     return DriveResponse(
-        box, columns, solution, jumps, np.append(none, moments[None, ..., columns], axis=3)
+        box=box,
+        columns=columns,
+        solution=solution,
+        jumps=jumps_in_body_axes(landing, delta_qd, equation.state),
+        moments=np.append(of_strike, moments[None, ..., columns], axis=3),
     )
 
 
@@ -111,16 +122,18 @@ def _turns(landing: PosedLanding) -> tuple[Array, Array]:
     Returns: the impulses (nv, nv) of unit ones of each drive along the joint velocities, as
         columns; and their moments (nb, 3, nv) on the links that carry rotors, world axes.
     """
-    robot, model, J = landing.robot, landing.joint_model, landing.state.J[0, :3]
-    turns, moments = (
-        np.eye(len(model.armature)),
-        np.zeros((len(robot.bodies), 3, len(model.armature))),
-    )
+    robot = landing.robot
+    model = landing.joint_model
+    axes = landing.state.J[0, :3]
+    nv = len(model.armature)
+    turns = np.eye(nv)
+    moments = np.zeros((len(robot.bodies), 3, nv))
     coupling = np.where(np.isinf(model.high), 0.0, model.coupling)
     for v, body in geared_bodies(robot, coupling):
-        parent, moment = robot.parents[body], model.per_turn[v] * J[:, v]
+        parent = robot.parents[body]
+        moment = model.per_turn[v] * axes[:, v]
         moments[parent, :, v] = moment
-        turns[:, v] += robot.ancestors[parent] * (moment @ J)
+        turns[:, v] += robot.ancestors[parent] * (moment @ axes)
     return turns, moments
 
 

@@ -90,17 +90,20 @@ class Impact:
         return np.asarray(values, dtype=float)
 
     def along(self, columns: Any) -> Any:
-        """What is linear in the strike (N, ..., k) for the strikes of this impact (N, S, ...)."""
+        """What is linear in the strike (N, ..., k) for the strikes of this impact (N, S, ...).
+
+        For strikes v of the base it is Σ_k columns_k v_k; with a fourth column, that of the
+        landing's motion, v is the difference from the landing's strike.
+        """
         if self.strikes is None:
             return columns[:, None, ..., 3]
-        more, strikes = (
-            (None,) * (columns.ndim - 2),
-            self.strikes if columns.shape[-1] == 3 else self._strike_change,
-        )
-        total = columns[:, None, ..., 0] * strikes[..., 0][(..., *more)]
+        has_motion = columns.shape[-1] == 4
+        v = self._strike_change if has_motion else self.strikes
+        v = v.reshape(*v.shape[:2], *(1,) * (columns.ndim - 2), 3)
+        total = columns[:, None, ..., 0] * v[..., 0]
         for k in (1, 2):
-            total += columns[:, None, ..., k] * strikes[..., k][(..., *more)]
-        return total + columns[:, None, ..., 3] if columns.shape[-1] == 4 else total
+            total += columns[:, None, ..., k] * v[..., k]
+        return total + columns[:, None, ..., 3] if has_motion else total
 
     @functools.cached_property
     def strike_jumps(self) -> Any:
@@ -130,40 +133,33 @@ class Impact:
 
         Args: r ([N,] n, 3) in their frames [m].
         """
-        return (
-            self.state.position[:, list(bodies)]
-            + (self.orientations(bodies) @ r[..., None])[..., 0]
-        )
+        arms = (self.orientations(bodies) @ r[..., None])[..., 0]
+        return self.state.position[:, list(bodies)] + arms
 
     def velocities_before(self, bodies: Sequence[int], points: Any) -> Any:
         """Velocities (N, S, n, 3) of points of bodies before the impact, world axes [m/s].
 
         Args: points (N, n, 3), as above.
         """
-        twists = np.stack(
-            [twist_before(self.state, self.landing.before, body) for body in bodies], axis=1
-        )
+        before = self.landing.before
+        twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)
         velocity = velocity_at(twists[..., :3], twists[..., 3:], points)[:, None]
         return velocity if self.strikes is None else velocity + self._strike_change[:, :, None]
 
     @property
     def base_velocities(self) -> Array:
         """(N, S, 3) velocities of the base before the impact, world axes [m/s]."""
+        if self.strikes is not None:
+            return self.strikes
         velocity = self.landing.before.velocity
-        return (
-            np.broadcast_to(velocity, (len(self.state.J), 3))[:, None]
-            if self.strikes is None
-            else self.strikes
-        )
+        return np.broadcast_to(velocity, (len(self.state.J), 3))[:, None]
 
     @property
     def _strike_change(self) -> Array:
         """(N, S, 3) by how much the velocity of the base differs from the landing's [m/s]."""
-        return (
-            np.zeros(3)
-            if self.strikes is None
-            else self.strikes - self.landing.before.velocity[..., None, :]
-        )
+        if self.strikes is None:
+            return np.zeros(3)
+        return self.strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property
     def contacts(self) -> tuple[ConstraintBlock, ...]:
@@ -177,9 +173,8 @@ class Impact:
         velocities = self.velocities_before([block.body for block in self.contacts], points)
         for k, block in enumerate(self.contacts):
             if block.kind == "stop":
-                velocities[:, :, k] = velocity_at_stop(self.state, block, self.landing.before)[
-                    :, None
-                ]
+                of_stop = velocity_at_stop(self.state, block, self.landing.before)
+                velocities[:, :, k] = of_stop[:, None]
             if block.velocity is not None:
                 velocities[:, :, k] = self.exact(block.velocity)[..., None, :]
         return velocities
@@ -193,8 +188,9 @@ class Impact:
             return self.approach
         bodies, masses, coms = self._moving
         velocity = self.velocities_before(bodies, self.points(bodies, coms))
+        momentum = np.sum(velocity * masses[:, None, :, None], axis=-2)
         total = np.sum(masses, axis=-1)[:, None, None]
-        return (np.sum(velocity * masses[:, None, :, None], axis=-2) / total)[..., None, :]
+        return (momentum / total)[..., None, :]
 
     @functools.cached_property
     def v_in(self) -> Any:
@@ -227,20 +223,16 @@ class Impact:
         base is left out.
         """
         bodies, masses, coms = self._moving
-        return (
-            np.sum(self.points(bodies, coms) * masses[..., None], axis=1)
-            / np.sum(masses, axis=-1)[:, None]
-        )
+        moments = np.sum(self.points(bodies, coms) * masses[..., None], axis=1)
+        return moments / np.sum(masses, axis=-1)[:, None]
 
     @property
     def _moving(self) -> tuple[range, Any, Any]:
         """The bodies that can move, their masses and centres of mass."""
-        movable = self.landing.robot.movable(self.landing.base)
-        return (
-            range(len(self.landing.robot.bodies))[movable],
-            self.masses[:, movable],
-            self.coms[:, movable],
-        )
+        robot = self.landing.robot
+        movable = robot.movable(self.landing.base)
+        bodies = range(len(robot.bodies))[movable]
+        return bodies, self.masses[:, movable], self.coms[:, movable]
 
     @functools.cached_property
     def joint_origins(self) -> Any:
@@ -248,8 +240,10 @@ class Impact:
         [m].
         """
         robot = self.landing.robot
-        moved = [i for i, joint in enumerate(robot.joints) for _ in joint.parts or (joint,)]
-        return self.points(moved, robot.joint_origins(self.state.Q))
+        bodies: list[int] = []
+        for i, joint in enumerate(robot.joints):
+            bodies += [i] * len(joint.parts or (joint,))
+        return self.points(bodies, robot.joint_origins(self.state.Q))
 
     @property
     def spatial_inertias(self) -> Any:
@@ -266,28 +260,35 @@ class Impact:
         Leaf to root F_i = I_i ΔV_i − f_i + Σ F_child. That of a free base is what is left over, and
         is zero.
         """
-        robot = self.landing.robot
-        parents, R = robot.parents, self.state.rotation[:, None]
-        omega, v = (
-            (R @ part[..., None])[..., 0] for part in np.split(self.strike_jumps, 2, axis=-1)
-        )
-        twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
-        loads = (self.spatial_inertias[:, None] @ twists[..., None])[..., 0]
+        # I_i ΔV_i
+        loads = (self.spatial_inertias[:, None] @ self._world_twists[..., None])[..., 0]
+        # − f_i, and its opposite on the body at the other end
         if self.moments is not None:
             loads[..., :3] -= self.along(self.moments)
         impulse = self.along(self.impulse)
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
-            wrench = (impulse[..., None, rows] @ block_wrenches(self.state, block)[:, None])[
-                ..., 0, :
-            ]
-            for body, sign in ((block.body, 1), (block.other, -1)):
-                if body >= 0:
-                    loads[:, :, body] -= sign * wrench
+            wrenches = block_wrenches(self.state, block)[:, None]
+            wrench = (impulse[..., None, rows] @ wrenches)[..., 0, :]
+            if block.body >= 0:
+                loads[:, :, block.body] -= wrench
+            if block.other >= 0:
+                loads[:, :, block.other] -= -1 * wrench
+        # + Σ F_child
+        parents = self.landing.robot.parents
         for i in range(len(parents) - 1, 0, -1):
             if parents[i] >= 0:
                 loads[:, :, parents[i]] += loads[:, :, i]
         loads[..., :3] -= self.rotor_moments
         return loads
+
+    @property
+    def _world_twists(self) -> Any:
+        """Jumps (N, S, nb, 6) of the bodies at the base's origin, world axes."""
+        R = self.state.rotation[:, None]
+        omega = (R @ self.strike_jumps[..., :3, None])[..., 0]
+        v = (R @ self.strike_jumps[..., 3:, None])[..., 0]
+        v = v - cross(omega, self.state.position[:, None])
+        return np.concatenate([omega, v], axis=-1)
 
     @functools.cached_property
     def rotor_moments(self) -> Any:
@@ -298,14 +299,12 @@ class Impact:
         """
         moments = 0.0 * self.strike_jumps[..., :3]
         for v, body in geared_bodies(self.landing.robot, self.inertias.coupling):
-            omega = (self.state.rotation[:, None, body] @ self.strike_jumps[:, :, body, :3, None])[
-                ..., 0
-            ]
-            axis, coupling = (
-                self.state.J[:, None, :3, v],
-                self.exact(self.inertias.coupling[:, None, v]),
-            )
-            moments[:, :, body] = axis * (coupling * np.sum(axis * omega, axis=-1))[..., None]
+            R = self.state.rotation[:, None, body]
+            omega = (R @ self.strike_jumps[:, :, body, :3, None])[..., 0]
+            axis = self.state.J[:, None, :3, v]
+            coupling = self.exact(self.inertias.coupling[:, None, v])
+            spin = np.sum(axis * omega, axis=-1)
+            moments[:, :, body] = axis * (coupling * spin)[..., None]
         return moments
 
     def joint_power(self, joints: Sequence[tuple[int, int]]) -> Any:
@@ -313,12 +312,10 @@ class Impact:
 
         Args: joints, body and velocity of each.
         """
-        bodies, columns = ([joint[k] for joint in joints] for k in (0, 1))
-        return np.sum(
-            np.swapaxes(self.state.J[:, :, columns], 1, 2)[:, None]
-            * self.joint_loads[:, :, bodies],
-            axis=-1,
-        )
+        bodies = [body for body, _ in joints]
+        columns = [column for _, column in joints]
+        twists = np.swapaxes(self.state.J[:, :, columns], 1, 2)[:, None]
+        return np.sum(twists * self.joint_loads[:, :, bodies], axis=-1)
 
     @functools.cached_property
     def ground_impulse(self) -> tuple[Any, Any]:
@@ -327,18 +324,18 @@ class Impact:
 
         All contacts and standing feet together, which is unique even where its parts are not.
         """
-        impulse, total = self.along(self.independent_impulse), 0.0 * self.com[:, None]
-        force, moment = total, total
+        impulse = self.along(self.independent_impulse)
+        force = moment = 0.0 * self.com[:, None]
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
             if block.kind in ("closure", "stop"):
                 continue
-            parts, n = (
-                block_axes(self.state, block)[:, None] * impulse[..., rows, None],
-                len(block.forces),
-            )
+            n = len(block.forces)
+            parts = block_axes(self.state, block)[:, None] * impulse[..., rows, None]
             pushed = parts[..., :n, :].sum(axis=-2)
-            force, moment = force + pushed, moment + parts[..., n:, :].sum(axis=-2)
-            moment = moment + cross((block_point(self.state, block) - self.com)[:, None], pushed)
+            turned = parts[..., n:, :].sum(axis=-2)
+            arm = (block_point(self.state, block) - self.com)[:, None]
+            force = force + pushed
+            moment = moment + turned + cross(arm, pushed)
         return force, moment
 
     @functools.cached_property
@@ -346,18 +343,18 @@ class Impact:
         """½ Σ Vᵀ I V + ½ q̇ᵀ diag(A − c) q̇ of the motion before the impact (N, S) [J], A armature
         and c coupling, which is in I.
         """
-        before, bodies = self.landing.before, range(len(self.landing.robot.bodies))
-        twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)[
-            :, None
-        ] + np.zeros((1, 1, 1, 1))
+        before = self.landing.before
+        bodies = range(len(self.landing.robot.bodies))
+        twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)
+        # (N, S, nb, 6), also where the landing has one strike, whatever the arithmetic.
+        twists = twists[:, None] + np.zeros((1, 1, 1, 1))
         linear = twists[..., 3:] + self._strike_change[..., None, :]
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
         momenta = (self.spatial_inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
+        of_bodies = np.sum(momenta * twists, axis=(-1, -2))
         own = self.exact(self.inertias.armature) - self.exact(self.inertias.coupling)
-        return (
-            np.sum(momenta * twists, axis=(-1, -2))
-            + np.sum(own * self.exact(before.joint_rates) ** 2, axis=-1)[:, None]
-        ) / 2
+        of_drives = np.sum(own * self.exact(before.joint_rates) ** 2, axis=-1)
+        return (of_bodies + of_drives[:, None]) / 2
 
 
 class DoubleImpact(Impact):
@@ -384,23 +381,25 @@ class DoubleImpact(Impact):
         strikes: Array | None = None,
         inertias: Inertias | None = None,
     ) -> None:
-        self.landing, self.equation, self.bodies, self.strikes = landing, equation, bodies, strikes
-        self.state, self.blocks, self.speeds = equation.state, equation.blocks, equation.b
-        self.delta_qd, self.impulse, self.jumps = (
-            equation.full(solution.delta_qd),
-            solution.impulse,
-            jumps,
-        )
-        self.unique, self.independent_impulse = (
-            np.ones(solution.impulse.shape[:2], dtype=bool),
-            solution.independent_impulse,
-        )
+        self.landing = landing
+        self.equation = equation
+        self.bodies = bodies
+        self.strikes = strikes
+        self.state = equation.state
+        self.blocks = equation.blocks
+        self.speeds = equation.b
+        self.delta_qd = equation.full(solution.delta_qd)
+        self.impulse = solution.impulse
+        self.independent_impulse = solution.independent_impulse
+        self.jumps = jumps
         if bodies is not None:
             self._columns = {body: k for k, body in enumerate(bodies)}
+        self.unique = np.ones(solution.impulse.shape[:2], dtype=bool)
         self.clear = np.ones(len(self.unique), dtype=bool)
         """In which postures (N,) all rows are independent, clearly."""
         for k, row_space in solution.row_spaces.items():
-            self.clear[k], self.unique[k] = False, row_space.unique
+            self.clear[k] = False
+            self.unique[k] = row_space.unique
         if inertias is not None:
             self.inertias = inertias
 
@@ -415,10 +414,8 @@ class DoubleImpact(Impact):
     def rigid_mobility(self, block: ConstraintBlock) -> Array:
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""
         wrenches = block_wrenches(self.state, block)
-        return np.asarray(
-            wrenches
-            @ np.linalg.solve(self.spatial_inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2))
-        )
+        inertia = self.spatial_inertias.sum(axis=1)
+        return np.asarray(wrenches @ np.linalg.solve(inertia, np.swapaxes(wrenches, -1, -2)))
 
 
 class ColumnImpact(DoubleImpact):
@@ -435,13 +432,8 @@ def jumps_in_body_axes(
     """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the
     joint velocities.
     """
-    robot, chosen = landing.robot, slice(None) if bodies is None else list(bodies)
-    jumps = body_jumps(
-        state.J,
-        [joint.v for joint in robot.joints],
-        robot.parents,
-        state.position,
-        delta_qd,
-        bodies,
-    )
-    return in_body_axes(jumps, state.rotation[:, chosen])
+    robot = landing.robot
+    S = [joint.v for joint in robot.joints]
+    jumps = body_jumps(state.J, S, robot.parents, state.position, delta_qd, bodies)
+    rotation = state.rotation if bodies is None else state.rotation[:, list(bodies)]
+    return in_body_axes(jumps, rotation)

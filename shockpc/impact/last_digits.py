@@ -9,6 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.method.exact.kinematics import Data, data_of
 
 STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
@@ -24,25 +25,15 @@ def last_digits_changed(landing: PosedLanding, pattern: int) -> tuple[PosedLandi
     The signs and sizes are one of several fixed pseudo-random patterns. Two numbers that would
     change by the same amount keep their difference, so there are more amounts than one.
     """
-    data, joints, place = data_of(landing.robot), landing.joint_model, 7919 * pattern
-
-    def changed(values: Array) -> Array:
-        nonlocal place
-        n = np.arange(place, place + values.size)
-        place += values.size
-        steps = STEPS[(n * 2654435761 >> 7) & 7].reshape(values.shape)
-        return np.asarray(np.where(values == 0.0, values, values + steps * np.spacing(values)))
-
-    inertia = changed(data.inertia)
-    inertia = np.triu(inertia) + np.swapaxes(np.triu(inertia, 1), 1, 2)
+    changed = _LastDigits(7919 * pattern)
+    data = data_of(landing.robot)
+    upper = np.triu(changed(data.inertia))
+    inertia = upper + np.swapaxes(np.triu(upper, 1), 1, 2)
     fields = {name: changed(getattr(data, name)) for name in Data._fields if name != "inertia"}
-    contacts, stance = (
-        tuple(
-            block._replace(point=changed(block.point), forces=changed(block.forces), lowest=())
-            for block in blocks
-        )
-        for blocks in (landing.blocks[: len(landing.contacts)], landing.stance)
-    )
+    struck = landing.blocks[: len(landing.contacts)]
+    contacts = tuple(_changed_rows(block, changed) for block in struck)
+    stance = tuple(_changed_rows(block, changed) for block in landing.stance)
+    joints = landing.joint_model
     moved = replace(
         landing,
         q=changed(landing.q),
@@ -54,3 +45,27 @@ def last_digits_changed(landing: PosedLanding, pattern: int) -> tuple[PosedLandi
         stance=stance,
     )
     return moved, data._replace(**fields, inertia=inertia)
+
+
+class _LastDigits:
+    """Changes numbers by a few units in the last place, by the next entries of a pattern.
+
+    Args:
+        start: entry of the pattern to begin with.
+    """
+
+    def __init__(self, start: int) -> None:
+        self._next = start
+
+    def __call__(self, values: Array) -> Array:
+        """Values of any shape, changed; zeros stay."""
+        n = np.arange(self._next, self._next + values.size)
+        self._next += values.size
+        steps = STEPS[(n * 2654435761 >> 7) & 7].reshape(values.shape)
+        return np.asarray(np.where(values == 0.0, values, values + steps * np.spacing(values)))
+
+
+def _changed_rows(block: ConstraintBlock, changed: _LastDigits) -> ConstraintBlock:
+    """The rows of a contact with other numbers."""
+    point = changed(block.point)
+    return block._replace(point=point, forces=changed(block.forces), lowest=())

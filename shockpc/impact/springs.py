@@ -7,6 +7,7 @@ eigenproblem K φ = ω² M φ in the geometry at the impact.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,34 +35,33 @@ def early_springs(
         time: from which on the first spring has an effect [s].
         duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
     """
-    model, count = landing.joint_model, f"{1e3 * time:.2g} ms"
-    joints = model.rotor_unknown
-    if duration is not None and joints.any():
-        names = few(
-            [joint.name for joint in landing.robot.single_joints if joints[joint.v].any()],
-            2,
-            what=" joints",
-        )
+    unknown = landing.joint_model.rotor_unknown
+    after = f"{1e3 * time:.2g} ms"
+    if duration is not None and unknown.any():
+        joints = [joint.name for joint in landing.robot.single_joints if unknown[joint.v].any()]
+        names = few(joints, 2, what=" joints")
         text = (
             f"springs at {names} are left out on contacts of finite stiffness, because the "
             "inertia of the rotors behind them is unknown; they would change forces and durations "
-            f"from {count} on. Give the rotors with --rotor"
+            f"from {after} on. Give the rotors with --rotor"
         )
         yield Diagnostic("contact", "springs", time, text)
-    elif time < (STIFF_CONTACT if duration is None else duration):
-        within = (
-            f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact"
-            if duration is None
-            else f"the {1e3 * duration:.3g} ms of contact"
-        )
+        return
+    if duration is None:
+        contact = STIFF_CONTACT
+        within = f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact"
         remedy = (
             "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, "
             "or give --contact-stiffness"
         )
+    else:
+        contact = duration
+        within = f"the {1e3 * duration:.3g} ms of contact"
+        remedy = "see the jumps at the end of contact"
+    if time < contact:
         text = (
-            f"springs of joints have an effect after {count}, within {within}, but the impulse "
-            f"model leaves them free; "
-            + (remedy if duration is None else "see the jumps at the end of contact")
+            f"springs of joints have an effect after {after}, within {within}, but the impulse "
+            f"model leaves them free; {remedy}"
         )
         yield Diagnostic("contact", "springs", time, text)
 
@@ -83,37 +83,70 @@ def spring_times(landing: PosedLanding) -> Array:
     unknown inertia behind a spring counts as held, which gives an earlier time. Infinite for joints
     without a spring, and where it cannot be deflected while the contacts are held.
     """
-    model, equation = landing.joint_model, landing.equation(landing.state)
-    times = np.full(len(model.armature), np.inf)
-    H, G = equation.H[0], np.eye(len(times)) if equation.G is None else equation.G[0]
-    scale = 1.0 / np.sqrt(np.diagonal(H))
+    springs = _springs(landing)
+    times = np.full(len(landing.joint_model.armature), np.inf)
+    # Modes of K φ = ω² M φ, K = Bᵀ k B and M = L Lᵀ: the singular values of √k B L⁻ᵀ are ω.
+    L = np.linalg.cholesky(springs.M)
+    scaled = np.sqrt(springs.stiffness)[:, None] * np.linalg.solve(L, springs.B.T).T
+    U, omega, _ = np.linalg.svd(scaled, full_matrices=False)
+    moving = omega > 1e-9 * omega.max(initial=0.0)
+    for share, v in zip(U**2, springs.joints, strict=True):
+        slowest = omega[moving & (share >= TAKES_PART)].min(initial=np.inf)
+        if np.isfinite(slowest):
+            times[v] = min(times[v], np.pi / (2.0 * slowest))
+    return times
+
+
+class _Springs(NamedTuple):
+    """Springs between coordinates that leave the contacts held.
+
+    Attributes:
+        M: (m, m) inertia of the coordinates, the last of which are rotors behind springs.
+        B: (n, m) deflections for unit coordinates.
+        stiffness: (n,) k [N m/rad, N/m].
+        joints: (n,) joint velocities to which the springs belong.
+    """
+
+    M: Array
+    B: Array
+    stiffness: Array
+    joints: np.ndarray
+
+
+def _springs(landing: PosedLanding) -> _Springs:
+    """The springs of joints, and those between joints and rotors that are held or move."""
+    model = landing.joint_model
+    basis = _held_basis(landing)
+    equation = landing.equation(landing.state)
+    rates = basis if equation.G is None else equation.G[0] @ basis
+    has_spring = model.springs
+    of_joint = np.flatnonzero(has_spring & (model.stiffness > 0.0))
+    to_held_rotor = np.flatnonzero(model.rotor_unknown)
+    to_rotor = np.flatnonzero(has_spring & (model.rotor > 0.0))
+
+    n, rotors = basis.shape[1], len(to_rotor)
+    M = np.zeros((n + rotors, n + rotors))
+    M[:n, :n] = basis.T @ equation.H[0] @ basis
+    M[n:, n:] = np.diag(model.rotor[to_rotor])
+    joints = np.concatenate([of_joint, to_held_rotor, to_rotor])
+    B = np.zeros((len(joints), n + rotors))
+    B[:, :n] = rates[joints]
+    B[len(joints) - rotors :, n:] = -np.eye(rotors)
+    stiffness = np.concatenate(
+        [
+            model.stiffness[of_joint],
+            model.drive_stiffness[to_held_rotor],
+            model.drive_stiffness[to_rotor],
+        ]
+    )
+    return _Springs(M, B, stiffness, joints)
+
+
+def _held_basis(landing: PosedLanding) -> Array:
+    """Free velocities (ny, m), a basis of those that leave the contacts held."""
+    equation = landing.equation(landing.state)
+    scale = 1.0 / np.sqrt(np.diagonal(equation.H[0]))
     # Scaled to a unit diagonal, rows of forces and of moments compare.
     _, sizes, rows = np.linalg.svd(equation.J_c[0] * scale)
     rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max(initial=0.0)))
-    basis = scale[:, None] * rows[rank:].T
-    M, velocities = basis.T @ H @ basis, G @ basis
-    joints = np.flatnonzero(model.springs)
-    behind = np.array([v for v in joints if model.rotor[v] > 0.0], dtype=int)
-    jointed = np.array([v for v in joints if model.stiffness[v] > 0.0], dtype=int)
-    held_rotor = np.flatnonzero(model.rotor_unknown)
-    loaded = np.concatenate([jointed, held_rotor])
-    n, s = len(M), len(behind)
-    full = np.zeros((n + s, n + s))
-    full[:n, :n], full[n:, n:] = M, np.diag(model.rotor[behind])
-    B = np.zeros((len(loaded) + s, n + s))
-    B[: len(loaded), :n], B[len(loaded) :, :n], B[len(loaded) :, n:] = (
-        velocities[loaded],
-        velocities[behind],
-        -np.eye(s),
-    )
-    k = np.concatenate(
-        [model.stiffness[jointed], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]]
-    )
-    U, sigma, _ = np.linalg.svd(
-        np.sqrt(k)[:, None] * np.linalg.solve(np.linalg.cholesky(full), B.T).T, full_matrices=False
-    )
-    moving = sigma > 1e-9 * sigma.max(initial=0.0)
-    for row, v in enumerate([*loaded, *behind]):
-        slowest = sigma[moving & (U[row] ** 2 >= TAKES_PART)].min(initial=np.inf)
-        times[v] = min(times[v], np.pi / (2.0 * slowest) if np.isfinite(slowest) else np.inf)
-    return times
+    return np.asarray(scale[:, None] * rows[rank:].T)
