@@ -1,5 +1,6 @@
-"""Heights of a robot's geometry over flat ground: what of it the ground meets first, and which
-contacts it touches together.
+"""Heights of a robot's geometry over flat ground.
+
+They tell what of it the ground meets first, and which contacts it touches together.
 """
 
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
+from shockpc.impact.impact import Impact
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
 from shockpc.landing.soles import LEVEL, most_inside
@@ -47,27 +49,26 @@ class Levels(NamedTuple):
 
     @property
     def clearance(self) -> Array:
-        """Height (N,) of the lowest of the other links above the lowest contact, below zero under
-        it; NaN without geometry.
+        """Height (N,) of the lowest of the other links above the lowest contact.
+
+        It is below zero under that, and NaN without geometry.
         """
         if not self.others.size:
             return np.full(len(self.contacts), np.nan)
-        return np.asarray(
-            self.surface.T[self.others].min(axis=0, initial=np.inf) - self.contacts.min(axis=1)
-        )
+        lowest = self.surface.T[self.others].min(axis=0, initial=np.inf)
+        return np.asarray(lowest - self.contacts.min(axis=1))
 
     @property
     def depth(self) -> Array:
-        """How far (N,) other links reach below the lowest contact, 0 where they do not; NaN without
-        geometry.
+        """Depth (N,) of the lowest of the other links below the lowest contact.
+
+        It is 0 where it is not below that, and NaN without geometry.
         """
         return np.maximum(-self.clearance, 0.0)
 
     @property
     def below(self) -> np.ndarray:
-        """Whether (N,) other links are so far below the contacts that flat ground meets them first;
-        never without geometry.
-        """
+        """(N,) bool, True where flat ground meets other links first; never without geometry."""
         return np.asarray(self.depth > self.tolerance)
 
     @property
@@ -77,36 +78,32 @@ class Levels(NamedTuple):
 
     @property
     def uneven(self) -> np.ndarray:
-        """Whether (N,) the contacts and standing feet differ so much in height that flat ground
-        cannot touch all of them.
-        """
+        """(N,) bool, True where flat ground cannot touch all contacts and standing feet."""
         return np.asarray(self.spread > self.tolerance)
 
 
+def _held(landing: Landing) -> tuple[ConstraintBlock, ...]:
+    """The contacts and the standing feet."""
+    return (*landing.contacts, *landing.stance)
+
+
 def on_ground(landing: Landing) -> list[int]:
-    """Numbers of the contacts and standing feet on flat ground: those that have the normal of the
-    first.
-    """
-    return [
-        k
-        for k, block in enumerate((*landing.contacts, *landing.stance))
-        if block.normal @ landing.up > 1.0 - 1e-9
-    ]
+    """Numbers of the contacts and standing feet on flat ground: those whose normal points up."""
+    return [k for k, held in enumerate(_held(landing)) if held.normal @ landing.up > 1.0 - 1e-9]
 
 
 def without_shapes(landing: Landing, number: int) -> bool:
-    """Whether the frame of a contact or standing foot on flat ground has no shapes, but its body
-    has. Args: number, its number.
+    """True if the frame of a contact on flat ground has no shapes, but its body has.
+
+    Args:
+        landing: the landing.
+        number: of the contact or standing foot.
     """
-    robot, frame = (
-        landing.robot,
-        landing.robot.frame((*landing.contacts, *landing.stance)[number].frame),
-    )
-    return (
-        number in on_ground(landing)
-        and bool(body_outline(robot).shapes[frame.body])
-        and not shapes_at(robot, frame.name).any()
-    )
+    robot = landing.robot
+    frame = robot.frame(_held(landing)[number].frame)
+    of_body = body_outline(robot).shapes[frame.body]
+    of_frame = shapes_at(robot, frame.name)
+    return number in on_ground(landing) and bool(of_body) and not of_frame.any()
 
 
 def levels(
@@ -121,37 +118,37 @@ def levels(
         points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
         every: whether every body is measured, or only those that may be the lowest.
     """
-    up, pieces, grounded = (
-        landing.up,
-        body_outline(landing.robot).pieces,
-        (*landing.contacts, *landing.stance),
-    )
-    frames = [landing.robot.frame(grounded[k].frame) for k in on_ground(landing)]
-    height = points @ up
+    robot = landing.robot
+    pieces = body_outline(robot).pieces
+    frames = [robot.frame(_held(landing)[k].frame) for k in on_ground(landing)]
+    height = points @ landing.up
     below = None if every else height.max(axis=1) + LEVEL
-    surface = _lowest_of_shapes(
-        landing, rotation, position, {frame.body for frame in frames}, below
-    )
+    carriers = {frame.body for frame in frames}
+    surface = _lowest_of_shapes(landing, rotation, position, carriers, below)
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    struck, inside = (
-        np.stack([shapes_at(landing.robot, frame.name) for frame in frames]),
-        most_inside(landing.robot),
-    )
-    contacts = height.copy()
-    for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):
-        if of_contact.any():
-            touching = surface[:, of_contact]
+
+    # The lowest point of each contact, of its shapes or itself.
+    of_contact = np.stack([shapes_at(robot, frame.name) for frame in frames])
+    inside = most_inside(robot)
+    lowest = height.copy()
+    for k, frame in enumerate(frames):
+        if of_contact[k].any():
+            touching = surface[:, of_contact[k]]
         else:
             # A frame without shapes stands for those of its body in which it may lie, such as a
             # site at the centre of a foot.
-            body = pieces.body == frame.body
-            touching = np.where(
-                core[:, body] >= height[:, k, None] - inside, surface[:, body], np.inf
-            )
-        contacts[:, k] = touching.min(axis=1, initial=np.inf)
-    lowest, others = np.minimum(height, contacts), np.logical_not(struck.any(axis=0))
+            own = pieces.body == frame.body
+            around = core[:, own] >= height[:, k, None] - inside
+            touching = np.where(around, surface[:, own], np.inf)
+        lowest[:, k] = touching.min(axis=1, initial=np.inf)
     return Levels(
-        core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance + LEVEL
+        core=core,
+        surface=surface,
+        contacts=np.minimum(height, lowest),
+        of_contact=of_contact,
+        others=np.logical_not(of_contact.any(axis=0)),
+        inside=inside,
+        tolerance=landing.scene.ground_tolerance + LEVEL,
     )
 
 
@@ -170,46 +167,94 @@ def _lowest_of_shapes(
         carriers: the bodies of the contacts, which are measured first.
         below: (N,) height above which no body is measured [m]; None to measure all.
     """
-    up, start = landing.up, body_outline(landing.robot).pieces.start
+    up = landing.up
+    start = body_outline(landing.robot).pieces.start
     surface = np.full((len(start), len(rotation)), np.inf)
-    bodies, centre, half = _by_body(landing.robot)
+    bodies, boxes = _by_body(landing.robot)
+
+    # Of each body in each posture (nb, N): the ground's normal in its axes, the height of its
+    # origin, and that of the lowest corner of the box around it.
     # np.einsum takes five times as long for this product.
-    rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
-    low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
+    rising = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2)
+    height = (position @ up).T
+    middle = (rising @ boxes.centre[..., None])[..., 0]
+    low = height + middle - (np.abs(rising) @ boxes.half[..., None])[..., 0]
+
     sought = np.full(len(rotation), np.inf) if below is None else below.copy()
-    for body, n, corners, axes in sorted(
-        bodies, key=lambda entry: (entry[0] not in carriers, low[entry[0]].sum())
-    ):
+    upwards = sorted(bodies, key=lambda one: (one.body not in carriers, low[one.body].sum()))
+    for body, numbers, corners, axes in upwards:
         near = np.flatnonzero(low[body] <= sought)
-        if near.size:
-            towards = rising[body, near].T
-            reach = np.maximum.reduceat(corners @ -towards, start[n] - start[n[0]], axis=0)
-            if axes.size:
-                reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
-            surface[n[:, None], near] = reached = height[body, near] - reach
-            if body not in carriers and below is not None:
-                sought[near] = np.minimum(sought[near], reached.min(axis=0) + LEVEL)
+        if not near.size:
+            continue
+        towards = rising[body, near].T
+        first = start[numbers] - start[numbers[0]]
+        reach = np.maximum.reduceat(corners @ -towards, first, axis=0)
+        if axes.size:
+            along = (axes @ towards).reshape(3, len(numbers), -1)
+            reach += np.sqrt((along**2).sum(axis=0))
+        lowest = height[body, near] - reach
+        surface[numbers[:, None], near] = lowest
+        if body not in carriers and below is not None:
+            sought[near] = np.minimum(sought[near], lowest.min(axis=0) + LEVEL)
     return surface.T
 
 
-def _relative(
-    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
-) -> tuple[Levels, Array]:
-    """Heights in N postures: all; and (N, 1 + n) `SPREAD`, and `CLEARANCE` of n bodies, inf of one
-    without other shapes.
+class _BodyPieces(NamedTuple):
+    """The pieces of geometry of one body.
+
+    Attributes:
+        body: its index.
+        numbers: (n,) of its pieces.
+        points: (k, 3) of these pieces, one after the other [m].
+        axes: (3 n, 3) semi-axes of the ellipsoids that round the pieces, the first of each first;
+            (0, 3) where nothing is round [m].
     """
-    here = levels(
-        landing,
-        state.rotation,
-        state.position,
-        _grounded_points(landing, state, blocks),
-        every=True,
-    )
-    bodies, low = body_outline(landing.robot).pieces.body, here.contacts.min(axis=1)
-    shapes = (here.surface[:, here.others & (bodies == place.body)] for place in places)
-    return here, np.stack(
-        [here.spread, *(heights.min(axis=1, initial=np.inf) - low for heights in shapes)], axis=1
-    )
+
+    body: int
+    numbers: np.ndarray
+    points: Array
+    axes: Array
+
+
+class _Boxes(NamedTuple):
+    """Boxes around the pieces of the bodies, in the bodies' frames.
+
+    Attributes:
+        centre: (nb, 3) [m].
+        half: (nb, 3) half the sides [m].
+    """
+
+    centre: Array
+    half: Array
+
+
+@memoized()
+def _by_body(robot: Robot) -> tuple[tuple[_BodyPieces, ...], _Boxes]:
+    """The pieces of the bodies that have some, and boxes around them."""
+    pieces = body_outline(robot).pieces
+    boxes = _Boxes(np.zeros((len(robot.bodies), 3)), np.zeros((len(robot.bodies), 3)))
+    reach = np.linalg.norm(pieces.rounding, axis=2)[pieces.piece]
+    least = pieces.points - reach
+    most = pieces.points + reach
+    by_body = []
+    for body in sorted(set(pieces.body.tolist())):
+        numbers = np.flatnonzero(pieces.body == body)
+        of_body = pieces.body[pieces.piece] == body
+        axes = pieces.rounding[numbers].transpose(2, 0, 1).reshape(-1, 3)
+        if not axes.any():
+            axes = axes[:0]
+        by_body.append(_BodyPieces(body, numbers, pieces.points[of_body], axes))
+        low = least[of_body].min(axis=0)
+        high = most[of_body].max(axis=0)
+        boxes.centre[body] = (low + high) / 2.0
+        boxes.half[body] = (high - low) / 2.0
+    return tuple(by_body), boxes
+
+
+def _levels_of_all(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Levels:
+    """Heights of every body in N postures."""
+    points = _grounded_points(landing, state, blocks)
+    return levels(landing, state.rotation, state.position, points, every=True)
 
 
 def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
@@ -217,15 +262,59 @@ def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Constra
     return np.stack([block_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
 
 
+def _clearances(landing: Landing, heights: Levels, places: Sequence[Place]) -> Array:
+    """`CLEARANCE` (N, n) of n bodies in N postures; inf of one without other shapes."""
+    bodies = body_outline(landing.robot).pieces.body
+    low = heights.contacts.min(axis=1)
+    clearances = np.empty((len(low), len(places)))
+    for k, place in enumerate(places):
+        own = heights.others & (bodies == place.body)
+        clearances[:, k] = heights.surface[:, own].min(axis=1, initial=np.inf) - low
+    return clearances
+
+
+def _reach(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
+) -> tuple[Array, np.ndarray]:
+    """`REACH` of n contacts without shapes in N postures, (N, n), and the lowest shapes (N, n).
+
+    Where it is less than a contact point may lie inside, the shape does not count as that of the
+    contact, and `CLEARANCE` jumps.
+    """
+    heights = _levels_of_all(landing, state, blocks)
+    bodies = body_outline(landing.robot).pieces.body
+    cores = []
+    points = []
+    for place in places:
+        contact = blocks[place.number]
+        own = heights.others & (bodies == contact.body)
+        cores.append(np.where(own, heights.core, np.inf))
+        points.append(block_point(state, contact) @ landing.up)
+    core = np.stack(cores, axis=1)
+    return core.min(axis=2) - np.stack(points, axis=1), core.argmin(axis=2)
+
+
+def _spread_of(impact: Impact, places: Sequence[Place]) -> Array:
+    """`SPREAD` (N, 1, 1) in N postures."""
+    del places
+    heights = _levels_of_all(impact.landing, impact.state, impact.blocks)
+    return heights.spread[:, None, None]
+
+
+def _clearance_of(impact: Impact, places: Sequence[Place]) -> Array:
+    """`CLEARANCE` (N, 1, n) in N postures."""
+    heights = _levels_of_all(impact.landing, impact.state, impact.blocks)
+    return _clearances(impact.landing, heights, places)[:, None]
+
+
+def _reach_of(impact: Impact, places: Sequence[Place]) -> Array:
+    """`REACH` (N, 1, n) in N postures."""
+    reaches, _ = _reach(impact.landing, impact.state, impact.blocks, places)
+    return reaches[:, None]
+
+
 SPREAD = Quantity(
-    "spread",
-    "robot",
-    "difference in height of the contacts",
-    "m",
-    "neither",
-    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][
-        :, None, :1
-    ],
+    "spread", "robot", "difference in height of the contacts", "m", "neither", _spread_of
 )
 CLEARANCE = Quantity(
     "clearance",
@@ -233,9 +322,7 @@ CLEARANCE = Quantity(
     "height of the body above the lowest contact",
     "m",
     "neither",
-    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][
-        :, None, 1:
-    ],
+    _clearance_of,
 )
 REACH = Quantity(
     "reach",
@@ -243,38 +330,10 @@ REACH = Quantity(
     "height of the link's lowest point above the contact",
     "m",
     "neither",
-    lambda impact, places: _reach(impact.landing, impact.state, impact.blocks, places)[0][:, None],
+    _reach_of,
 )
 HEIGHTS = (SPREAD, CLEARANCE, REACH)
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
-
-
-def _reach(
-    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
-) -> tuple[Array, np.ndarray]:
-    """`REACH` of n contacts without shapes in N postures, (N, n), and which shape (N, n) of the
-    body is the lowest.
-
-    Where it is less than a contact point may lie inside, the shape does not count as that of the
-    contact, and `CLEARANCE` jumps.
-    """
-    here = levels(
-        landing,
-        state.rotation,
-        state.position,
-        _grounded_points(landing, state, blocks),
-        every=True,
-    )
-    bodies, contacts = (
-        body_outline(landing.robot).pieces.body,
-        [blocks[place.number] for place in places],
-    )
-    core = np.stack(
-        [np.where(here.others & (bodies == block.body), here.core, np.inf) for block in contacts],
-        axis=1,
-    )
-    heights = np.stack([block_point(state, block) @ landing.up for block in contacts], axis=1)
-    return core.min(axis=2) - heights, core.argmin(axis=2)
 
 
 def reach_rates(
@@ -290,9 +349,10 @@ def reach_rates(
     """
     values, lowest = _reach(landing, state, blocks, places)
     low = np.take_along_axis(lowest_points(landing, state), lowest[..., None], axis=1)
-    arms = low - np.stack([block_point(state, blocks[place.number]) for place in places], axis=1)
-    # Both points turn with the body.
-    turning = twists[:, [blocks[place.number].body for place in places], :3]
+    contacts = [blocks[place.number] for place in places]
+    arms = low - np.stack([block_point(state, contact) for contact in contacts], axis=1)
+    # Both points turn with the body: the rate is (r × n) · ω.
+    turning = twists[:, [contact.body for contact in contacts], :3]
     return values, (np.cross(arms, landing.up)[:, :, None] @ turning)[:, :, 0]
 
 
@@ -316,71 +376,63 @@ def height_rates(
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
         places: the n bodies; the clearance of a place that is none is infinite.
     """
-    here, values = _relative(landing, state, blocks, places)
-    grounded = [blocks[k].body for k in on_ground(landing)]
-    points = np.concatenate(
-        [lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1
-    )
-    heights, bodies = (
-        points @ landing.up,
-        np.append(body_outline(landing.robot).pieces.body, grounded),
-    )
-    # The lowest point of a contact is that of one of the link's shapes, or the contact point.
-    sought = here.contacts.min(axis=1)[:, None] + np.insert(values, 0, 0.0, axis=1)
-    among = np.array([bodies >= 0, bodies >= 0, *(bodies == place.body for place in places)])
-    chosen = np.where(among, np.abs(heights[:, None] - sought[..., None]), np.inf).argmin(axis=2)
-    pushes = wrenches(
-        np.take_along_axis(points, chosen[..., None], axis=1),
-        np.broadcast_to(landing.up, (*chosen.shape, 1, 3)),
-        1,
-    )
-    rates = (pushes @ twists[np.arange(len(twists))[:, None], bodies[chosen]])[:, :, 0]
+    levels_here = _levels_of_all(landing, state, blocks)
+    clearances = _clearances(landing, levels_here, places)
+    spread = levels_here.spread[:, None]
+    values = np.concatenate([spread, clearances], axis=1)
+
+    # Points that may be the lowest ones: of all shapes, and of the contacts.
+    grounded = _grounded_points(landing, state, blocks)
+    points = np.concatenate([lowest_points(landing, state), grounded], axis=1)
+    of_contacts = [blocks[k].body for k in on_ground(landing)]
+    bodies = np.append(body_outline(landing.robot).pieces.body, of_contacts)
+
+    # The height of the lowest contact, of the highest one, and of each body; among the points of
+    # all bodies, of all, and of that body. The lowest point of a contact is that of one of the
+    # link's shapes, or the contact point.
+    lowest = levels_here.contacts.min(axis=1)[:, None]
+    sought = np.concatenate([lowest, lowest + values], axis=1)
+    every = bodies >= 0
+    among = np.array([every, every, *(bodies == place.body for place in places)])
+    away = np.abs((points @ landing.up)[:, None] - sought[..., None])
+    nearest = np.where(among, away, np.inf).argmin(axis=2)
+
+    # Each point rises at ω · (p × n) + v · n.
+    at = np.take_along_axis(points, nearest[..., None], axis=1)
+    up = np.broadcast_to(landing.up, (*nearest.shape, 1, 3))
+    of_bodies = twists[np.arange(len(twists))[:, None], bodies[nearest]]
+    rates = (wrenches(at, up, 1) @ of_bodies)[:, :, 0]
     return values, rates[:, 1:] - rates[:, :1]
 
 
 def lowest_points(landing: Landing, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
-    """The lowest points (N, n, 3) of the shapes of all bodies, or of some, world axes, from the
-    base [m].
+    """The lowest points (N, n, 3) of the n shapes of bodies, world axes, from the base [m].
+
+    Args:
+        landing: names the robot and the ground's normal.
+        state: the robot in N postures.
+        bodies: some; by default all.
     """
     pieces = body_outline(landing.robot).pieces
-    chosen = (
-        np.arange(len(pieces.body))
-        if bodies is None
-        else np.flatnonzero(np.isin(pieces.body, bodies))
-    )
-    body, rounding = pieces.body[chosen], pieces.rounding[chosen]
-    up, low = landing.up @ state.rotation, np.empty((len(state.Q), len(chosen), 3))
+    numbers = np.arange(len(pieces.body))
+    if bodies is not None:
+        numbers = np.flatnonzero(np.isin(pieces.body, bodies))
+    body = pieces.body[numbers]
+    rounding = pieces.rounding[numbers]
+    up = landing.up @ state.rotation
+
+    # The lowest corner of each shape, in the frame of its body.
+    low = np.empty((len(state.Q), len(numbers), 3))
     ends = np.append(pieces.start, len(pieces.points))
-    for k, piece in enumerate(chosen):
+    for k, piece in enumerate(numbers):
         corners = pieces.points[ends[piece] : ends[piece + 1]]
-        low[:, k] = corners[(corners @ up[:, body[k]].T).argmin(axis=0)]
+        lowest = (corners @ up[:, body[k]].T).argmin(axis=0)
+        low[:, k] = corners[lowest]
+
+    # From there down to the surface of the ellipsoid E that rounds it: Eᵀ E n / |E n|.
     towards = up[:, body, None] @ rounding
     length = np.linalg.norm(towards, axis=3, keepdims=True)
-    low -= (towards / np.where(length > 0.0, length, 1.0) @ rounding.swapaxes(1, 2))[:, :, 0]
-    return np.asarray(state.position[:, body] + (state.rotation[:, body] @ low[..., None])[..., 0])
-
-
-@memoized()
-def _by_body(robot: Robot) -> tuple[tuple[tuple[int, np.ndarray, Array, Array], ...], Array, Array]:
-    """The pieces of the bodies that have some, and boxes around them.
-
-    Returns: of each the body, its n pieces, their points (k, 3) and semi-axes (3n, 3), the first of
-        each first, or (0, 3) where nothing is round; centres (nb, 3) and half the sides (nb, 3) of
-        the boxes, in the bodies' frames [m].
-    """
-    pieces, found, centre, half = (
-        body_outline(robot).pieces,
-        [],
-        *np.zeros((2, len(robot.bodies), 3)),
-    )
-    reach = np.linalg.norm(pieces.rounding, axis=2)[pieces.piece]
-    for body in sorted(set(pieces.body.tolist())):
-        n, of_body = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
-        axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
-        found.append((body, n, pieces.points[of_body], axes if axes.any() else axes[:0]))
-        low, high = (
-            (pieces.points - reach)[of_body].min(axis=0),
-            (pieces.points + reach)[of_body].max(axis=0),
-        )
-        centre[body], half[body] = (low + high) / 2.0, (high - low) / 2.0
-    return tuple(found), centre, half
+    unit = towards / np.where(length > 0.0, length, 1.0)
+    low -= (unit @ rounding.swapaxes(1, 2))[:, :, 0]
+    turned = (state.rotation[:, body] @ low[..., None])[..., 0]
+    return np.asarray(state.position[:, body] + turned)

@@ -1,6 +1,4 @@
-"""The shock of a landing in many postures as maps from the strike, with their derivatives, by the
-names of places.
-"""
+"""The shock of a landing in many postures, as maps from the strike with their derivatives."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -26,6 +24,9 @@ from shockpc.text.shown import counted
 GRADIENTS = ("shock", "delta_v", "most_severe")
 """Quantities of points of which maps give the gradient."""
 
+SINGLE = 1e-9
+"""Share of the largest singular value by which the next one is less where the largest is single."""
+
 CHUNK = 512
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
@@ -46,8 +47,9 @@ class WorstStrike(NamedTuple):
 
 
 class ShockMaps(NamedTuple):
-    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and
-    speed is a product.
+    """The shock of a landing in N postures.
+
+    Δv is linear in the strike, so every strike angle and speed is a product.
 
     Attributes:
         landing: of which these are postures.
@@ -104,8 +106,9 @@ class ShockMaps(NamedTuple):
         return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ r))
 
     def derivatives_at(self, place: str | int, point: Array | None = None) -> Array:
-        """Derivatives (N, 3, 3, nv) of the maps of a point, as `at`: the point stays where it is on
-        its body.
+        """Derivatives (N, 3, 3, nv) of the maps of a point, as `at`.
+
+        The point stays where it is on its body.
 
         Raises:
             UnknownName: the robot has no frame of that name.
@@ -130,15 +133,11 @@ class ShockMaps(NamedTuple):
         r = self.rotation[:, body] @ r
         moved = jump_at(slopes.reshape(n, 6, -1), r).reshape(n, 3, 3, nv)
         # r turns with the body: Δω × (ω_k × r).
-        turned = cross(
-            self.columns[:, :3].swapaxes(1, 2) * self.robot.ancestors[body][:, None], r[:, None]
-        )
-        return np.asarray(
-            moved
-            + cross(self.maps[:, body, :3].swapaxes(1, 2)[:, :, None], turned[:, None]).transpose(
-                0, 3, 1, 2
-            )
-        )
+        omega = self.columns[:, :3].swapaxes(1, 2) * self.robot.ancestors[body][:, None]
+        turned = cross(omega, r[:, None])
+        delta_omega = self.maps[:, body, :3].swapaxes(1, 2)
+        by_turning = cross(delta_omega[:, :, None], turned[:, None])
+        return np.asarray(moved + by_turning.transpose(0, 3, 1, 2))
 
     def delta_v(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:
         """Jumps (N, 3) of the velocity of a point, world axes [m/s].
@@ -157,10 +156,9 @@ class ShockMaps(NamedTuple):
 
     def shock(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:
         """Shock |Δv| / v_in (N,) of a point (Eq. 2). Args and errors: as for `delta_v`."""
-        return np.asarray(
-            np.linalg.norm(self.delta_v(place, strike), axis=-1)
-            / np.linalg.norm(self._strike(strike), axis=-1)
-        )
+        speed = np.linalg.norm(self.delta_v(place, strike), axis=-1)
+        v_in = np.linalg.norm(self._strike(strike), axis=-1)
+        return np.asarray(speed / v_in)
 
     def gradient(self, quantity: str, strike: Array | Sequence[float] | None = None) -> Array:
         """The derivatives of a quantity of a point by the tangent of q [its unit per m and rad].
@@ -185,23 +183,26 @@ class ShockMaps(NamedTuple):
             )
         change = self.derivatives_at(place)
         if key == "most_severe":
+            # A = U S Vᵀ: the change of the largest singular value is u₁ᵀ dA v₁.
             left, s, right = np.linalg.svd(self.at(place))
             slope = np.einsum("ni,nijk,nj->nk", left[..., 0], change, right[:, 0])
-            return np.asarray(np.where(s[:, :1] - s[:, 1:2] > 1e-9 * s[:, :1], slope, np.nan))
+            single = s[:, :1] - s[:, 1:2] > SINGLE * s[:, :1]
+            return np.asarray(np.where(single, slope, np.nan))
         v = self._strike(strike)
         along = np.einsum("nijk,nj->nik", change, np.broadcast_to(v, (len(change), 3)))
         if key == "delta_v":
             return np.asarray(along)
+        # The change of |Δv| / |v| is Δv · dA v / (|Δv| |v|).
         with np.errstate(invalid="ignore"):
             jump = self.delta_v(place, v)
             unit = jump / np.linalg.norm(jump, axis=-1, keepdims=True)
-            return np.asarray(
-                np.einsum("ni,nik->nk", unit, along) / np.linalg.norm(v, axis=-1, keepdims=True)
-            )
+            slope = np.einsum("ni,nik->nk", unit, along)
+            return np.asarray(slope / np.linalg.norm(v, axis=-1, keepdims=True))
 
     def worst(self, place: str | int, strikes: Array | Sequence[Sequence[float]]) -> WorstStrike:
-        """The worst shock of a point over some strikes, with its gradient where the maps have
-        derivatives.
+        """The worst shock of a point over some strikes, with its gradient.
+
+        There is a gradient where the maps have derivatives.
 
         Args:
             place: as for `at`.
@@ -223,8 +224,9 @@ class ShockMaps(NamedTuple):
         return WorstStrike(shocks.max(axis=1), k, slope)
 
     def joint_jumps(self, qd: Array | Sequence[float]) -> Array:
-        """Jumps Δq̇ (N, nv) of all joint velocities, the base's included, for whatever velocity
-        before the impact.
+        """Jumps Δq̇ (N, nv) of all joint velocities, the base's included.
+
+        They are those of whatever velocity before the impact.
 
         Args:
             qd: (nv,) or (N, nv) velocities before the impact, Pinocchio's layout [rad/s, m/s].
@@ -235,11 +237,11 @@ class ShockMaps(NamedTuple):
         return self._after(qd)[0]
 
     def impulse(self, qd: Array | Sequence[float]) -> Array:
-        """Impulses (N, c, 3) of the ground on the robot at the contacts, then the standing feet,
-        world axes [N s].
+        """Impulses (N, c, 3) of the ground on the robot, world axes [N s].
 
-        NaN where contact or closure rows depend on one another, so that the impulse is not
-        determined. Args and errors: as for `joint_jumps`.
+        They are at the contacts, then the standing feet; NaN where contact or closure rows depend
+        on one another, so that the impulse is not determined. Args and errors: as for
+        `joint_jumps`.
         """
         return self._after(qd)[1]
 
@@ -256,16 +258,19 @@ class ShockMaps(NamedTuple):
             raise SceneError(
                 "a contact has a velocity, which is no joint velocity; leave it out of the scene"
             )
-        rates, jumps, impulses = np.broadcast_to(rates, (n, nv)), np.empty((n, nv)), list[Array]()
+        rates = np.broadcast_to(rates, (n, nv))
+        jumps = np.empty((n, nv))
+        impulses = list[Array]()
         with one_thread(nv):
             for k in range(0, n, CHUNK):
-                block = slice(k, k + CHUNK)
-                state = dynamics(self.robot, self.Q[block], landing.joint_model)
+                chunk = slice(k, k + CHUNK)
+                state = dynamics(self.robot, self.Q[chunk], landing.joint_model)
                 equation = landing.equation(state, with_strike=False)
-                equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[block]))
+                speeds = speeds_undone(state, equation.blocks, rates[chunk])
+                equation = equation._replace(b=speeds)
                 most = landing.most_independent(state, equation.blocks)
                 solution = solution_of(equation, most)
-                jumps[block] = equation.full(solution.delta_qd)[..., 0]
+                jumps[chunk] = equation.full(solution.delta_qd)[..., 0]
                 impulses.append(_impulses(landing, equation, solution))
         return jumps, np.concatenate(impulses)
 
@@ -320,20 +325,19 @@ def doubles(name: str, values: Any) -> Array:
 
 
 def _impulses(landing: Landing, equation: Equation, solution: Solution) -> Array:
-    """Impulses (N, c, 3) at the contacts and standing feet, world axes; NaN where they are not
-    determined.
+    """Impulses (N, c, 3) at the contacts and standing feet, world axes [N s].
+
+    They are NaN where they are not determined.
     """
-    parts = []
-    blocks = equation.blocks[: len(landing.contacts) + len(landing.stance)]
-    for block, rows in zip(blocks, slices_of(blocks), strict=True):
-        forces = slice(rows.start, rows.start + len(block.forces))
-        parts.append(
-            (
-                solution.impulse[:, None, forces, 0]
-                @ block_axes(equation.state, block)[:, : len(block.forces)]
-            )[:, 0]
-        )
+    impulses = []
+    feet = equation.blocks[: len(landing.contacts) + len(landing.stance)]
+    for foot, rows in zip(feet, slices_of(feet), strict=True):
+        n = len(foot.forces)
+        forces = slice(rows.start, rows.start + n)
+        axes = block_axes(equation.state, foot)[:, :n]
+        impulse = (solution.impulse[:, None, forces, 0] @ axes)[:, 0]
         for k, row_space in solution.row_spaces.items():
             if not row_space.unique[forces].all():
-                parts[-1][k] = np.nan
-    return np.stack(parts, axis=1)
+                impulse[k] = np.nan
+        impulses.append(impulse)
+    return np.stack(impulses, axis=1)

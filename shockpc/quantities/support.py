@@ -1,6 +1,4 @@
-"""Whether a robot stands over its feet: where its centre of mass is beside their support, and how
-fast that changes.
-"""
+"""The centre of mass of a robot over the support of its feet, and how fast it moves beside that."""
 
 from typing import NamedTuple
 
@@ -8,10 +6,11 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
+from shockpc.impact.impact import Impact
 from shockpc.landing.landing import Landing
 from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.heights import lowest_points
-from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.quantity import Places, Quantity
 from shockpc.robot.bent_legs import ends_leg
 from shockpc.robot.elements import Frame
 from shockpc.robot.feet_and_sensors import each_foot
@@ -51,38 +50,35 @@ def standing_feet(robot: Robot) -> tuple[Frame, ...]:
 
 
 def stands(landing: Landing) -> bool:
-    """Whether a robot has feet, under a base that is free and that nobody turned, on ground that is
-    level.
-    """
+    """True if a robot has feet, under a free base that nobody turned, on level ground."""
     posture = landing.scene.posture
     turned = posture.base_rpy_deg is not None or posture.base_quaternion is not None
-    return (
-        bool(standing_feet(landing.robot))
-        and not turned
-        and landing.base != "fixed"
-        and bool(landing.up[2] >= 1.0 - 1e-9)
-    )
+    if turned or landing.base == "fixed" or not standing_feet(landing.robot):
+        return False
+    return bool(landing.up[2] >= 1.0 - 1e-9)
 
 
 def support(landing: Landing, state: Dynamics) -> Support:
-    """The centre of mass over the feet, in the postures of a state; in doubles, of a state in balls
-    too.
-    """
-    rotation, position = (
-        part.astype(float, copy=False) for part in (state.rotation, state.position)
-    )
-    state = state._replace(rotation=rotation, position=position)
-    feet, places = standing_feet(landing.robot), _places(landing, state)
-    com = _centre_of_mass(landing.robot, state)
-    low = _lowest_of_feet(landing, state)
-    points = places[..., :2]
+    """The centre of mass over the feet, in the postures of a state.
 
-    # The nearest points of the segments between all feet, (N, k, k, 2).
-    start, along = points[:, :, None], points[:, None] - points[:, :, None]
-    to_com = com[:, None, None, :2] - start
-    share = np.clip(
-        np.sum(to_com * along, axis=3) / np.maximum(np.sum(along**2, axis=3), 1e-300), 0.0, 1.0
+    It is computed in doubles, of a state in balls too.
+    """
+    state = state._replace(
+        rotation=state.rotation.astype(float, copy=False),
+        position=state.position.astype(float, copy=False),
     )
+    feet = standing_feet(landing.robot)
+    com = _centre_of_mass(landing.robot, state)
+    low, _ = _lowest_of_feet(landing, state)
+    points = _places(landing, state)[..., :2]
+
+    # The nearest points of the segments between all feet, (N, k, k, 2): p_i + s (p_j − p_i) with
+    # s = (c − p_i) · (p_j − p_i) / |p_j − p_i|² within [0, 1].
+    start = points[:, :, None]
+    along = points[:, None] - start
+    to_com = com[:, None, None, :2] - start
+    square = np.maximum(np.sum(along**2, axis=3), 1e-300)
+    share = np.clip(np.sum(to_com * along, axis=3) / square, 0.0, 1.0)
     away = (to_com - share[..., None] * along).reshape(len(com), -1, 2)
     every = np.arange(len(com))
     nearest = np.linalg.norm(away, axis=2).argmin(axis=1)
@@ -91,20 +87,36 @@ def support(landing: Landing, state: Dynamics) -> Support:
     # The centre of mass is outside where all feet are behind the nearest point.
     behind = np.sum((points - com[:, None, :2]) * towards[:, None], axis=2)
     beside = np.linalg.norm(towards, axis=1) * (behind < 0.0).all(axis=1)
-    unit = np.where(
-        beside[:, None] > 0.0, towards / np.where(beside > 0.0, beside, 1.0)[:, None], 0.0
-    )
-    ends = np.stack(np.unravel_index(nearest, (len(feet), len(feet))), axis=1)
+    outside = beside[:, None] > 0.0
+    length = np.where(beside > 0.0, beside, 1.0)[:, None]
     return Support(
-        beside, com[:, 2] - low[:, 2], unit, ends, share.reshape(len(com), -1)[every, nearest]
+        beside=beside,
+        above=com[:, 2] - low[:, 2],
+        away=np.where(outside, towards / length, 0.0),
+        ends=np.stack(np.unravel_index(nearest, (len(feet), len(feet))), axis=1),
+        share=share.reshape(len(com), -1)[every, nearest],
     )
 
 
 def most_beside(feet: int) -> float:
-    """Distance from the support of some feet, as a share of the height, up to which they carry the
-    centre of mass.
+    """Distance from the support up to which some feet carry the centre of mass.
+
+    It is a share of the height.
     """
     return BESIDE if feet > 2 else 1.0
+
+
+def _overhang(landing: Landing, over: Support) -> Array:
+    """`OVERHANG` (N,) in N postures [m]."""
+    feet = len(standing_feet(landing.robot))
+    return np.asarray(over.beside - most_beside(feet) * over.above)
+
+
+def _overhang_of(impact: Impact, places: Places) -> Array:
+    """`OVERHANG` (N, 1, 1) in N postures [m]."""
+    del places
+    over = support(impact.landing, impact.state)
+    return _overhang(impact.landing, over)[:, None, None]
 
 
 OVERHANG = Quantity(
@@ -113,15 +125,9 @@ OVERHANG = Quantity(
     "distance of the centre of mass beside the support, beyond what feet carry",
     "m",
     "neither",
-    lambda impact, places: _overhang(impact.landing, support(impact.landing, impact.state))[
-        :, None, None
-    ],
+    _overhang_of,
 )
 """At most zero where the feet carry the robot; a constraint can follow it."""
-
-
-def _overhang(landing: Landing, here: Support) -> Array:
-    return np.asarray(here.beside - most_beside(len(standing_feet(landing.robot))) * here.above)
 
 
 def overhang_rates(landing: Landing, state: Dynamics, twists: Array) -> tuple[Array, Array]:
@@ -135,59 +141,77 @@ def overhang_rates(landing: Landing, state: Dynamics, twists: Array) -> tuple[Ar
         state: the robot in the postures.
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
     """
-    robot, here = landing.robot, support(landing, state)
-    feet, every = standing_feet(robot), np.arange(len(state.Q))
-    bodies = np.array([foot.body for foot in feet])
-    centres = np.stack([body.com for body in robot.bodies])
-    at = state.position + (state.rotation @ centres[..., None])[..., 0]
-    com = np.einsum("b,nbxd->nxd", robot.masses / robot.masses.sum(), _velocities(at, twists))
-    moved = _velocities(_places(landing, state), twists[:, bodies])
-    ends = [moved[every, here.ends[:, k]] for k in (0, 1)]
-    nearest = ends[0] + here.share[:, None, None] * (ends[1] - ends[0])
-    beside = np.sum(here.away[..., None] * (com - nearest)[:, :2], axis=1)
-    low = _lowest_of_feet(landing, state)
-    sinking = _velocities(low[:, None, :3], twists[every, low[:, 3].astype(int)][:, None])[:, 0, 2]
+    robot = landing.robot
+    over = support(landing, state)
+    feet = standing_feet(robot)
+    every = np.arange(len(state.Q))
+
+    # The centre of mass, and the nearest point between two feet.
+    velocities = _velocities(_centres(robot, state), twists)
+    com = np.einsum("b,nbxd->nxd", robot.masses / robot.masses.sum(), velocities)
+    of_feet = twists[:, [foot.body for foot in feet]]
+    moving = _velocities(_places(landing, state), of_feet)
+    first = moving[every, over.ends[:, 0]]
+    second = moving[every, over.ends[:, 1]]
+    nearest = first + over.share[:, None, None] * (second - first)
+    beside = np.sum(over.away[..., None] * (com - nearest)[:, :2], axis=1)
+
+    # The lowest point of the feet.
+    low, bodies = _lowest_of_feet(landing, state)
+    of_lowest = twists[every, bodies][:, None]
+    sinking = _velocities(low[:, None], of_lowest)[:, 0, 2]
     rates = beside - most_beside(len(feet)) * (com[:, 2] - sinking)
-    return _overhang(landing, here), np.asarray(rates)
+    return _overhang(landing, over), np.asarray(rates)
 
 
 def _velocities(points: Array, twists: Array) -> Array:
-    """Velocities (N, k, 3, d) v + ω × p of points (N, k, 3), for twists (N, k, 6, d) about the
-    base.
+    """Velocities (N, k, 3, d) v + ω × p of points (N, k, 3).
+
+    Args:
+        points: from the base [m].
+        twists: (N, k, 6, d) about the base.
     """
     return np.asarray(twists[..., 3:, :] + np.cross(twists[..., :3, :], points[..., None], axis=2))
 
 
 def _places(landing: Landing, state: Dynamics) -> Array:
     """The frames (N, k, 3) of the feet, world axes, from the base [m]."""
-    feet = standing_feet(landing.robot)
-    places = [
-        (state.rotation[:, foot.body] @ foot.offset) + state.position[:, foot.body] for foot in feet
-    ]
-    return np.stack(places, axis=1)
+    frames = []
+    for foot in standing_feet(landing.robot):
+        turned = state.rotation[:, foot.body] @ foot.offset
+        frames.append(turned + state.position[:, foot.body])
+    return np.stack(frames, axis=1)
+
+
+def _centres(robot: Robot, state: Dynamics) -> Array:
+    """The centres of mass (N, nb, 3) of the bodies, world axes, from the base [m]."""
+    centres = np.stack([body.com for body in robot.bodies])
+    return np.asarray(state.position + (state.rotation @ centres[..., None])[..., 0])
 
 
 def _centre_of_mass(robot: Robot, state: Dynamics) -> Array:
     """The centre of mass (N, 3) of the robot, world axes, from the base [m]."""
-    centres = np.stack([body.com for body in robot.bodies])
-    at = state.position + (state.rotation @ centres[..., None])[..., 0]
-    return np.asarray(np.einsum("b,nbx->nx", robot.masses / robot.masses.sum(), at))
+    shares = robot.masses / robot.masses.sum()
+    return np.asarray(np.einsum("b,nbx->nx", shares, _centres(robot, state)))
 
 
-def _lowest_of_feet(landing: Landing, state: Dynamics) -> Array:
-    """The lowest points of the bodies of the feet, and the numbers of these bodies, (N, 4); a foot
-    without shapes is a point.
+def _lowest_of_feet(landing: Landing, state: Dynamics) -> tuple[Array, np.ndarray]:
+    """The lowest points (N, 3) of the bodies of the feet, and the indices (N,) of these bodies.
+
+    A foot without shapes is a point.
     """
-    robot, places = landing.robot, _places(landing, state)
-    bodies = [foot.body for foot in standing_feet(robot)]
-    low, found = lowest_points(landing, state, bodies), list[Array]()
-    of_shape = body_outline(robot).pieces.body
-    of_shape = of_shape[np.isin(of_shape, bodies)]
-    for k, foot in enumerate(standing_feet(robot)):
-        own = of_shape == foot.body
-        points = low[:, own] if own.any() else places[:, k : k + 1]
-        found.append(
-            np.concatenate([points, np.full((*points.shape[:2], 1), float(foot.body))], axis=2)
-        )
-    points = np.concatenate(found, axis=1)
-    return np.asarray(points[np.arange(len(points)), points[..., 2].argmin(axis=1)])
+    feet = standing_feet(landing.robot)
+    frames = _places(landing, state)
+    of_feet = [foot.body for foot in feet]
+    low = lowest_points(landing, state, of_feet)
+    of_shapes = body_outline(landing.robot).pieces.body
+    of_shapes = of_shapes[np.isin(of_shapes, of_feet)]
+    points = []
+    bodies = list[int]()
+    for k, foot in enumerate(feet):
+        own = of_shapes == foot.body
+        points.append(low[:, own] if own.any() else frames[:, k : k + 1])
+        bodies += [foot.body] * points[-1].shape[1]
+    every = np.concatenate(points, axis=1)
+    lowest = every[..., 2].argmin(axis=1)
+    return every[np.arange(len(every)), lowest], np.array(bodies)[lowest]

@@ -22,16 +22,16 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene_file import scene_text
 from shockpc.method.constraints import block_point
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.every_strike import (
-    EveryStrike,
-    StrikeAxes,
-    contact_normals,
-    every_strike,
-    peak_per_speed,
-)
 from shockpc.quantities.heights import levels, on_ground
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.quantities.strike_matrices import (
+    StrikeAxes,
+    StrikeMatrices,
+    contact_normals,
+    peak_per_speed,
+    strike_matrices,
+)
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
@@ -554,7 +554,9 @@ def _landing(
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
         "origin": landing.state.origin[0].tolist(),
-        "models": {key: proof and _matrices(every_strike(proof)) for key, proof in proofs.items()},
+        "models": {
+            key: proof and _matrices(strike_matrices(proof)) for key, proof in proofs.items()
+        },
         "joints": [printable(place.name) for place in profile.places("joint")],
         "grounds": [
             {"name": printable(place.name), "normal": landing.blocks[place.number].normal.tolist()}
@@ -603,7 +605,7 @@ def _ground(landing: PosedLanding) -> dict[str, Any] | None:
     return {"up": landing.up.tolist(), "tolerance": here.tolerance, "contacts": contacts}
 
 
-def _matrices(strikes: EveryStrike) -> dict[str, Any]:
+def _matrices(strikes: StrikeMatrices) -> dict[str, Any]:
     """The matrices for the script; of impulses with ten digits, which keep the page small, and null
     where one is not determined.
     """
