@@ -265,7 +265,7 @@ def test_command_prints_a_line_for_each_robot(capfd):
         ["–", "a1"],
     ]
     assert max(map(len, lines[:7])) <= 100
-    assert says(text, "–: nobody knows the drives")
+    assert says(text, "–: unknown drives")
     lines = good(capfd, "batch", *DOGS, "--landings").splitlines()
     assert lines[0] == "18 landings, ranked by shock"
     assert [line.split()[0] for line in lines[4:22]].count("go2") == 9
@@ -399,7 +399,7 @@ def test_with_friction_the_columns_say_which_law_of_contact_they_are_of(capfd):
     """
     feet = ("hyq", "--contact", "l?_foot")
     sliding = (*feet, "--friction", "0.2", "--strike-angle", "40")
-    assert "warning: these numbers are of contacts that stick" in good(capfd, "batch", *sliding)
+    assert "warning: these numbers are for contacts that stick" in good(capfd, "batch", *sliding)
     text = good(capfd, "batch", *sliding, "--quantity", "shock_com_friction")
     assert "in double precision: shock_com_friction" in text
     assert "contacts that stick" not in good(capfd, "batch", *feet)

@@ -214,7 +214,7 @@ def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
 def test_a_friction_on_which_no_column_depends_is_said(capfd, stick, given):
     words = ("--contact", "foot", "--vary", "strike-angle=0:40:2", *given)
     said = (
-        "warning: these numbers are of contacts that stick; the friction only decides whether flat "
+        "warning: these numbers are for contacts that stick, and the friction only decides whether flat "
         "ground allows"
     )
     assert said in good(capfd, "sweep", stick, *words)
@@ -558,7 +558,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
         "--resume",
     )
     assert other.code == 2
-    assert "which differs in: scene, seed;" in other.err
+    assert "which differs in scene, seed;" in other.err
     assert files(out) == before
     assert good(capfd, "sweep", stick, *SMALL, "--out", out, "--resume")
     assert files(out) == before

@@ -50,8 +50,8 @@ REFERENCE = (
 )
 
 LIMITS = (
-    "bodies are rigid; without a contact stiffness the impact takes no time, and a real one takes "
-    "milliseconds",
+    "bodies are rigid; without a contact stiffness the impact takes no time, but a real impact "
+    "takes milliseconds",
     "without a coefficient of friction contacts stick, or slide along given directions; whether "
     "friction suffices is reported",
     "a drive is free, has a reflected inertia, with or without a spring, or is locked; gearboxes "

@@ -121,18 +121,17 @@ class SceneOptions(NamedTuple):
     package: tuple[tuple[str, str], ...] = PACKAGE
     meshes: str | None = MESHES
     contact: tuple[str, ...] = _in_contact(
-        "What strikes: a link, site or geom, a name or glob. All names here may be globs, such as "
-        "'*_foot'. Several "
-        "matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs "
-        "into its end stop.",
+        "The contact: a link, site or geom, by name or glob such as '*_foot'. Several matches are "
+        "one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its "
+        "end stop.",
         "NAME",
     )
     together: bool = _in_contact("One landing on all matching contacts at once.")
     slide: bool = _in_contact("No friction: the contact stops the normal direction only.")
     directions: tuple[str | Vector, ...] | None = _in_contact(
-        "Directions in which the contact stops the point, axes or vectors with semicolons between "
-        "them; along the others it slides "
-        "freely, as xz for a leg on a boom along y. By default xyz.",
+        "Directions in which the contact stops the point: axes, or vectors with semicolons "
+        "between them. It slides freely along the others; xz is for a leg on a boom along y. By "
+        "default xyz.",
         "AXES|X,Y,Z;…",
         directions,
     )
@@ -187,7 +186,7 @@ class SceneOptions(NamedTuple):
         definition,
     )
     at: tuple[str, ...] = _in_results(
-        "Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME
+        "Points whose shock is computed, besides the sensors; offset in the frame [m].", FRAME
     )
     part: tuple[tuple[str, str], ...] = _in_results(
         "A part and the pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms'; the "

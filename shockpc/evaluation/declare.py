@@ -50,8 +50,7 @@ RenameOption: TypeAlias = Annotated[
     Mapping[str, str] | None,
     Option(
         "Another name for a column, or for a joint in all of its columns. A * stands for the same "
-        "text in both; a column with an "
-        "empty new name is left out.",
+        "text in both; an empty new name leaves a column out.",
         "Table",
         "NAME=[NAME]",
         "map",

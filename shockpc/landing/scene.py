@@ -88,10 +88,9 @@ class Contact(Record):
     )
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
-        "What restitution reverses: only the velocity along the normal (Newton's law), or along "
-        "every direction in which "
-        "the contact stops, so that a sticking contact rebounds along the ground too (the paper "
-        "has no restitution).",
+        "Velocity that restitution reverses: only along the normal (Newton's law), or along every "
+        "direction in which the contact stops the point (a sticking contact then rebounds along "
+        "the ground too).",
         CONTACT,
     )
     normal: tuple[float, float, float] | None = option(
@@ -403,12 +402,10 @@ class Scene(Record):
     )
     contact_law: Literal["hysteresis", "damper"] | None = option(
         None,
-        "How these contacts lose what --restitution says: hysteresis, by default, unloads them "
-        "with a larger stiffness, and at a "
-        "restitution of zero at once, a step of force which rings in links and springs; damper has "
-        "a viscous damper in series with "
-        "each spring, whose force starts and ends without a step, and is smaller, the less they "
-        "return.",
+        "Loss of these contacts at a given --restitution. hysteresis (default) unloads them with "
+        "a larger stiffness; at restitution 0 the force ends in a step, so links and springs "
+        "ring. damper: a viscous damper in series with each spring; the force has no step and is "
+        "smaller.",
         RESULTS,
         "LAW",
     )

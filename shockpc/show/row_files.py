@@ -99,9 +99,9 @@ class RowFiles:
             different = _different(path, description)
             if different:
                 raise OutputError(
-                    f'"{self.folder}" holds another {noun}, which differs in: '
-                    f"{', '.join(different)}; it cannot be continued with this one; "
-                    "name another folder with --out"
+                    f'"{self.folder}" holds another {noun}, which differs in '
+                    f"{', '.join(different)}, so it cannot be continued; name another folder with "
+                    "--out"
                 )
         if self.format == "parquet":  # else when the rows are complete
             write_file(path, json_text(description))

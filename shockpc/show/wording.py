@@ -140,9 +140,8 @@ def vector_text(values: Iterable[float]) -> str:
 
 
 STICKING = (
-    "these numbers are of contacts that stick; the friction only decides whether flat ground "
-    "allows a landing; "
-    "--quantity shock_friction depends on it"
+    "these numbers are for contacts that stick, and the friction only decides whether flat ground "
+    "allows a landing; add --quantity shock_friction"
 )
 """What a friction changes where no quantity with friction was asked for."""
 

@@ -90,8 +90,8 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
     lines = [_stop_line(profile, stop) for stop in (*striking, *acting)]
     if acting:
         lines.append(
-            "numbers of other strikes, such as the most and least severe directions, are those "
-            "with these stops held"
+            "numbers of other impact directions, such as the most severe one, are computed with "
+            "these stops held"
         )
     return lines or ["no end stop acts"]
 

@@ -33,8 +33,8 @@ def analyze(
         "points too; in JSON, give it."
     ),
     live: tuple[str, ...] = in_output(
-        "With --out, give these joints sliders in report.html; those that carry the contact of one "
-        "landing have them always.",
+        "With --out, give these joints sliders in report.html; the joints of a single landing's "
+        "contact always have them.",
         "JOINT",
     ),
     all_: bool = in_output("Print all tables."),

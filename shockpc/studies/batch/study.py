@@ -63,18 +63,13 @@ def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
 @study(
     "shockpc batch anymal_c go2 solo12",
     more=(
-        "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level "
-        "feet together, on each edge of"
-        " their support and on each foot, unless options say otherwise. With --contact, only "
-        "matching frames strike; a scene"
-        " keeps its landing. A line is the worst landing of a robot; --landings prints them all. "
-        "Robots whose drives nobody"
-        " knows have no rank, and come last with the range of their number. Ends with exit code 3 "
-        "if none of the landings"
-        " can be computed. Quantities of points are taken at the robot's IMU, without an IMU at "
-        "the trunk (the heaviest"
-        " body). Quantities of bodies are taken at the trunk. If a name matches several places, "
-        "the worst counts."
+        "Each robot falls straight down at 1 m/s in its standing posture, on all level feet "
+        "together, on each edge of their support and on each foot. With --contact, only matching "
+        "frames are contacts; a scene keeps its landing. A line is the worst landing of a robot; "
+        "--landings prints all landings. Robots with unknown drives have no rank, and come last. "
+        "Ends with exit code 3 if none of the landings can be computed. Quantities of points are "
+        "taken at the robot's IMU, without an IMU at the trunk (the heaviest body). Quantities of "
+        "bodies are taken at the trunk. If a name matches several places, the worst counts."
     ),
 )
 def batch(
@@ -87,8 +82,8 @@ def batch(
     rank: Annotated[
         str,
         Option(
-            "Quantity by which landings are ranked, the worst first; the largest first where "
-            "neither direction is worse.",
+            "Quantity by which landings are ranked, the worst first (the largest first if neither "
+            "direction is worse).",
             "What is computed",
             "KEY[@PLACE]",
             holds="quantity",

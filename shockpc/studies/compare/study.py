@@ -208,9 +208,8 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     'shockpc compare go2 --contact FL_foot --change "mass:*_calf=0.9x"',
     "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
     more=(
-        "The options of the landing hold for every design. One --contact is for all designs; "
-        "otherwise give one for each"
-        " design. With --friction the numbers are with friction."
+        "The options of the landing hold for every design. Give one --contact for all designs, or "
+        "one for each. With --friction the numbers are with friction."
     ),
     reads="designs",
 )
@@ -221,8 +220,7 @@ def compare(
         Sequence[tuple[str, str]],
         Option(
             "Partners with different names: a body, joint or point of the first design and of the "
-            "others. A * in both stands "
-            "for the same text. All others are matched by name.",
+            "others. A * in both stands for the same text. By default names are equal.",
             "Designs",
             "A=B",
             "pair",
@@ -258,14 +256,14 @@ def compare(
     every = tuple(map(Design.of, designs))
     if changes and len(every) > 1:
         raise StudyError(
-            "--change makes other designs of one, but several are given; give one design, or a "
-            "file for each"
+            "--change makes designs from one file, but several files are given; give one file, or "
+            "a file for each design"
         )
     read = [read_changes(text) for text in changes]
     every += tuple(design_with(every[0], of_design) for of_design in read)
     if len(every) < 2:
         raise StudyError(
-            "one design cannot be compared; give another one, or a change of it with --change"
+            "a single design cannot be compared; give a second one, or a change with --change"
         )
     slides = all(design.scene.friction is not None for design in every)
     texts = tuple(dict.fromkeys((*quantities, *(WITH_FRICTION if slides else STANDARD))))

@@ -218,9 +218,9 @@ def _over_drives(study: Improvement) -> list[tuple[str, str]]:
 def _variables(study: Improvement) -> Sheet:
     """What each variable does."""
     notes = [
-        "5 %: the range of this variable, up to its bounds and with the others unchanged, in which "
-        "the target is at most 5 % worse than at the optimum; 5 % of the value as given where that "
-        "at the optimum is nearly zero",
+        "5 %: the range of this variable, with the others unchanged, in which the target is at "
+        "most 5 % worse than at the optimum (5 % of the value as given, if the optimum is nearly "
+        "zero)",
         "set back, and 5 %: the constraints may not hold there",
     ]
     changed = [varied.subject for varied in study.cost.variations if varied.kind.of_robot]

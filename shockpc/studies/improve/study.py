@@ -232,8 +232,8 @@ def improve(
     any_ground: Annotated[
         bool,
         Option(
-            "Also allow landings in which flat ground would pull a contact, or meet another link "
-            "first.",
+            "Also allow landings that flat ground does not allow: a contact would be pulled, or "
+            "another link touches first.",
             "Search",
         ),
     ] = False,
@@ -281,7 +281,7 @@ def improve(
     if not vary:
         vary = _usual_variables(robot, scenes, repeated)
         chosen.append(
-            f"variables {few(list(vary), 12)}, the joints that carry what strikes, within "
+            f"variables {few(list(vary), 12)}, the joints that carry the contact, within "
             f"{USUAL_RANGE:g} deg of the landing as given and their limits"
         )
     both = repeated & _subjects(robot, vary)
@@ -406,7 +406,7 @@ def _usual_variables(
         ends = max(low, value - reach), min(high, value + reach)
         ranges[joint.name] = math.degrees(ends[0]), math.degrees(ends[1])
     if not ranges:
-        raise _unnamed(robot, "no joint that carries what strikes is free to move")
+        raise _unnamed(robot, "no joint that carries the contact is free to move")
     return ranges
 
 

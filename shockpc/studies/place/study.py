@@ -365,8 +365,8 @@ def _optima(
     smallest = next(ranked, None)
     if smallest is None:
         raise StudyError(
-            f"there is no place {region.text}: all of it is inside other shapes of the body, or "
-            f"outside the box"
+            f"there is no place {region.text}: the region lies inside other shapes of the body, "
+            "or outside the box"
         )
     if not by_mean:
         return [smallest, *itertools.islice(ranked, alternatives)], smallest

@@ -10,15 +10,15 @@ from shockpc.cli.options import OutputOptions
         'shockpc quantities "joint*"',
     ),
     more=(
-        "KEY names a quantity in JSON, budgets, sweeps and comparisons; KIND.KEY where several "
-        "kinds of place have it. A vector "
-        "stands for its length; its components are KEY.x, KEY.y and KEY.z."
+        "KEY names a quantity in JSON, budgets, sweeps and comparisons; write KIND.KEY if several "
+        "kinds of place have it. KEY of a vector is its length; its components are KEY.x, KEY.y "
+        "and KEY.z."
     ),
 )
 def quantities(
     *,
     pattern: str | None = argument(
-        "Only those of this key or kind, or whose key or kind matches this glob.", "[PATTERN]"
+        "Only quantities of this key or kind, or glob of keys or kinds.", "[PATTERN]"
     ),
     output: OutputOptions,
 ) -> None:

@@ -216,7 +216,7 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         "changes in proportion",
         "1 % of an inertia: of the mean moment of the link, or of an armature, without one of the "
         "inertia that the joint moves",
-        f"to first order: {opposite}; of a larger one the effect is not in proportion",
+        f"to first order: {opposite}; the effect of a larger change is not in proportion",
         *sheet.notes,
         *([accuracy] if shown else []),
         *(

@@ -66,13 +66,12 @@ EPSILON = float(np.finfo(float).eps)
 RADIAN, MILLIMETRE = math.degrees(1.0), 1e-3
 
 UNSETTLED = (
-    "the difference does not settle: the number has a kink or a jump near this value, such as "
-    "where a contact opens, its lowest "
-    "point jumps, or contacts or loops depend on one another only at this value"
+    "the difference does not settle: the number has a kink or a jump near this value, for example "
+    "where a contact opens, its lowest point jumps, or contacts or loops are dependent"
 )
 NO_VALUE = (
-    "the landing gives it no value, or not a single one, that could be changed (locked joints have "
-    "none); give one"
+    "the landing has no single value of it that could be changed (locked joints have none); give "
+    "a value"
 )
 
 

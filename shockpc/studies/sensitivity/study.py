@@ -194,11 +194,10 @@ class Sensitivity:
     "--vary LF_KFE=-80:-40",
     more=(
         "Without --contact the robot lands on all level feet together, on each edge of their "
-        "support, and on each "
-        "foot. The number is taken from the worst landing, or with --mean it is the mean over"
-        " all. Every mass, inertia and armature is changed by 1 %, every angle by 1 deg, every "
-        "length by 1 mm. With --vary only"
-        " the named parameters are changed, by 1 % of their ranges."
+        "support, and on each foot. The number is the value in the worst landing, or the mean "
+        "over all landings with --mean. Every mass, inertia and armature is changed by 1 %, every "
+        "angle by 1 deg, every length by 1 mm. With --vary only the named parameters are changed, "
+        "by 1 % of their ranges."
     ),
     reads="landings",
     passed=("target", "trace"),
@@ -214,8 +213,8 @@ def sensitivity(
     groups: Annotated[
         Sequence[str],
         Option(
-            "Bodies and joints whose values change together by the same factor, such as those of "
-            "left and right legs.",
+            "Bodies and joints that change together by the same factor, such as left and right "
+            "legs.",
             "Changes",
             "NAME",
             "group",
@@ -271,7 +270,7 @@ def sensitivity(
     chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
     if chosen and groups:
         raise StudyError(
-            "groups and vary cannot be combined, because a glob in vary is a group already; leave "
+            "groups and vary cannot be combined, because a glob in vary is already a group; leave "
             "one of the two out"
         )
     refuse_repeated(robot, chosen)
@@ -335,8 +334,7 @@ def _single(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     """
     if isinstance(varied.kind, ContactNames):
         raise StudyError(
-            "contacts have names, by which nothing has a derivative; compute each landing with "
-            "shockpc sweep"
+            "contacts have names and no derivative; compute each landing with shockpc sweep"
         )
     _ = varied.ends
     return each_of(robot, varied)

@@ -174,8 +174,7 @@ def _columns(
         if varied and selection.quantity.of == "contact":
             if "@" in text:
                 raise StudyError(
-                    f'the contact varies, so "{text}" cannot name one; leave the @ and what '
-                    f"follows out"
+                    f'the contact varies, so "{text}" cannot name one; leave out the @ and the name'
                 )
             chosen = tuple(
                 Place(f"contact {k + 1}", number=k) for k in range(max(map(len, varied)))

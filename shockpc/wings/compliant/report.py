@@ -130,8 +130,8 @@ def _difference_lines(profile: ShockProfile) -> list[str]:
             for e, contact in zip(stiffness.restitution, profile.contacts, strict=True)
         ]
         how += (
-            f"; the damping makes a restitution of {', '.join(rebounds)}, which the impulse model "
-            f"has only with --restitution"
+            f"; the damping causes a restitution of {', '.join(rebounds)}; the impulse model has "
+            "it only with --restitution"
         )
     return [f"impulse model: within {percent:.{digits}f} % of the finite-stiffness result ({how})"]
 

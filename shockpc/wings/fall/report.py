@@ -303,8 +303,8 @@ def _margins(falls: Falls) -> Sheet:
     ]
     if unjudged:
         notes.append(
-            f"joints are not judged in {few(unjudged, 4)}, whose contacts or loops are redundant; "
-            f"a contact stiffness decides there"
+            f"joints are not judged in {few(unjudged, 4)}, because contacts or loops are "
+            "redundant; give a contact stiffness"
         )
     if scene.pulse is not None and not scene.yields:
         notes.append(

@@ -330,8 +330,8 @@ def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterato
         )
         if aside > ASIDE:
             text = (
-                f"{100.0 * aside:.0f} % of its change of rotation is out of the plane in which "
-                f"later strikes are followed"
+                f"{100.0 * aside:.0f} % of its change of rotation is out of the plane of the "
+                "fall, in which later strikes are computed"
             )
             strike = replace(strike, remark="; ".join(filter(None, [strike.remark, text])))
         yield strike

@@ -269,8 +269,8 @@ def fall(
         ignored := [name for name, value in of_tipping.items() if value is not None]
     ):
         raise StudyError(
-            f"{listed(ignored)}: only for a robot that tips over, and a drop is given; leave one "
-            f"of the two out"
+            f"{listed(ignored)}: only for a robot that tips over, but a drop is given; leave one "
+            "of the two out"
         )
     headings, least = (
         tuple(HEADINGS) if headings is None else headings,
@@ -322,7 +322,7 @@ def fall(
             "; ".join(f"{name}: {text}" for name, text in failures.items())
             or (
                 f"nothing strikes at {least:g} m/s or more: the robot rolls or comes to rest; a "
-                f"smaller --least lists slower ones"
+                "smaller --least lists slower strikes"
             )
         )
     found, refused = _results(strikes, robot, [ranked, *others], texts, trace)

@@ -14,8 +14,8 @@ def paper(
         "Numbers of figures: 1, 2, 3, 5. [default: all]", "[FIGURE]..."
     ),
     beyond: bool = in_output(
-        "What the paper leaves out: what its rigid answer is off by for bodies that bend, in place "
-        "of its figures and claims."
+        "The error of the paper's rigid answer for bodies that bend, in place of its figures and "
+        "claims."
     ),
     verbose: bool = in_output(
         "Also show the interpretations that change an outcome, and the bodies of every figure."

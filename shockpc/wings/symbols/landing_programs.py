@@ -212,10 +212,10 @@ def refuse(landing: PosedLanding) -> None:
                 f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0
             )
             raise SceneError(
-                f"{block.name} strikes at its lowest point, which jumps as postures change, so it "
-                f"has no symbols; "
-                f"take the frame's origin (--contact-point frame), or the point of this posture: "
-                f"--offset {offset}" + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
+                f"{block.name} touches with its lowest point, which jumps as postures change, so "
+                "it has no symbols; take the frame's origin (--contact-point frame), or the point "
+                f"of this posture: --offset {offset}"
+                + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
                 blocks=[block.frame],
             )
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
@@ -232,9 +232,8 @@ def refuse(landing: PosedLanding) -> None:
 def _dependent(landing: PosedLanding) -> SceneError:
     names = [block.name for block in landing.blocks]
     return SceneError(
-        f"the rows of {', '.join(names)} depend on one another in every posture, and which of them "
-        f"count is decided by singular "
-        "values, so they cannot be written in symbols; leave a direction or a contact out",
+        f"the rows of {', '.join(names)} are dependent in every posture, so they cannot be "
+        "written in symbols; leave a direction or a contact out",
         blocks=[block.frame for block in landing.blocks],
     )
 

@@ -166,9 +166,8 @@ class SymbolicLanding:
         Q = doubles("Q", Q)
         if Q.ndim != 2 or Q.shape[1] != robot.model.nq or not len(Q):
             raise SceneError(
-                f'Q has shape {Q.shape}; the configurations of robot "{robot.name}" have shape (N, '
-                f"{robot.model.nq}); "
-                "for one posture give q[None]"
+                f'Q has shape {Q.shape}; configurations of robot "{robot.name}" have shape (N, '
+                f"{robot.model.nq}), a single one q[None]"
             )
         check_rotations(robot, Q)
         v = self._motion() if before is None else doubles(self.before, before)
@@ -180,8 +179,8 @@ class SymbolicLanding:
         if (still := np.flatnonzero(~(np.linalg.norm(np.atleast_2d(v), axis=1) > 0.0))).size:
             row = f"in row {still[0]} " if v.ndim == 2 else ""
             raise SceneError(
-                f"{self.before} is zero {row}before the impact, so there is no impact; give one "
-                "above zero"
+                f"{self.before} is zero {row}before the impact, so there is no impact; give a "
+                "velocity above zero"
             )
         return inputs_of(self._values, Q, v)
 

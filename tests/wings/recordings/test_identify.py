@@ -440,7 +440,8 @@ def test_a_model_that_is_wrong_beyond_the_scatter(here):
     table["after_knee"] = table["before_knee"] + 2.0 * (table["after_knee"] - table["before_knee"])
     found = identify(table, leg_scene(here), {"armature:hip": "0.0003:0.3:log"})
     assert any(
-        "still wrong beyond the scatter" in text and "knee" in text for text in found.statements
+        "still wrong by more than the scatter" in text and "knee" in text
+        for text in found.statements
     )
 
 
@@ -451,7 +452,7 @@ def test_what_was_not_measured_is_not_wrong(here):
     table["after_hip"][:] = np.nan
     found = identify(table, leg_scene(here), {"armature:knee": "0.0003:0.3:log"})
     assert "hip" not in [column.name for column in found.predictor.measured]
-    assert not any("still wrong beyond the scatter" in text for text in found.statements)
+    assert not any("still wrong by more than the scatter" in text for text in found.statements)
 
 
 # Measured

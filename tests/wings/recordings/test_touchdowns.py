@@ -291,7 +291,7 @@ def test_flags_and_forces(here):
         flags={"right_foot": "sensor"},
     )
     assert [landing.first for landing in bounces.landings] == [97, 400]
-    with pytest.raises(StudyError, match="no column of forces says"):
+    with pytest.raises(StudyError, match="no contact has a column of forces"):
         stepped(
             here,
             columns | {"left_foot_force": 1.0 * (force > 1.0)},
@@ -680,7 +680,7 @@ def test_topics_of_a_bag(here, capfd):
             bag.joints(topic, 0.1, ["left_leg"], [0.0])
     outcome = run(capfd, "touchdowns", "two.bag", "robot.urdf")
     assert outcome.code == 2
-    assert '"/a", "/b"; name the ones to be read with --topic' in outcome.err
+    assert '"/a", "/b"; select with --topic' in outcome.err
 
 
 @pytest.mark.parametrize("kind", ["bag", "mcap"])
@@ -745,7 +745,7 @@ def test_attitude_and_twist_of_a_bag(here, kind):
     np.testing.assert_allclose(
         [columns["wx"], columns["wy"], columns["wz"]], [[1.0] * 20, [2.0] * 20, [3.0] * 20]
     )
-    assert any('attitude of the base is that of "/imu/data"' in remark for remark in remarks)
+    assert any('attitude of the base is taken from "/imu/data"' in remark for remark in remarks)
     np.testing.assert_allclose(
         columns["wx@imu"], np.where(np.arange(20) == 7, np.nan, time), atol=1e-9
     )

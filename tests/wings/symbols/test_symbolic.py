@@ -247,7 +247,7 @@ def test_what_no_program_can_say_is_refused_by_name():
                 at="frame",
                 joints=Joints(model="locked"),
             ),
-            "depend on one another",
+            "are dependent",
         ),
     ]
     for scene, words in refused:

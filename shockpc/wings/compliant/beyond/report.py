@@ -114,14 +114,13 @@ def _beam_sheet() -> Sheet:
         "centre of mass; an elastic contact without loss",
         "Tc: duration of contact of the rigid beam; T1: period of its first bending mode, free at "
         "both ends",
-        "impulse: off by this share; other end: its velocity when the contact ends, and CoPc: its "
-        "velocity at any time, which "
-        "Eq. 2 says to be zero, off by this share of the speed of the impact",
+        "relative errors of the impulse, of the other end's velocity when the contact ends, and "
+        "of the CoPc's velocity at any time (zero by Eq. 2), the last two in shares of v_in",
         f"modes: those of Euler and Bernoulli; segments: {HINGES} hinges, as of --flex "
         f"LINK=...,hinges:{HINGES}",
     )
     rows = [(one.ratio, *one.exact, *one.segments) for one in beam_study()]
-    title = "the beam of Figure 1 with bending: what the rigid answer, Eqs. 1 to 3, is off by"
+    title = "the beam of Figure 1 with bending: errors of the rigid answer, Eqs. 1 to 3"
     return Sheet(title, (Column("ratio", "Tc/T1", "-"), *columns), rows, notes)
 
 
@@ -153,17 +152,15 @@ def _leg_sheet() -> Sheet:
         for one in leg_modes()
     )
     notes = (
-        "a trunk on two aluminium tubes of 25 and 21 mm, 0.2 m long, strikes an elastic contact at "
-        "1 m/s; off by shares of what "
-        "frame elements give",
+        "a trunk on two aluminium tubes of 25 and 21 mm, 0.2 m long, lands on an elastic contact "
+        "at 1 m/s; errors relative to frame elements",
         f"first bending mode in its plane: {modes}",
         "Tc: duration of contact with rigid tubes; f1: frequency of that mode, of frame elements; "
         "hinges as of --flex",
     )
     rows = [(one.rotors, one.links, one.ratio, one.stiffness, *one.errors) for one in leg_study()]
     title = (
-        "a leg of two tubes: what rigid tubes and tubes with hinges are off by, against frame "
-        "elements"
+        "a leg of two tubes: errors of rigid tubes and of tubes with hinges against frame elements"
     )
     given = Column("ratio", "Tc f1", "-"), Column("stiffness", "contact stiffness", "N/m")
     return Sheet(title, ("rotors", "tubes", *given, *columns), rows, notes)
@@ -195,14 +192,12 @@ def _robots_sheet() -> Sheet:
     """What rigid links of robots are off by."""
     columns = [Column(key, name, "-") for key, name in zip(Errors._fields, OF_ROBOTS, strict=True)]
     notes = (
-        "one foot strikes, the links from it to the base bend alike; Tc: duration of contact with "
-        "rigid links; f1: first bending "
-        "frequency of the free robot, with rotors where their drives are known (go2, g1)",
+        "landing on one foot, the links from it to the base bend alike; Tc: duration of contact "
+        "with rigid links; f1: first bending frequency of the free robot, with rotors where their "
+        "drives are known (go2, g1)",
         "elastic: without loss; damper: in series, its force is largest at Tc/π, not at Tc/2, so "
-        "that errors fall from a longer Tc "
-        "on; hysteresis of restitution 0 ends forces in a step: joints ring, and contacts open "
-        "before the foot has stopped along "
-        "the ground, however stiff links are, so that errors do not fall",
+        "errors fall from a longer Tc on. Hysteresis of restitution 0 ends forces in a step: "
+        "joints ring and contacts open too early, however stiff links are, so errors do not fall",
         "joints: over the largest peak along any",
     )
     rows = [(one.robot, one.law, one.ratio, one.EI, *one.errors) for one in robot_study()]

@@ -37,9 +37,15 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
         )
     for name, one in zip(names, results, strict=True):
         if one.state == "no influence":
-            yield f"{name} has no influence on what was measured, so any value predicts the same"
+            yield (
+                f"{name} has no influence on the measured velocities, so any value predicts the "
+                "same"
+            )
         if one.state == "at its bound":
-            yield f"{name} is at the bound {one.value:.4g} of its range, so it has no interval; widen the range if it can be"
+            yield (
+                f"{name} is at the bound {one.value:.4g} of its range, so it has no interval; "
+                "widen the range if possible"
+            )
     for v in known.unseen:
         part = [j for j in range(p) if abs(v[j]) > 0.3 and results[j].state != "no influence"]
         if len(part) == 1:
@@ -131,9 +137,9 @@ def of_model(fit: Fit, found: Solution, errors: Mapping[str, float]) -> Iterator
             wrong.append(f"{column.name} {x @ y / size:.2f} ({low:.2f} … {high:.2f})")
     if wrong:
         yield (
-            "the model is still wrong beyond the scatter of the landings, which no interval "
-            "covers: measured jumps are, "
-            "times the predicted ones, " + few(wrong, 6, what=" velocities")
+            "the model is still wrong by more than the scatter of the landings, which no interval "
+            "covers: ratios of measured to predicted jumps are  "
+            + few(wrong, 6, what=" velocities")
         )
     if not fit.by_energy:
         ratio = float(np.sqrt(np.sum(found.residuals**2) / fit.freedoms))

@@ -137,10 +137,8 @@ class Identification:
     "restitution=0:1",
     more=(
         "The table is like that of shockpc recorded, with velocities after the impact in columns "
-        "after_…. The values found "
-        "make predicted and measured jumps differ least, and have 95 % intervals. The report names "
-        "unknowns that the data do "
-        "not determine. --out "
+        "after_…. The values minimise the difference between predicted and measured jumps, and "
+        "have 95 % intervals. The report names unknowns that the data do not determine. --out "
         "writes drives.toml for --drives, and scene.toml with all values, which every command "
         "takes."
     ),
@@ -183,9 +181,8 @@ def identify(
         Mapping[str, float] | None,
         Option(
             "Standard deviation of measured velocities by name or glob [m/s, rad/s]. The first "
-            "that matches is taken; velocities "
-            "that none matches are not used. By default all are weighted by their energy, relative "
-            "to that of the strike.",
+            "match is used; velocities without a match are not used. By default all are weighted "
+            "by their energy, relative to the energy of the impact.",
             "How it is found",
             "NAME=SIGMA",
         ),

@@ -142,8 +142,7 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
             continue
         if len(best) > 1:
             raise StudyError(
-                f"several topics give the {gives}: {listed(best, 12)}; name the ones to be read "
-                f"with --topic"
+                f"several topics give the {gives}: {listed(best, 12)}; select with --topic"
             )
         chosen += best
         if len(order) > 1:
@@ -153,8 +152,7 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
             )
         if gives == "attitude" and best:
             remarks.append(
-                f"the attitude of the base is that of {listed(best)}, whose axes are taken for "
-                f"those of the base"
+                f"the attitude of the base is taken from {listed(best)}, with the same axes"
             )
     return [connection for connection in known if connection.topic in chosen]
 

@@ -419,8 +419,7 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
         row = int(np.argmax(steps < 0.0)) + 1
         raise StudyError(
             f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one "
-            f"clock, so sort its "
-            "rows, or give the recordings one by one"
+            "clock, so sort its rows, or give the recordings separately"
         )
     distinct = np.concatenate([[True], steps > SAME_TIME])
     for count, what in (

@@ -57,13 +57,9 @@ def rows_of(
     if _is_series(columns):
         rows = max(map(len, columns.values()))
         raise StudyError(
-            f"the {rows} rows look like samples of a time series, because each follows the one "
-            f"before it; a table of landings has "
-            "a row for each touchdown: the motion just before it, and velocities just after it in "
-            "columns after_…. To find the "
-            "touchdowns of a log and write that table: shockpc touchdowns LOG ROBOT --out DIR. If "
-            "each sample is to be a landing, "
-            'give the rows names in a column "name"'
+            f"the {rows} rows look like samples of a time series, but a table of landings has one "
+            "row for each touchdown. Write that table with shockpc touchdowns LOG ROBOT --out "
+            'DIR, or give the rows names in a column "name" if each sample is a landing'
         )
     try:
         return _rows(landing, columns)

@@ -31,8 +31,8 @@ ANGLES, TWIST = ("roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz")
 """Of the base."""
 
 UNKNOWN = (
-    "; a velocity of the base that is not known is not the scene's; to strike with that, leave the "
-    "empty columns out: --map vx= …"
+    "; an unknown velocity of the base is not replaced by the scene's; to use the scene's, leave "
+    "out the empty columns: --map vx= …"
 )
 """What an empty cell of a velocity of the base means."""
 

@@ -41,9 +41,8 @@ def recorded(
     typed: Any = study_options(study),
     options: SceneOptions,
     joints_: tuple[JointModelName, ...] | None = _in_joints(
-        f"One joint model, or several with commas between them, which are compared with what was "
-        f"measured. "
-        f"{options_of(Joints)['model'].text}",
+        "One joint model, or several with commas between them, to be compared with the measured "
+        f"jumps. {options_of(Joints)['model'].text}",
         "MODEL[,MODEL]",
         joint_models,
     ),
@@ -88,7 +87,7 @@ def recorded(
     rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:
         raise StudyError(
-            "several joint models are compared with what was measured, but the table has no column "
+            "several joint models are compared with measured jumps, but the table has no column "
             "after_…"
         )
     evaluation = recorded_landings(rows_in_table, loaded, **asked_for)
@@ -96,8 +95,7 @@ def recorded(
     if command_ is not None:
         if output.out is not None or output.format != "table":
             raise StudyError(
-                "--command prints the scene of one landing and nothing else; leave out --out and "
-                "--format"
+                "--command prints only the scene of one landing; leave out --out and --format"
             )
         sys.stdout.write(
             scene_text(spelled_out(source.case(source.row_named(command_)), loaded), Path.cwd())

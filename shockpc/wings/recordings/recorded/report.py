@@ -27,17 +27,14 @@ MESSAGES = 5
 
 MEASURED_NOTES = (
     "r: correlation; slope: of the regression of measured on predicted jumps; error: median over "
-    "the landings of "
-    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, "
-    "which weighs velocities of all "
-    "units by their kinetic energy; those that were not measured have the smallest one that is "
-    "possible",
+    "the landings of ‖predicted − measured‖ / ‖measured‖. (energy): in the norm √(ΔᵀHΔ) with the "
+    "landing's inertia; velocities that were not measured are set so that the norm is least",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean "
     "of the other landings; "
     "below 0 is worse than these",
-    "n: number of landings that were both measured and predicted; CSV and JSON have 95 % intervals "
-    f"(low, high), by drawing landings with replacement; with fewer than {FEWEST} landings there "
-    "is neither an interval nor r",
+    "n: number of landings that were both measured and predicted; CSV and JSON have 95 % "
+    f"intervals (low, high), by drawing landings with replacement. Fewer than {FEWEST} landings "
+    "give neither an interval nor r",
     "gravity and the drives act between the two measurements, but are not in the prediction",
 )
 
@@ -126,7 +123,8 @@ def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
         extent = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
         yield (
             "friction",
-            f"{extent}{'; what was measured is compared with the motion with friction' * bool(rows.measured)}",
+            f"{extent}{{'; measured jumps are compared with the motion with friction' * "
+            "bool(rows.measured)}",
         )
     yield (
         "joint model",
@@ -281,8 +279,8 @@ def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
         yield (
             f"warning: the impact would gain kinetic energy in {n} of "
             f"{count(study.rows, 'landing')}, which is not feasible, at most {most:.3g} J in "
-            f"landing {name}; take less restitution, one for all contacts, or --restitution-along "
-            "directions"
+            f"landing {name}; take less restitution, the same for all contacts, or "
+            "--restitution-along directions"
         )
 
 

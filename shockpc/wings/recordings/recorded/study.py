@@ -227,7 +227,7 @@ def compare_measured(
         rows = rows_of_table(columns, scene, robot, rename)
         if not rows.measured:
             raise StudyError(
-                "the table has no column of what was measured after the impact, such as "
+                "the table has no column of velocities measured after the impact, such as "
                 "after_JOINT or after_vz"
             )
         study = RecordedLandings(robot, rows, by_friction=True)

@@ -109,9 +109,8 @@ def flags_of(
         )
     if force is not None and all(flag.force is None for flag in flags.values()):
         raise StudyError(
-            "contact_force is the threshold of columns of forces, but no column of forces says "
-            "when a contact touches; name "
-            "one with --flag FRAME=COLUMN, or leave the threshold out"
+            "contact_force is the threshold of columns of forces, but no contact has a column of "
+            "forces; name it with --flag FRAME=COLUMN, or leave the threshold out"
         )
     return flags
 

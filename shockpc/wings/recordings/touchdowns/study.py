@@ -178,7 +178,7 @@ def touchdowns(
     flags: Annotated[
         Mapping[str, str] | None,
         Option(
-            "The column of flags, or of forces, that says when a contact touches.",
+            "The column with the flags or the forces of a contact.",
             "Touchdowns",
             "FRAME=COLUMN",
             "flag",
@@ -365,8 +365,7 @@ class _Finder:
         if unknown:
             self.warnings.append(
                 f"no base velocity before {unknown} of {len(rows)} touchdowns, as the messages "
-                f"say; shockpc recorded leaves them "
-                "out. To strike them with its scene's velocity: "
+                "say, so shockpc recorded leaves them out. To use the scene's velocity: "
                 + " ".join(f"--map {key}=" for key in absent)
             )
         robot = self.motion.robot
@@ -404,9 +403,9 @@ class _Finder:
             return period
         if wanted is not None and wanted < least * (1.0 - 1e-6):
             raise StudyError(
-                f"a window of {1e3 * wanted:.3g} ms has fewer than {FEWEST} samples of the {part}, "
-                f"which are {1e3 * period:.3g} ms "
-                f"apart; give one of at least {1e3 * least:.3g} ms"
+                f"a window of {1e3 * wanted:.3g} ms has fewer than {FEWEST} samples of the "
+                f"{part}, which are {1e3 * period:.3g} ms apart; give at least {1e3 * least:.3g} "
+                "ms"
             )
         rate = (1.0 + 1e-3) / period
         if rate < TIMES_ONLY:
@@ -432,10 +431,9 @@ class _Finder:
             and (sigma := self.motion.uncertainty("base", window)) > NOISY * np.median(falls)
         ):
             self.warnings.append(
-                f"velocities of the base are uncertain by {sigma:.2g} m/s (one standard deviation) "
-                f"by the noise of positions, "
-                f"and the feet fall at {np.median(falls):.2g} m/s; give a longer window with "
-                f"--window"
+                f"velocities of the base are uncertain by {sigma:.2g} m/s (one standard "
+                "deviation) because of noise in positions, and the feet fall at "
+                f"{np.median(falls):.2g} m/s; give a longer window with --window"
             )
 
     def _touches(self, together: float) -> Iterator[tuple[int, int, float]]:

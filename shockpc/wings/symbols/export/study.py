@@ -92,9 +92,9 @@ class Export:
 
 @study(
     "shockpc export anymal_b --contact LF_FOOT --quantity shock@imu_link --lang c --out code/",
-    more="The code needs no library. It is compared with exact landings in random postures. With "
-    "every number come the condition and the smallest pivot of the contacts, which say how "
-    "near a singular posture is.",
+    more="The code needs no library. It is compared with exact landings in random postures. It "
+    "also returns the condition and the smallest pivot of the contacts, as measures of the "
+    "distance to a singular posture.",
     reads="scene",
 )
 def export(
@@ -161,8 +161,9 @@ def export(
     worst = float(np.max([error, 0.0 if tested is None else tested]))  # NaN, if one is
     if not worst < MOST_ERROR:
         raise StudyError(
-            f"the code is off by {worst:.2g} of a number in a posture whose condition is below {ILL_CONDITIONED:g}, so it is not "
-            "written; this is an error in shockpc or in the compiler, please report it"
+            f"the code is off by {worst:.2g} of a number in a posture whose condition is below "
+            f"{ILL_CONDITIONED:g}, so it is not written. Please report this error in shockpc or "
+            "in the compiler"
         )
     return Export(symbols, lang, files, samples, singular, error, tested)
 
