@@ -434,7 +434,10 @@ def test_different_joint_models_are_said_to_be_part_of_the_changes(capfd):
             ("go2", "hyq", "--contact", "*"),
             "has 31: base, FL_hip, FL_thigh, FL_calf, FL_foot, FL_calf_rotor and 25 more",
         ),
-        (("go2", "a1", "--contact", "FL_foot", "--change", "mass:base=2"), "several files are given"),
+        (
+            ("go2", "a1", "--contact", "FL_foot", "--change", "mass:base=2"),
+            "several files are given",
+        ),
         (("go2", "--contact", "FL_foot", "--change", "weight"), "is not a change"),
         (("go2", "--contact", "FL_foot", "--change", "mass:FL_cal=2x"), 'nearest: "FL_calf"'),
         (("go2", "nosuch", "--contact", "FL_foot"), 'no robot "nosuch"'),

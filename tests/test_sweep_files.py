@@ -214,8 +214,8 @@ def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
 def test_a_friction_on_which_no_column_depends_is_said(capfd, stick, given):
     words = ("--contact", "foot", "--vary", "strike-angle=0:40:2", *given)
     said = (
-        "warning: these numbers are for contacts that stick, and the friction only decides whether flat "
-        "ground allows"
+        "warning: these numbers are for contacts that stick, and the friction only decides "
+        "whether flat ground allows"
     )
     assert said in good(capfd, "sweep", stick, *words)
     assert said not in good(

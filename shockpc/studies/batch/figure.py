@@ -65,7 +65,7 @@ def _heading(batch: Batch, rows: list[BatchRow]) -> list[str]:
         "arrow: velocity of the contact before the impact; each robot is scaled to fit",
     ]
     if not all(row.drives_known for row in rows):
-        heading.append("–: nobody knows the drives, so the number may lie anywhere in the range")
+        heading.append("–: unknown drives, so the number may lie anywhere in the range")
     if any(body.box for row in rows for body in row.picture.drawn):
         heading.append("dash-dotted: box of an inertia, of a body without a shape")
     return heading

@@ -30,8 +30,8 @@ def robot_notes(batch: Batch) -> Iterator[str]:
     )
     if not all(row.drives_known for row in batch.robots):
         yield (
-            "–: nobody knows the drives, so the number may lie anywhere in the range; give "
-            "--drives or --armature"
+            "–: unknown drives, so the number may lie anywhere in the range; give --drives or "
+            "--armature"
         )
     marked = []
     for row in batch.robots:
@@ -59,7 +59,10 @@ def landing_notes(batch: Batch) -> Iterator[str]:
         )
     yield _joint_note(batch)
     if len({row.drives_known for row in rows}) == 2:
-        yield "drives known: what drives the joints; compare landings whose drives are known"
+        yield (
+            "drives known: origin of the drives of the joints; compare only landings with known "
+            "drives"
+        )
     if any(_drives_of_catalogue(row) for row in rows):
         yield "with free joints: --joints free"
     if any(row.values["shock_max"] is None for row in rows):
@@ -116,8 +119,8 @@ def _notes(batch: Batch) -> Iterator[str]:
     neutral = [row for row in rows if row.scene.posture.reference in ("neutral", BENT)]
     if neutral:
         yield (
-            "in the neutral posture, with straight legs bent where they can be, which is taken "
-            f"where no standing one is known: {_robots_of(batch, neutral)}"
+            "in the neutral posture, with straight legs bent where they can be, the default of "
+            f"robots without a standing posture: {_robots_of(batch, neutral)}"
         )
     refused = [row for row in rows if row.values["feasible"] == 0.0 and not row.feasible_if_tilted]
     if refused:

@@ -194,8 +194,8 @@ def _warnings(study: JointLimits) -> list[str]:
         )
     if target.selection.quantity.per_landing(scene):
         warnings.append(
-            f"warning: {target.name} is computed in one posture and for one strike at a time; "
-            f"--step, --range and --strikes say how many of them"
+            f"warning: {target.name} is computed in one posture and at one strike angle at a "
+            "time; --step, --range and --strikes set their number"
         )
     at_scene = n - int(study.scan.feasible(study.limits[0].strikes).sum())
     at_some = n - int(study.scan.feasible(study.strikes).sum())

@@ -186,8 +186,8 @@ def limits(
     joint: Annotated[
         str,
         Option(
-            "The joint; all joints that match a glob have the same value. With --range also "
-            "another name that sweep varies.",
+            "The joint, or a glob of joints with the same value. With --range also another name "
+            "that sweep varies.",
             "Question",
             "JOINT",
         ),
