@@ -51,7 +51,7 @@ from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, traces
 from shockpc.text.trace import Trace
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 REPEATED: dict[Any, Parser | None] = {
     Sequence[str]: None,
@@ -380,8 +380,8 @@ postures of one robot by name; one landing of each design. Wings add what their 
 def inputs_of(reads: str) -> Input:
     """What a study takes that reads this."""
     known = dict(INPUTS)
-    for door in doors("inputs"):
-        known |= door.INPUTS
+    for inputs in from_wings("inputs", "INPUTS"):
+        known |= inputs
     return known[reads]
 
 

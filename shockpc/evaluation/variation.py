@@ -15,12 +15,6 @@ from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
-FACTORS = (
-    "mass:LINK, inertia:LINK, flex:LINK, armature:JOINT, joint-stiffness:JOINT and place:JOINT"
-)
-"""What can be varied by factors, as messages list it."""
-
-
 Target = Literal["", "LINK", "JOINT"]
 """What the name or glob of a kind means; empty for a kind of the landing."""
 
@@ -50,6 +44,7 @@ class Kind:
         moves: whether it changes the posture.
         inertial: whether it changes only masses, inertias or armatures, as `row_arrays.inertias`
             computes them.
+        lasting: whether it has an effect only on a landing that lasts.
         of_robot: whether it changes the robot itself, so that no scene contains it.
     """
 
@@ -64,6 +59,7 @@ class Kind:
     uncertain: bool = False
     moves: bool = False
     inertial: bool = False
+    lasting: bool = False
     of_robot: bool = False
 
     def stage(self, factor: bool) -> int:
@@ -92,8 +88,8 @@ class Kind:
         read = values_from(subject, values)
         if read.factor and self.factors == "never":
             raise StudyError(
-                f"{subject}: a factor such as 0.8x or ±5% applies to {FACTORS} only; give values "
-                f"in {self.unit or 'SI units'}"
+                f"{subject}: a factor such as 0.8x or ±5% does not apply to it; give values in "
+                f"{self.unit or 'SI units'}"
             )
         if not (read.mean or read.factor or self.added):
             raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")

@@ -41,7 +41,7 @@ def variation(
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact",
             "offset-x", "friction", "mass:LINK", "point-mass:LINK", "com-z:LINK", "inertia:LINK",
-            "inertia-xx:LINK", "flex:LINK", "armature:JOINTS", "rotor:JOINTS",
+            "inertia-xx:LINK", "armature:JOINTS", "rotor:JOINTS",
             "joint-stiffness:JOINTS", "place:JOINTS", "turn-x:JOINTS" of ball joints, and so on; a
             name that is none of these words is a joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these,

@@ -9,7 +9,7 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 
 class Motion(Protocol):
@@ -62,8 +62,8 @@ def motion_of(landing: PosedLanding, until: float | None = None) -> Motion | Non
     """
     if not landing.scene.yields:
         return None
-    for door in doors("landing"):
-        motion: Motion | None = door.motion(landing, until)
+    for motion_until in from_wings("landing", "motion"):
+        motion: Motion | None = motion_until(landing, until)
         if motion is not None:
             return motion
     return None

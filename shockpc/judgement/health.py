@@ -35,7 +35,7 @@ from shockpc.quantities.selection import select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.trust import Health
 from shockpc.text.diagnostic import Diagnostic, by_cause
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 CLEARLY_BEYOND = 1e-6
 """Share of the largest rate with which a joint moves beyond an end stop from which on that is no
@@ -75,8 +75,8 @@ def warnings_of(profile: ShockProfile) -> tuple[Diagnostic, ...]:
 
 def _of_wings(profile: ShockProfile) -> Iterator[Diagnostic]:
     """What wings warn of."""
-    for door in doors("checks"):
-        for check in door.CHECKS:
+    for checks in from_wings("checks", "CHECKS"):
+        for check in checks:
             yield from check(profile)
 
 

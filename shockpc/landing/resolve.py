@@ -42,7 +42,7 @@ from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 MOST_CONTACTS = 100
 """Contacts of a scene, with the feet that stand; a landing on so many feet takes some 15 s and 0.7
@@ -140,8 +140,8 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
             "a restitution of end stops is given, but they are left out; give stops = true "
             "(--stops) too"
         )
-    for door in doors("landing"):
-        door.check_scene(scene, blocks)
+    for check_options in from_wings("landing", "check_options"):
+        check_options(scene, blocks)
     if scene.friction is not None:
         for contact, block in zip(scene.contact, blocks, strict=True):
             _check_friction_at(contact, block)
@@ -287,8 +287,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         if place.joint < 0:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
-    for door in doors("landing"):
-        door.check(landing)
+    for check_landing in from_wings("landing", "check_landing"):
+        check_landing(landing)
     return landing
 
 

@@ -22,7 +22,7 @@ from shockpc.quantities.renamed import current_name
 from shockpc.quantities.with_friction import WITH_FRICTION
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 QUANTITIES: tuple[Quantity, ...] = (
     *POINTS,
@@ -31,7 +31,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     *CONTACTS,
     *ROBOT,
     *WITH_FRICTION,
-    *(entry for door in doors("quantities") for entry in door.QUANTITIES),
+    *(entry for entries in from_wings("quantities", "QUANTITIES") for entry in entries),
     *RANGES,
     *PARTS,
 )

@@ -23,7 +23,7 @@ from xml.parsers import expat
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import inputs, read_file
 from shockpc.text.printed import listed
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _DEEPEST = 490
@@ -45,8 +45,8 @@ read along with it; choose(source, frames), which of several robots in it is mea
 build(source, chosen), that robot.
 """
 
-for door in doors("formats"):
-    FORMATS |= door.FORMATS
+for formats in from_wings("formats", "FORMATS"):
+    FORMATS |= formats
 
 ROOTS = " or ".join(f"<{tag}> ({name})" for tag, (_, name, _) in FORMATS.items())
 """With what robot files begin, for messages."""

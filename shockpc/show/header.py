@@ -23,7 +23,7 @@ from shockpc.robot.usual_base import hangs, usual_base
 from shockpc.show.wording import contact_name, count, number_text, vector_text
 from shockpc.text.diagnostic import Diagnostic, alike
 from shockpc.text.printed import few, listed, printable
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
@@ -257,8 +257,8 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     if not joints.carried:
         texts.append("rotors are not coupled to the links that carry them")
-    for door in doors("landing"):
-        texts += door.described(profile.scene)
+    for texts_of in from_wings("landing", "robot_texts"):
+        texts += texts_of(profile.scene)
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]

@@ -8,7 +8,7 @@ import functools
 import importlib
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 FOLDER = Path(__file__).resolve().parent.parent / "wings"
 
@@ -16,35 +16,42 @@ FOLDER = Path(__file__).resolve().parent.parent / "wings"
 class Wing(NamedTuple):
     """The doors of a wing: the module behind each, in the wing's folder; empty where there is none.
 
-    A door that is opened at import has a light module behind it, of records and tables.
+    A module has what it adds under the names below, and may leave out what it does not add. One
+    that is opened at import is light: records and tables.
 
     Attributes:
-        formats: formats of robot files, `FORMATS` as of `robot.reading`; opened at import.
-        inputs: what its studies read, `INPUTS` as of `cli.study_command`.
-        sliders: those of a page for the posture, `posture_of(landing, surfaces, joints)`, which
-            returns a `Posture` of `show.html.posture`.
-        beyond: what the rigid answer of the paper is off by: `beyond_report`.
-        report: what reports of a landing have besides: `tables(profile)`, makers by name;
-            `views(profile)`, each a `View` of `studies.analyze.view`, by name; `lines(profile)`
-            below the tables; `pictures(profile, spectrum)`;
-            `document(profile, spectrum)`, keys of the JSON document; `histories(profile)`, charts of
-            a page; `overlay(profile)`, lines of the figure in the plane with a note.
-        landing: `check_scene(scene, constraints)` and `check(landing)`, which refuse what has no
-            meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of `impact.motion`,
-            or None; `described(scene)`, what headers say of the robot.
+        formats: `FORMATS` of robot files, as of `robot.reading`; opened at import.
+        landing: `check_options(scene, constraints)` and `check_landing(landing)`, which refuse what
+            has no meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of `impact.motion`,
+            or None; `robot_texts(scene)`, what headers say of the robot.
         quantities: `QUANTITIES`, records of the table of quantities; opened at import.
         checks: `CHECKS`, each from a profile to diagnostics; `SHARED`, those of which studies of
             many landings show the worst, by kind and subject.
+        variations: `KINDS` of what studies vary, as of `evaluation.variation`; opened at import.
+        inputs: `INPUTS`, what the wing's studies read, as of `cli.study_command`.
+        report: what reports of a landing have besides: `tables(profile)`, makers by name;
+            `views(profile)`, each a `View` of `studies.analyze.view`, by name; `lines(profile)`
+            below the tables; `pictures(profile, spectrum)`; `document(profile, spectrum)`, keys of
+            the JSON document; `charts(profile)` of a page; `overlay(profile)`, lines of the figure
+            in the plane with a note; and `beyond_report()`, what the rigid answer of the paper is
+            off by.
+        sliders: `posture_of(landing, surfaces, joints)`, those of a page for the posture: a
+            `Posture` of `show.html.posture`.
     """
 
     formats: str = ""
-    inputs: str = ""
-    sliders: str = ""
-    beyond: str = ""
-    report: str = ""
     landing: str = ""
     quantities: str = ""
     checks: str = ""
+    variations: str = ""
+    inputs: str = ""
+    report: str = ""
+    sliders: str = ""
+
+
+def from_wings(door: str, name: str) -> list[Any]:
+    """What the modules behind a door call `name`, of those that have it, in the order of the wings."""
+    return [getattr(module, name) for module in doors(door) if hasattr(module, name)]
 
 
 @functools.cache

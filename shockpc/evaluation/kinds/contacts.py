@@ -121,11 +121,12 @@ class OfContacts(OfGround):
 
 def _of_record(kind: type[OfGround], record: type) -> tuple[OfGround, ...]:
     """The kinds of the options of a record that vary."""
-    return tuple(
-        kind(option.name, option.unit.replace("1", "-"), field=field)
-        for field, option in options_of(record).items()
-        if option.varies
-    )
+    kinds = []
+    for field, option in options_of(record).items():
+        if option.varies:
+            unit, lasting = option.unit.replace("1", "-"), option.name.endswith("-stiffness")
+            kinds.append(kind(option.name, unit, field=field, lasting=lasting))
+    return tuple(kinds)
 
 
 CONTACT = ContactNames("contact")

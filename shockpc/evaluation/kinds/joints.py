@@ -162,6 +162,7 @@ class JointStiffness(OfDrive):
     """The stiffness of springs at joints or before rotors [N m/rad, N/m]."""
 
     factors: Factors = "also"
+    lasting: bool = True
 
     example: ClassVar[str] = "100:1000"
 

@@ -17,7 +17,7 @@ from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
 from shockpc.show.wording import BRACKETED, count, robot_name
 from shockpc.text.printed import few, printable
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 FOOT = 0.8
 """Room for coordinates and the colour bar [inches]."""
@@ -48,8 +48,8 @@ def draw_landing(profile: ShockProfile) -> Figure:
         _notes(profile, view),
     )
     dashed = list[Array]()
-    for door in doors("report"):
-        lines, note = door.overlay(profile)
+    for overlay in from_wings("report", "overlay"):
+        lines, note = overlay(profile)
         if lines:
             dashed += lines
             notes.append(note)

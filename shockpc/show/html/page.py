@@ -42,7 +42,7 @@ from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
 from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 MOST_TRIANGLES, MOST_BODIES = 90_000, 500
 """Limits of a page, which keep it below 8 MB."""
@@ -97,10 +97,10 @@ def page(
     scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
     drawn = _surfaces(shown)
     postures: dict[str, Posture] = {}
-    for door in doors("sliders") if report.live is not None else ():
+    for posture_of in from_wings("sliders", "posture_of") if report.live is not None else ():
         for name, profile in shown.items():
             surfaces_of_robot = drawn[id(profile.robot)]
-            postures[name] = door.posture_of(profile.landing, surfaces_of_robot, report.live)
+            postures[name] = posture_of(profile.landing, surfaces_of_robot, report.live)
     if library is not None:
         data = json.dumps(
             _data(shown, drawn, postures), allow_nan=False, separators=(",", ":")
@@ -576,7 +576,9 @@ def _landing(
         "ground": _ground(landing),
         "length": landing.length,
         "rounded": ROUNDED,
-        "histories": [chart for door in doors("report") for chart in door.histories(profile)],
+        "histories": [
+            chart for charts in from_wings("report", "charts") for chart in charts(profile)
+        ],
     }
 
 

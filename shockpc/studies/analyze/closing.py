@@ -10,7 +10,7 @@ from shockpc.method.constraints import ConstraintBlock
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.wording import count, proof_text, shown_as
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 NO_MITIGATION = (
     "no impact mitigation factor (it requires a free base, no stance, and no loop that ties the "
@@ -34,8 +34,8 @@ def closing_lines(profile: ShockProfile) -> list[str]:
 def ground_lines(profile: ShockProfile) -> list[str]:
     """Which end stops act, and what friction and wings say of the landing; a line each."""
     lines = [*_stop_lines(profile), *_friction_lines(profile)]
-    for door in doors("report"):
-        lines += door.lines(profile)
+    for lines_of in from_wings("report", "lines"):
+        lines += lines_of(profile)
     return lines
 
 

@@ -9,7 +9,7 @@ from shockpc.impact.springs import spring_time
 from shockpc.judgement.first_number import first_deciding, first_place, first_range, shock_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 
 def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
@@ -50,8 +50,8 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
             "solutions": friction.solutions,
         },
     }
-    for door in doors("report"):
-        found |= door.document(profile, spectrum)
+    for document_of in from_wings("report", "document"):
+        found |= document_of(profile, spectrum)
     return found
 
 

@@ -33,7 +33,7 @@ from shockpc.studies.analyze.sheets import landing_tables
 from shockpc.studies.analyze.views import shown_tables, worst_bodies
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 WORST, JOINTS = 6, 3
 """Bodies, the heaviest among them unless they are asked for by name, and joints in the tables of an
@@ -184,8 +184,8 @@ def _sections(
     """
     tables = shown_tables(profile, bodies, most)
     pictures = _damage_picture([profile])
-    for door in doors("report"):
-        pictures += door.pictures(profile, spectrum)
+    for pictures_of in from_wings("report", "pictures"):
+        pictures += pictures_of(profile, spectrum)
     return [
         Lines([*summary_lines(profile), *remarks]),
         Lines(_scene_lines(profile)),

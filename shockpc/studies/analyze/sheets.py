@@ -21,7 +21,7 @@ from shockpc.robot.robot import STOP
 from shockpc.show.tables import Column, Row, Sheet
 from shockpc.show.wording import contact_name, mostly_off_plane
 from shockpc.studies.analyze.first_lines import shown_places
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 TITLES: dict[PlaceKind, dict[str, str]] = {
     "body": {
@@ -118,8 +118,8 @@ def landing_tables(
         "joints": (profile.robot.joint_names, joints_sheet),
     }
     shown = {name: make for name, (there, make) in makers.items() if there}
-    for door in doors("report"):
-        shown |= door.tables(profile)
+    for tables_of in from_wings("report", "tables"):
+        shown |= tables_of(profile)
     shown["landing"] = landing_sheet
     return {name: partial(make, profile) for name, make in shown.items()}
 

@@ -27,7 +27,7 @@ from shockpc.studies.analyze.sheets import (
 )
 from shockpc.studies.analyze.view import Keys, View, kept
 from shockpc.text.printed import few
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 READINGS = {"filtered_peak": "", "filtered_peak_axes": ""}
 """Columns of what accelerometers read."""
@@ -56,8 +56,8 @@ def shown_tables(
     if not brief:
         tables["bodies"] = partial(moved_bodies, profile, bodies)
     views = dict(VIEWS)
-    for door in doors("report"):
-        views |= door.views(profile)
+    for views_of in from_wings("report", "views"):
+        views |= views_of(profile)
     views["posture"] = POSTURE
     for name, view in views.items():
         if view.condition(profile) and (view.brief or not brief):

@@ -8,7 +8,7 @@ from shockpc.show.wording import STICKING, count, proof_text, without_value
 from shockpc.studies.batch.rows import Batch, BatchRow
 from shockpc.text.diagnostic import Diagnostic, alike
 from shockpc.text.printed import few
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 NO_DRIVES = {
     "free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"
@@ -170,7 +170,7 @@ def _shared_warning(batch: Batch) -> Iterator[str]:
     """The warning of the shared checks of wings, with the robots, and the words of the landing of
     which it is worst.
     """
-    shared = {key for door in doors("checks") for key in door.SHARED}
+    shared = {key for checks in from_wings("checks", "SHARED") for key in checks}
     warnings: list[tuple[Diagnostic, BatchRow]] = []
     for row in batch.rows:
         for warning in row.warnings:

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from shockpc.evaluation.column import Column as Computed
-from shockpc.evaluation.kinds.links import FLEX
 from shockpc.evaluation.kinds.posture import beyond_limits
 from shockpc.evaluation.kinds.strike import SPEED
 from shockpc.evaluation.varied_landings import VariedLandings
@@ -23,7 +22,7 @@ from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
 from shockpc.studies.sweep.summary import PERCENTILES, Extent, Summary
 from shockpc.text.printed import cause_lines, printable
-from shockpc.text.wings import doors
+from shockpc.text.wings import from_wings
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
@@ -198,14 +197,10 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         varied.kind.word == "contact-stiffness" for varied in sweep.variations
     )
     if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):
-        for varied in (
-            varied
-            for varied in sweep.variations
-            if varied.kind.word.endswith("-stiffness") or varied.kind == FLEX
-        ):
-            asked = "--quantity peak_acceleration or peak_force" + (
-                "" if stiff else ", with --contact-stiffness,"
-            )
+        asked = "--quantity peak_acceleration or peak_force"
+        if not stiff:
+            asked += ", with --contact-stiffness,"
+        for varied in filter(lambda varied: varied.kind.lasting, sweep.variations):
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
     slides = sweep.scene.friction is not None or any(
         varied.kind.word == "friction" for varied in sweep.variations
@@ -271,7 +266,7 @@ def _worst_warning(summary: Summary[VariedLandings]) -> Iterator[str]:
     """
     sweep, worst = summary.evaluation.landings, list[tuple[float, int, str]]()
     extents = [one for one in summary.extents if one.greatest_row >= 0]
-    checks = [check for door in doors("checks") for check in door.SHARED.values()]
+    checks = [check for shared in from_wings("checks", "SHARED") for check in shared.values()]
     for row in sorted({_most_severe(one) for one in extents if _on_stiffness(one.column)}):
         profile = profile_of_scene(*sweep.case(row))
         for check in checks:

@@ -11,10 +11,8 @@ from dataclasses import fields, replace
 import numpy as np
 
 from shockpc.core.frozen import frozen
-from shockpc.core.segments import Flex, elastic_frequencies
 from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import with_faces_of
-from shockpc.landing.flexes import flexes_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.method.constraints import ConstraintBlock, slices_of
@@ -22,6 +20,8 @@ from shockpc.method.dynamics import dynamics, geared_bodies
 from shockpc.robot.elements import Loop
 from shockpc.text.errors import SceneError
 from shockpc.wings.compliant.bent_robot import LEAVE_OUT, FlexibleRobot, flexible_robot
+from shockpc.wings.compliant.flexes import flexes_of
+from shockpc.wings.compliant.motion.segments import Flex, elastic_frequencies
 
 
 @frozen(kw_only=True)

@@ -13,12 +13,12 @@ import pinocchio as pin
 
 from shockpc.core.frozen import frozen
 from shockpc.core.memo import memoized
-from shockpc.core.segments import FINE, Division, Flex, bending_stiffness, divide
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import inertia_fault
 from shockpc.text.errors import RobotError
+from shockpc.wings.compliant.motion.segments import FINE, Division, Flex, bending_stiffness, divide
 
 SHORT = 0.5
 """Share of a body's radius of gyration, up to which the distance of two joints does not give its

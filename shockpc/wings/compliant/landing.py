@@ -27,7 +27,7 @@ class _Idle(NamedTuple):
     message: str
 
 
-def check_scene(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
+def check_options(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     """Refuse options of finite stiffness that have no meaning for the scene.
 
     Args:
@@ -58,7 +58,7 @@ def check_scene(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
         )
 
 
-def check(landing: PosedLanding) -> None:
+def check_landing(landing: PosedLanding) -> None:
     """Refuse links that cannot bend. Raises: ShockError: one of the scene's cannot."""
     if landing.scene.flex:
         from shockpc.wings.compliant.bent_landing import flexible_landing
@@ -79,7 +79,7 @@ def motion(landing: PosedLanding, until: float | None) -> "CompliantLanding | No
     return compliant_landing(landing) if until is None else CompliantLanding(landing, until)
 
 
-def described(scene: Scene) -> list[str]:
+def robot_texts(scene: Scene) -> list[str]:
     """What a header says of the robot."""
     return [f"{printable(pattern)} bends ({text})" for pattern, text in scene.flex.items()]
 

@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.memo import memoized
-from shockpc.core.segments import Flex
 from shockpc.core.threads import one_thread
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.tolerances import inertia_fault
+from shockpc.wings.compliant.motion.segments import Flex
 
 THIN, UNKNOWN = 1e-9, 1e9
 """Share of the moments of inertia below which that about the axis says nothing of the section; the

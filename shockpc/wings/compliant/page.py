@@ -13,7 +13,9 @@ SAMPLES = 400
 """Times of a curve."""
 
 
-def charts(profile: ShockProfile, compliant: CompliantLanding) -> list[dict[str, Any]]:
+def force_and_acceleration(
+    profile: ShockProfile, compliant: CompliantLanding
+) -> list[dict[str, Any]]:
     """Forces of the contacts, and accelerations of the points that move, over time."""
     times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
     contacts = profile.places("contact")[: len(profile.contacts)]

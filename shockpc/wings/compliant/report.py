@@ -13,7 +13,7 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.show.report import Picture
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
@@ -81,14 +81,14 @@ def document(profile: ShockProfile, spectrum: bool) -> dict[str, Any]:
     return {"stiffness": stiffness, "margin_lost": lost_margin(profile)}
 
 
-def histories(profile: ShockProfile) -> list[dict[str, Any]]:
+def charts(profile: ShockProfile) -> list[dict[str, Any]]:
     """Charts of the page: forces of the contacts and accelerations of the points over time."""
     compliant = compliant_of(profile)
     if compliant is None:
         return []
-    from shockpc.wings.compliant.page import charts
+    from shockpc.wings.compliant.page import force_and_acceleration
 
-    return charts(profile, compliant)
+    return force_and_acceleration(profile, compliant)
 
 
 def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
@@ -101,6 +101,13 @@ def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
     from shockpc.wings.compliant.drawing import bent_axes
 
     return bent_axes(profile, compliant)
+
+
+def beyond_report() -> Report:
+    """The report of `shockpc paper --beyond`: what the rigid answer of the paper is off by."""
+    from shockpc.wings.compliant.beyond import report
+
+    return report.beyond_report()
 
 
 def _difference_lines(profile: ShockProfile) -> list[str]:

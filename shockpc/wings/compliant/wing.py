@@ -7,5 +7,5 @@ WING = Wing(
     quantities="quantities",
     checks="checks",
     report="report",
-    beyond="beyond.report",
+    variations="variations",
 )

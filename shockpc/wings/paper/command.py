@@ -25,18 +25,18 @@ def paper(
     from shockpc.cli.output import emit
     from shockpc.cli.progress import shown_trace
     from shockpc.text.errors import SceneError
-    from shockpc.text.wings import doors
+    from shockpc.text.wings import from_wings
     from shockpc.wings.paper.report import paper_report
     from shockpc.wings.paper.study import paper_figures
 
     if beyond:
         if figures:
             raise SceneError("--beyond is of no figure of the paper; leave one of them out")
-        studies = doors("beyond")
-        if not studies:
+        reports = from_wings("report", "beyond_report")
+        if not reports:
             raise SceneError("--beyond needs the studies of bodies that bend, which are not here")
-        for study in studies:
-            emit(study.beyond_report(), output)
+        for beyond_report in reports:
+            emit(beyond_report(), output)
         return
     chosen = paper_figures(figures)
     with shown_trace().stage("claims of the paper"):

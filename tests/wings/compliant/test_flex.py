@@ -11,15 +11,6 @@ import pytest
 from commands import good
 from robot_texts import LIMIT, joint, link, urdf
 
-from shockpc.core.segments import (
-    FINE,
-    Flex,
-    bending_frequency,
-    bending_stiffness,
-    chain_inertia,
-    divide,
-    flex_from,
-)
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene
@@ -41,6 +32,15 @@ from shockpc.wings.compliant.beyond.frame_leg import urdf as tubes_urdf
 from shockpc.wings.compliant.beyond.leg import leg_scene
 from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.histories import bent_links
+from shockpc.wings.compliant.motion.segments import (
+    FINE,
+    Flex,
+    bending_frequency,
+    bending_stiffness,
+    chain_inertia,
+    divide,
+    flex_from,
+)
 
 ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)

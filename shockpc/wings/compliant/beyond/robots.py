@@ -11,7 +11,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc import Contact, Joints, Point, Scene, load_robot
-from shockpc.core.segments import Flex
 from shockpc.impact.contact_rows import contact_rows
 from shockpc.landing.resolve import resolve
 from shockpc.quantities.of_contacts import IMPULSE
@@ -19,6 +18,7 @@ from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.bent_landing import flexible_landing
 from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.motion.segments import Flex
 
 LANDINGS = (
     ("go2", "FL_foot", "go2"),

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from shockpc.core.segments import Flex, flex_from
 from shockpc.text.errors import SceneError
+from shockpc.wings.compliant.motion.segments import Flex, flex_from
 
 
 def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
