@@ -214,7 +214,7 @@ def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failu
         raise failure
 
     good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "whole")
-    monkeypatch.setattr("shockpc.show.html.page.surfaces", fails)
+    monkeypatch.setattr("shockpc.show.html.landing_data.surfaces", fails)
     outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
     assert outcome.code == 0
     reason = str(failure) or "the memory of this computer does not suffice"
