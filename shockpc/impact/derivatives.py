@@ -82,29 +82,62 @@ def derivatives(
         out: (N, n, 6, 3, nv) into which the derivatives of the maps are written; a new array by
             default.
     """
-    state, robot = equation.state, landing.robot
-    J = np.ascontiguousarray(state.J.swapaxes(1, 2))
-    (n, nv), J_cross = J.shape[:2], motion_cross(J)
-    delta_qd, impulse = (
-        equation.full(solution.delta_qd[..., :3]),
-        solution.independent_impulse[..., :3],
-    )
-    right, twists, fixed = _momentum_rates(robot, landing.joint_model, state, J, J_cross, delta_qd)
-    dJ = _row_rates(robot, state, equation.blocks, J, J_cross)
-    right += impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
+    state = equation.state
+    robot = landing.robot
+    turning = _Turning.of(robot, state)
+    n, nv = turning.J.shape[:2]
+    delta_qd = equation.full(solution.delta_qd[..., :3])
+    impulse = solution.independent_impulse[..., :3]
+
+    # dJ_cᵀ λ − dH Δq̇ and −dJ_c Δq̇
+    momenta = _momentum_rates(robot, landing.joint_model, state, turning, delta_qd)
+    dJ = _row_rates(robot, state, equation.blocks, turning)
+    right = momenta.rates + impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
     left = delta_qd.swapaxes(1, 2)[:, None] @ dJ
+    right = right.reshape(n, nv, 3 * nv)
     if equation.G is not None:
-        right = equation.G.swapaxes(1, 2) @ right.reshape(n, nv, -1)
-    d_y, d_impulse = _solved(
-        landing, equation, solution, right.reshape(n, -1, 3 * nv), left.reshape(n, -1, 3 * nv)
-    )
+        right = equation.G.swapaxes(1, 2) @ right
+    d_y, d_impulse = _solved(landing, equation, solution, right, left.reshape(n, -1, 3 * nv))
     d_qd = equation.full(d_y).reshape(n, nv, 3, nv)
+
+    maps = _map_rates(state, robot.ancestors, momenta, d_qd, bodies, out)
+    if robot.free_base:
+        _to_body_axes(d_qd, delta_qd)
+    return Derivatives(maps, d_qd, d_impulse.reshape(n, -1, 3, nv))
+
+
+class _Turning(NamedTuple):
+    """How joint velocities turn bodies.
+
+    Attributes:
+        J: (N, nv, 6) twists of unit joint velocities.
+        J_cross: (N, nv, 6, 6) their matrices, as `motion_cross`.
+    """
+
+    J: Array
+    J_cross: Array
+
+    @staticmethod
+    def of(robot: Robot, state: Dynamics) -> "_Turning":
+        """Those of a robot in N postures."""
+        J = np.ascontiguousarray(state.J.swapaxes(1, 2))
+        return _Turning(J, motion_cross(J))
+
+
+def _map_rates(
+    state: Dynamics,
+    ancestors: np.ndarray,
+    momenta: "_MomentumRates",
+    d_qd: Array,
+    bodies: Sequence[int] | None,
+    out: Array | None,
+) -> Array:
+    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies; arguments as above, d_qd (N, nv, 3, nv)."""
+    n, nv = d_qd.shape[:2]
     chosen = slice(None) if bodies is None else list(bodies)
-    position, moves, twists = (
-        state.position[:, chosen],
-        robot.ancestors[chosen].astype(float),
-        twists[:, chosen],
-    )
+    moves = ancestors[chosen].astype(float)
+    position = state.position[:, chosen]
+    twists = momenta.twists[:, chosen]
     maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
     for k in range(0, n, BLOCK):
         chunk = slice(k, k + BLOCK)
@@ -113,19 +146,24 @@ def derivatives(
             state.J[chunk],
             moves,
             twists[chunk],
-            fixed[chunk],
+            momenta.fixed[chunk],
             d_qd[chunk],
             maps[chunk],
         )
-    # its velocity is written in body axes, at the origin of the body, which move with it
-    if robot.free_base:
-        linear, angular = (
-            cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3)
-        )
-        d_qd[:, :3, :, :3] += angular
-        d_qd[:, :3, :, 3:6] += linear
-        d_qd[:, 3:6, :, 3:6] += angular
-    return Derivatives(maps, d_qd, d_impulse.reshape(n, -1, 3, nv))
+    return maps
+
+
+def _to_body_axes(d_qd: Array, delta_qd: Array) -> None:
+    """Change the derivatives (N, nv, 3, nv) of a free base's velocity to those in body axes.
+
+    It is written in the axes of the body, at its origin, which move with it.
+    """
+    linear, angular = (
+        cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3)
+    )
+    d_qd[:, :3, :, :3] += angular
+    d_qd[:, :3, :, 3:6] += linear
+    d_qd[:, 3:6, :, 3:6] += angular
 
 
 @memoized()
@@ -137,9 +175,9 @@ def _masks(robot: Robot) -> tuple[Array, Array]:
         ahead, those of joints that carry it, which stay. The columns of a free base stay in the
         world; its velocity is converted to body axes in the end.
     """
-    first = np.array(
-        [joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)]
-    )
+    first = np.zeros(robot.model.nv, dtype=int)
+    for joint in robot.single_joints:
+        first[joint.v] = joint.v.start
     if robot.free_base:
         first[:6] = 6
     carriers = robot.ancestors[np.argmax(robot.ancestors, axis=0)]
@@ -147,75 +185,102 @@ def _masks(robot: Robot) -> tuple[Array, Array]:
     return (carriers.T & ~ahead).astype(float), ahead.astype(float)
 
 
-def _momentum_rates(
-    robot: Robot, joints: JointModel, state: Dynamics, J: Array, J_cross: Array, delta_qd: Array
-) -> tuple[Array, Array, Array]:
+class _MomentumRates(NamedTuple):
     """How the momenta that a jump gives to the bodies change with the posture.
+
+    Attributes:
+        rates: (N, nv, 3, nv) −dH Δq̇.
+        twists: (N, nb, 6, 3) V of the bodies.
+        fixed: (N, 6, 3 nv) J_k × U_k, as in the module's text.
+    """
+
+    rates: Array
+    twists: Array
+    fixed: Array
+
+
+def _momentum_rates(
+    robot: Robot, joints: JointModel, state: Dynamics, turning: _Turning, delta_qd: Array
+) -> _MomentumRates:
+    """How the momenta that a jump (N, nv, 3) gives to the bodies change with the posture.
 
     Args:
         robot: the robot.
         joints: what they do.
         state: the same in N postures.
-        J: (N, nv, 6) twists of unit joint velocities.
-        J_cross: (N, nv, 6, 6) their matrices, as `motion_cross`.
+        turning: how joint velocities turn bodies.
         delta_qd: (N, nv, 3) the jump.
-
-    Returns: −dH Δq̇ (N, nv, 3, nv); the twists V (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6,
-        3 nv), as in the module's text.
     """
-    (n, nv), nb, (turned, ahead), moves = (
-        J.shape[:2],
-        len(robot.bodies),
-        _masks(robot),
-        robot.ancestors.T.astype(float),
-    )
+    J, J_cross = turning
+    n, nv = J.shape[:2]
+    nb = len(robot.bodies)
+    turned, ahead = _masks(robot)
+    moves = robot.ancestors.T.astype(float)
+
+    # V of each body and J_k × U_k, sums of J_a Δq̇_a over joints that move a body, or are ahead of k
     parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)
-    twists, fixed = (
-        (moves.T @ parts).reshape(n, nb, 6, 3),
-        J_cross @ (ahead @ parts).reshape(n, nv, 6, 3),
-    )
+    twists = (moves.T @ parts).reshape(n, nb, 6, 3)
+    fixed = J_cross @ (ahead @ parts).reshape(n, nv, 6, 3)
+
+    # Σ I and Σ I V over the bodies that joint k moves
     inertia = spatial_inertias(robot, state, Inertias.of(robot, joints))
-    momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
     composite = (moves @ inertia.reshape(n, nb, 36)).reshape(n, nv, 6, 6)
-    change, F = np.split(composite @ np.concatenate([fixed, J[..., None]], axis=3), [3], axis=3)
-    change += J_cross.swapaxes(-1, -2) @ momenta
-    change, fixed = (part.transpose(0, 2, 3, 1).reshape(n, 6, 3 * nv) for part in (change, fixed))
-    right = (J @ change) * np.tile(ahead.T, 3)
-    right += (F[..., 0] @ fixed) * np.tile(turned.T, 3)
-    return right.reshape(n, nv, 3, nv), twists, fixed
+    momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
+
+    # −dh = (J_k ×)ᵀ h + I (J_k × U_k); F = I J_k is the momentum of a unit velocity of joint k
+    products = composite @ np.concatenate([fixed, J[..., None]], axis=3)
+    change = products[..., :3] + J_cross.swapaxes(-1, -2) @ momenta
+    F = products[..., 3]
+    change = change.transpose(0, 2, 3, 1).reshape(n, 6, 3 * nv)
+    fixed = fixed.transpose(0, 2, 3, 1).reshape(n, 6, 3 * nv)
+    rates = (J @ change) * np.tile(ahead.T, 3)
+    rates += (F @ fixed) * np.tile(turned.T, 3)
+    return _MomentumRates(rates.reshape(n, nv, 3, nv), twists, fixed)
 
 
 def _row_rates(
-    robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock], J: Array, J_cross: Array
+    robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock], turning: _Turning
 ) -> Array:
     """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the
     tangent; arguments as above.
     """
-    (n, nv), (turned, _), (omega, v) = J.shape[:2], _masks(robot), np.split(J, 2, axis=-1)
+    J, J_cross = turning
+    n, nv = J.shape[:2]
+    turned, _ = _masks(robot)
     out = np.empty((n, sum(block.size for block in blocks), nv, nv))
     for block, rows in zip(blocks, slices_of(blocks), strict=True):
-        forces, moves = len(block.forces), moved_by(state, block.body)[:, None]
-        point, axes = block_point(state, block)[:, None], block_axes(state, block)[:, None]
-        d_point = (v + cross(omega, point)) * moves
-        # Of a sole that sticks every point is held, so it does not matter how the lowest one moves
-        # over it.
-        if block.lowest and block.size < 6:
-            d_point += (omega * moves) @ lowest_point_turned(
-                block, state.rotation[:, block.body]
-            ).swapaxes(1, 2)
-        d_axes = cross((omega * moved_by(state, block.axes_body)[:, None])[:, :, None], axes)
-        change = wrenches(point, d_axes, forces)
-        change[:, :, :forces, :3] += cross(d_point[:, :, None], axes[:, :, :forces])
-        # A column behind joint k changes by J_k × J_a.
+        # A column behind joint k changes by J_k × J_a, and the wrench of a row by that of its ends.
         carried = block_wrenches(state, block)[:, None] @ J_cross
-        change, carried = (
-            np.ascontiguousarray(part.transpose(0, 2, 3, 1)) for part in (change, carried)
-        )
-        signed_J, dJ = (J * row_signs(state, block)[:, None])[:, None], out[:, rows]
+        change = _wrench_rates(state, block, J)
+        carried = np.ascontiguousarray(carried.transpose(0, 2, 3, 1))
+        change = np.ascontiguousarray(change.transpose(0, 2, 3, 1))
+        signed_J = (J * row_signs(state, block)[:, None])[:, None]
+        dJ = out[:, rows]
         np.matmul(signed_J, carried, out=dJ)
         dJ *= turned.T
         dJ += signed_J @ change
     return out
+
+
+def _wrench_rates(state: Dynamics, block: ConstraintBlock, J: Array) -> Array:
+    """Derivatives (N, nv, k, 6) of the wrenches of the rows of a block by each joint velocity."""
+    omega, v = np.split(J, 2, axis=-1)
+    n = len(block.forces)
+    moves_point = moved_by(state, block.body)[:, None]
+    moves_axes = moved_by(state, block.axes_body)[:, None]
+    point = block_point(state, block)[:, None]
+    axes = block_axes(state, block)[:, None]
+    d_point = (v + cross(omega, point)) * moves_point
+    # Of a sole that sticks every point is held, so it does not matter how the lowest one moves
+    # over it.
+    if block.lowest and block.size < 6:
+        rolls = lowest_point_turned(block, state.rotation[:, block.body]).swapaxes(1, 2)
+        d_point += (omega * moves_point) @ rolls
+    d_axes = cross((omega * moves_axes)[:, :, None], axes)
+    # of p × a:  p × da + dp × a
+    change = wrenches(point, d_axes, n)
+    change[:, :, :n, :3] += cross(d_point[:, :, None], axes[:, :, :n])
+    return change
 
 
 def _solved(
@@ -225,25 +290,25 @@ def _solved(
 
     Args: right (N, ny, m) and left (N, nc, m), as in the module's text.
     """
-    (n, nc), ny, most = (
-        left.shape[:2],
-        right.shape[1],
-        landing.most_independent(equation.state, equation.blocks),
-    )
+    n, nc = left.shape[:2]
+    ny = right.shape[1]
     # Rows that depend on others are replaced by zeros, and so are their impulses.
-    chosen = np.ones((n, nc))
+    most = landing.most_independent(equation.state, equation.blocks)
+    independent = np.ones((n, nc))
     for k, row_space in solution.row_spaces.items():
         regular = not row_space.uncertain and len(row_space.rows) >= most(k)[0]
-        chosen[k] = np.isin(np.arange(nc), row_space.rows) if regular else np.nan
-    J_c = equation.J_c * chosen[..., None]
+        independent[k] = np.isin(np.arange(nc), row_space.rows) if regular else np.nan
+    J_c = equation.J_c * independent[..., None]
     with np.errstate(all="ignore"):
-        inverse = solve_inertia(equation.inertia, np.broadcast_to(np.eye(ny), (n, ny, ny)))
-        X, Z = inverse @ J_c.swapaxes(1, 2), inverse @ right
-        A = J_c @ X + (1.0 - chosen)[..., None] * np.eye(nc)
-        d_impulse = -np.linalg.solve(A, left * chosen[..., None] + J_c @ Z)
-    return Z + X @ d_impulse, np.where(
-        (chosen != 0.0).all(axis=1)[:, None, None], d_impulse, np.nan
-    )
+        unit = np.broadcast_to(np.eye(ny), (n, ny, ny))
+        inverse = solve_inertia(equation.inertia, unit)
+        # H dẏ − J_cᵀ dλ = right and J_c dẏ = −left, with X = H⁻¹ J_cᵀ and Z = H⁻¹ right
+        X = inverse @ J_c.swapaxes(1, 2)
+        Z = inverse @ right
+        A = J_c @ X + (1.0 - independent)[..., None] * np.eye(nc)
+        d_impulse = -np.linalg.solve(A, left * independent[..., None] + J_c @ Z)
+    determined = (independent != 0.0).all(axis=1)[:, None, None]
+    return Z + X @ d_impulse, np.where(determined, d_impulse, np.nan)
 
 
 def _jump_rates(
@@ -255,18 +320,17 @@ def _jump_rates(
     A body behind joint k turns with it, ω_k × (Δω, Δv), but for the part that joints ahead of it
     cause.
     """
-    (n, nb), nv = p.shape[:2], d_qd.shape[1]
+    n, nb = p.shape[:2]
+    nv = d_qd.shape[1]
     at = np.zeros((n, nb, 6, 6))  # to the frame's origin: v + ω × p
-    at[..., range(6), range(6)], at[..., 3:, :3] = 1.0, -cross_matrix(p)
+    at[..., range(6), range(6)] = 1.0
+    at[..., 3:, :3] = -cross_matrix(p)
     jumps = (at @ twists).reshape(n, nb, 2, 3, 3).swapaxes(-1, -2)
     turning = cross_matrix(jumps).swapaxes(-2, -3).reshape(n, 18 * nb, 3)  # ω × u = −[u]× ω
     at = at.reshape(n, 6 * nb, 6)
     less = (at @ fixed).reshape(n, 18 * nb, nv)
     less += turning @ J[:, :3]
     less *= np.repeat(moves, 18, axis=0)
-    np.matmul(
-        (at @ J) * np.repeat(moves, 6, axis=0),
-        d_qd.reshape(n, nv, 3 * nv),
-        out=out.reshape(n, 6 * nb, 3 * nv),
-    )
+    J_bodies = (at @ J) * np.repeat(moves, 6, axis=0)
+    np.matmul(J_bodies, d_qd.reshape(n, nv, 3 * nv), out=out.reshape(n, 6 * nb, 3 * nv))
     out -= less.reshape(out.shape)

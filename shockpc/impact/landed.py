@@ -38,6 +38,7 @@ from shockpc.method.exact.balls import BallSolution
 from shockpc.method.exact.enclosed import enclosed
 from shockpc.method.exact.proof import Proof
 from shockpc.method.shock import Solved, jumps_of, solution_of
+from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few, listed
@@ -113,12 +114,10 @@ def solved(
             and z (k = 4 or 3).
         bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
-    if (
-        isinstance(landing, PosedLanding)
-        and with_strike
-        and (state is None or state is landing.state)
-    ):
-        equation, solution = landing.equation(landing.state), solution_in_doubles(landing)
+    posed = isinstance(landing, PosedLanding) and (state is None or state is landing.state)
+    if isinstance(landing, PosedLanding) and posed and with_strike:
+        equation = landing.equation(landing.state)
+        solution = solution_in_doubles(landing)
     else:
         assert state is not None
         equation = landing.equation(state, with_strike)
@@ -200,16 +199,17 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     """
     equation = landing.equation(landing.state)
     most = landing.most_independent(landing.state, landing.blocks)(0)
-    J, b = equation.J_c[0], equation.b[0, :, 3]
+    J = equation.J_c[0]
+    b = equation.b[0, :, 3]
     if most[0] == len(J):
         return J, b
     # Combinations of rows, in units of their terms, of which only rounding of the file is left.
-    others = equation.row_space(most).infeasible
+    rounding = equation.row_space(most).infeasible
     terms = equation.terms()[0]
     size = column_sizes(terms)
     term_size, scaled = in_terms(J, terms, size)
-    J_left = others.T @ (others @ scaled)
-    b_left = others.T @ (others @ (b / term_size))
+    J_left = rounding.T @ (rounding @ scaled)
+    b_left = rounding.T @ (rounding @ (b / term_size))
     return J - J_left * term_size[:, None] * size, b - b_left * term_size
 
 
@@ -232,39 +232,38 @@ def without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
     joints to be locked.
     """
     robot = landing.robot
-    columns = weakest_columns(equation.H[0])
-    velocities = (
-        columns
-        if equation.G is None
-        else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
+    velocities = weakest_columns(equation.H[0])
+    if equation.G is not None:
+        velocities = [int(np.argmax(np.abs(equation.G[0, :, k]))) for k in velocities]
+    moves = np.zeros(robot.model.nv, dtype=bool)
+    moves[velocities] = True
+    pairs = zip(robot.bodies, robot.joints, strict=True)
+    names = [body.name for body, joint in pairs if moves[joint.v].any()]
+    lock = _to_be_locked(robot, moves)
+    several = "bodies" if len(names) > 1 else "body"
+    light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
+    bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
+    or_lock = f", or lock {listed(lock, 12)} with --lock" if lock else ""
+    return SolveError(
+        f'{several} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
+        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the "
+        f"file (mass on a joint's axis does not resist turning about it){or_lock}",
+        bodies=names,
+        joints=lock,
     )
-    names = [
-        name.name
-        for name, joint in zip(robot.bodies, robot.joints, strict=True)
-        if any(joint.v.start <= v < joint.v.stop for v in velocities)
-    ]
+
+
+def _to_be_locked(robot: Robot, moves: np.ndarray) -> list[str]:
+    """The joints whose velocities are some of (nv,), with all that are geared to them."""
     joints = {
-        joint.name
-        for joint in robot.single_joints
-        if joint.kind != "free" and {*velocities} & {*range(joint.v.start, joint.v.stop)}
+        joint.name for joint in robot.single_joints if joint.kind != "free" and moves[joint.v].any()
     }
     # all that are geared to one another are locked together
     for mimic in (*robot.mimics, *reversed(robot.mimics)):
         geared = {mimic.joint, *mimic.leaders}
-        joints |= geared if joints & geared else set()
-    lock = [name for name in robot.joint_names if name in joints]
-    light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
-    bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
-    return SolveError(
-        f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can '
-        f"move, but no mass or inertia "
-        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the "
-        f"file (mass on a joint's axis "
-        f"does not resist turning about "
-        f"it){f', or lock {listed(lock, 12)} with --lock' if lock else ''}",
-        bodies=names,
-        joints=lock,
-    )
+        if joints & geared:
+            joints |= geared
+    return [name for name in robot.joint_names if name in joints]
 
 
 class Residual(NamedTuple):
@@ -293,27 +292,27 @@ class Residual(NamedTuple):
         """By how much (n,) more is left of the landing's strike; a contradiction if it is above
         zero.
         """
-        allowed = CONTRADICTION * np.abs(self.speeds[:, 3]).max() + self.rounding * np.linalg.norm(
-            self.motion[:, 3]
-        )
-        return np.asarray(np.abs(self.left[:, 3]) - allowed)
+        of_speeds = CONTRADICTION * np.abs(self.speeds[:, 3]).max()
+        of_rounding = self.rounding * np.linalg.norm(self.motion[:, 3])
+        return np.asarray(np.abs(self.left[:, 3]) - (of_speeds + of_rounding))
 
 
 def residual(proof: LandingProof) -> Residual:
     """What a solution leaves along the dependent rows."""
-    landing, state, blocks = proof.landing, proof.landing.state, proof.landing.blocks
+    landing = proof.landing
+    state = landing.state
     equation = landing.equation(state)
     b = equation.b[0]
     rows = np.delete(np.arange(len(b)), proof.row_space.rows)
-    left = row_jacobian(state, blocks)[0] @ proof.delta_qd + b
+    left = row_jacobian(state, landing.blocks)[0] @ proof.delta_qd + b
     # The independent rows are met to the last digit of the proof. In the others a share of each
     # term is rounding: that of double precision here, and that with which they were found
     # dependent. That of a file's digits counts only where rows differ by it.
-    tolerance = max(
-        equation.tolerance if proof.row_space.discarded else UNCERTAIN[1] * TOLERANCE,
-        proof.row_space.slack,
-    )
-    terms = row_terms(state, blocks)[0]
+    tolerance = UNCERTAIN[1] * TOLERANCE
+    if proof.row_space.discarded:
+        tolerance = equation.tolerance
+    tolerance = max(tolerance, proof.row_space.slack)
+    terms = row_terms(state, landing.blocks)[0]
     size = column_sizes(terms)
     rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1)
     return Residual(rows, left[rows], b, rounding[rows], size[:, None] * proof.delta_qd)
@@ -349,11 +348,12 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
 
 
 def _direction(equation: Equation, row: int) -> tuple[ConstraintBlock, str]:
-    ranges = zip(equation.blocks, slices_of(equation.blocks), strict=True)
-    block, rows = next((block, rows) for block, rows in ranges if row < rows.stop)
-    return block, " ".join(
-        f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - rows.start] + 0.0
-    )
+    """The contact, standing foot, loop or stop that a row belongs to, and the row's axis."""
+    k = next(k for k, rows in enumerate(slices_of(equation.blocks)) if row < rows.stop)
+    block = equation.blocks[k]
+    rows = slices_of(equation.blocks)[k]
+    axis = block_axes(equation.state, block)[0, row - rows.start] + 0.0
+    return block, " ".join(f"{u:.3g}" for u in axis)
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
@@ -374,8 +374,10 @@ def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
 
     Args: jumps (nb, 6).
     """
-    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
-    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
+    omega = jumps[:, :3]
+    of_centre = np.linalg.norm(velocity_at(omega, jumps[:, 3:], robot.coms), axis=1)
+    of_rotation = np.linalg.norm(omega, axis=1) * length
+    return np.asarray(np.fmax(of_centre, of_rotation))
 
 
 def _refuse_singular(
@@ -386,16 +388,10 @@ def _refuse_singular(
 
     Args: rank, number of independent rows.
     """
-    robot, length = landing.robot, landing.robot.gyration.copy()
-    for place in landing.points:
-        if place.body >= 0:
-            length[place.body] = max(
-                length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body]))
-            )
-    times, body = greatest_motion(landing, proof.jumps[..., 3], length)
-    turning = (
-        float(np.abs(proof.delta_qd[:, 3]).max() * robot.gyration.max()) / landing.fastest_approach
-    )
+    robot = landing.robot
+    times, body = greatest_motion(landing, proof.jumps[..., 3], _lengths(landing))
+    rates = np.abs(proof.delta_qd[:, 3])
+    turning = float(rates.max() * robot.gyration.max()) / landing.fastest_approach
     if max(times, turning) > FAST and not np.isfinite(definite(equation.H)).all():
         raise without_inertia(landing, equation)
     rounded = (
@@ -404,25 +400,41 @@ def _refuse_singular(
     )
     if times <= UNPHYSICAL and not rounded:
         return
-    rates = np.abs(proof.delta_qd[:, 3])
     moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
     fast = [joint for joint in moving if rates[joint.v] > 0.01 * rates.max()]
-    values = [(joint, joint.value(landing.q)) for joint in fast]
-    at = [
-        f'"{joint.name}" at '
-        + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg")
-        for joint, x in values
-    ]
+    first = fast[0].name if fast else "JOINT"
+    where = _posture(landing)
+    if fast:
+        where += f" with {few([_value(joint, landing.q) for joint in fast], 4)}"
+    digits = ", up to rounding of the angles and lengths in the file" if rounded else ""
     block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
     raise SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as '
-        f"the contact, because {_posture(landing)}{' with ' if at else ''}{few(at, 4)} is "
-        f"singular or nearly so ({block.name} has almost no motion along ({axis}) "
-        f"there{', up to rounding of the angles and lengths in the file' if rounded else ''}), or "
-        "almost no inertia resists that motion. Set another posture, such as with --set "
-        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or "
+        f"the contact, because {where} is singular or nearly so ({block.name} has almost no motion "
+        f"along ({axis}) there{digits}), or almost no inertia resists that motion. Set another "
+        f"posture, such as with --set {first}=ANGLE, leave that direction out of the contact or "
         "of the contact velocity, or lock joints without inertia with --lock",
         blocks=[block.frame],
         bodies=[robot.bodies[body].name],
         joints=[joint.name for joint in fast],
     )
+
+
+def _lengths(landing: PosedLanding) -> Array:
+    """The lengths (nb,) by which rotations of bodies count as speeds: to the farthest of their
+    points, and at least the radius of gyration [m].
+    """
+    length = landing.robot.gyration.copy()
+    for point in landing.points:
+        if point.body >= 0:
+            arm = float(np.linalg.norm(point.r - landing.robot.coms[point.body]))
+            length[point.body] = max(length[point.body], arm)
+    return length
+
+
+def _value(joint: Joint, q: Array) -> str:
+    """A joint and its value in words."""
+    value = joint.value(q)
+    if joint.unit == "m":
+        return f'"{joint.name}" at {value:.3g} m'
+    return f'"{joint.name}" at {math.degrees(value):.3g} deg'

@@ -11,15 +11,18 @@ for e = 0 the jump of minimum kinetic energy that obeys them. Stops that act are
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.landed import solved
 from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.equation import Equation
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
 
@@ -52,14 +55,17 @@ def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array
     """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these
     before the impact (k,).
     """
-    robot, rates = landing.robot, landing.before.joint_rates
+    robot = landing.robot
     sides = stops_at(robot, landing.q, landing.joint_model)
     rows = np.zeros((len(sides), robot.model.nv))
     for k, (joint, side) in enumerate(sides):
         rows[k, joint.v.start] = side
-    before = rows @ rates
-    e = [landing.scene.stop_restitution or 0.0 if speed < 0.0 else 0.0 for speed in before.tolist()]
-    return tuple(stop_block(robot, *one, k) for one, k in zip(sides, e, strict=True)), rows, before
+    before = rows @ landing.before.joint_rates
+    blocks: list[ConstraintBlock] = []
+    for (joint, side), speed in zip(sides, before.tolist(), strict=True):
+        e = landing.scene.stop_restitution if speed < 0.0 else None
+        blocks.append(stop_block(robot, joint, side, e or 0.0))
+    return tuple(blocks), rows, before
 
 
 def with_stops(landing: PosedLanding) -> PosedLanding:
@@ -93,31 +99,22 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
         return bare
     equation, solution, _ = solved(bare)
     after = bare.before.joint_rates + equation.full(solution.delta_qd)[0, :, 3]
-    if (
-        not np.isfinite(after).all()
-        or not driven_beyond(at_stops(bare.robot, bare.q[None], bare.joint_model)[0], after).any()
-    ):
+    if not np.isfinite(after).all():
         return bare
-    G = np.eye(rows.shape[1]) if equation.G is None else equation.G[0]
-    reduced = rows @ G
+    sides = at_stops(bare.robot, bare.q[None], bare.joint_model)[0]
+    if not driven_beyond(sides, after).any():
+        return bare
     try:
         to_metric = np.linalg.inv(np.linalg.cholesky(equation.H[0])).T
     except np.linalg.LinAlgError:
         return bare  # the proof names what has no inertia
-    constraints, whole = equation.J_c[0] @ to_metric, np.linalg.norm(reduced @ to_metric, axis=1)
-    if len(constraints):
-        row_space = solution.row_spaces.get(0)
-        constraints = constraints if row_space is None else constraints[row_space.rows]
-        basis = np.linalg.qr(constraints.T, mode="complete")[0][:, len(constraints) :]
-        to_metric = to_metric @ basis
+    stops = _in_metric(rows, to_metric, equation, solution)
     e = np.array([block.restitution for block in blocks])
-    in_metric = reduced @ to_metric
-    # What contacts and loops hold already, no stop can move.
-    length, missing = np.linalg.norm(in_metric, axis=1), -(rows @ after + e * before)
-    fixed = length <= DEPENDS * whole
-    in_metric[fixed], missing[fixed & (missing <= LEFT * np.abs(after).max())] = 0.0, 0.0
+    missing = -(rows @ after + e * before)
+    fastest = float(np.abs(after).max())
+    missing[stops.fixed & (missing <= LEFT * fastest)] = 0.0
     try:
-        impulse = least_push(in_metric, missing)
+        impulse = least_push(stops.rows, missing)
     except ArithmeticError:
         raise SolveError(
             "no verdict: the contacts drive joints beyond their stops, whatever these do "
@@ -125,16 +122,75 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
             f"ask; leave a direction or "
             "a contact out, or the stops"
         ) from None
-    pushes = impulse * length > TAKES * (impulse * length).max()
-    if not pushes.any():
+    acts = _acting(stops, impulse, missing, fastest)
+    if not acts.any():
         return bare
+    return replace(bare, acting=tuple(blocks[k] for k in np.flatnonzero(acts)))
+
+
+class _MetricRows(NamedTuple):
+    """Rows of stops in units of the mass metric, in motions that contacts and loops leave.
+
+    Attributes:
+        rows: (k, n) of speeds away from the stops; zero where nothing but rounding is left.
+        length: (k,) of what is left of them.
+        fixed: (k,) which of them contacts and loops hold already, so that no stop can move them.
+        bound: (k,) length up to which what others leave of a row is rounding.
+    """
+
+    rows: Array
+    length: Array
+    fixed: np.ndarray
+    bound: Array
+
+
+def _in_metric(
+    rows: Array, to_metric: Array, equation: Equation, solution: Solution
+) -> _MetricRows:
+    """The rows (k, nv) of stops in units of the mass metric.
+
+    Args:
+        rows: (k, nv).
+        to_metric: (ny, ny) L⁻ᵀ with H = L Lᵀ.
+        equation: of the landing without stops.
+        solution: of it.
+    """
+    reduced = rows if equation.G is None else rows @ equation.G[0]
+    bound = DEPENDS * np.linalg.norm(reduced @ to_metric, axis=1)
+    constraints = equation.J_c[0] @ to_metric
+    if len(constraints):
+        if 0 in solution.row_spaces:
+            constraints = constraints[solution.row_spaces[0].rows]
+        null_space = np.linalg.qr(constraints.T, mode="complete")[0][:, len(constraints) :]
+        to_metric = to_metric @ null_space
+    left = reduced @ to_metric
+    length = np.linalg.norm(left, axis=1)
+    fixed = length <= bound
+    left[fixed] = 0.0
+    return _MetricRows(left, length, fixed, bound)
+
+
+def _acting(stops: _MetricRows, impulse: Array, missing: Array, fastest: float) -> np.ndarray:
+    """Which stops (k,) act: those that push, and those that share the impulse of these.
+
+    Args:
+        stops: their rows.
+        impulse: (k,) as of `least_push`.
+        missing: (k,) speeds that are missing along them.
+        fastest: largest joint rate after the impact without them.
+    """
+    speeds = impulse * stops.length
+    pushes = speeds > TAKES * speeds.max()
+    if not pushes.any():
+        return np.asarray(pushes)
     # A stop that others hold as well shares their impulse, in a way that is not determined.
-    _, sizes, basis = np.linalg.svd(in_metric[pushes], full_matrices=False)
+    _, sizes, basis = np.linalg.svd(stops.rows[pushes], full_matrices=False)
     basis = basis[sizes > DEPENDS * sizes[0]]
-    left = np.linalg.norm(in_metric - (in_metric @ basis.T) @ basis, axis=1)
-    shares = (left <= DEPENDS * whole) & ~fixed
-    stays = np.abs(in_metric @ (in_metric.T @ impulse) - missing) <= DEPENDS * np.abs(after).max()
-    return replace(bare, acting=tuple(blocks[k] for k in np.flatnonzero(pushes | (shares & stays))))
+    left = stops.rows - (stops.rows @ basis.T) @ basis
+    depends = np.linalg.norm(left, axis=1) <= stops.bound
+    reached = stops.rows @ (stops.rows.T @ impulse)
+    stays = np.abs(reached - missing) <= DEPENDS * fastest
+    return np.asarray(pushes | (depends & ~stops.fixed & stays))
 
 
 def refuse_missed(landing: PosedLanding) -> None:
