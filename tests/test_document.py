@@ -97,8 +97,7 @@ SCENES = {
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str unknowns:unknown* range:range? robot:robot "
     "scene:dict bodies:body* joint_model:str drives:drives "
-    "health:health loads_unique:bool assembly:assembly? friction:sliding? stiffness:springs? margin_lost:lost? tables:dict "
-    "units:dict",
+    "health:health loads_unique:bool assembly:assembly? friction:sliding? stiffness:springs? tables:dict units:dict",
     "unknown": "kind:str status:str subjects:str* deciding:str* text:str remedy:str effect:float?",
     "range": "quantity:str at:str value:float smallest:float largest:float kind:str deciding:str*",
     "robot": "name:str file:str n_bodies:int nv:int",
@@ -111,7 +110,6 @@ RECORDS = {
     "step": "joint:str by:float",
     "sliding": "coefficient:float unchanged:bool solutions:int",
     "springs": "contact_stiffness:float springs_count:float? spectra:dict?",
-    "lost": "contact_stiffness:float? place:str refused:str",
 }
 """The keys of every record in their order, and what they hold; ? may be null, * is a list."""
 LISTS = {"vector": "float", "matrix": "vector"}

@@ -8,7 +8,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
-from shockpc.landing.scene import CONTACTS
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
@@ -18,7 +17,7 @@ from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
 from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.of_profile import compliant_of, lost_margin, rigid_links
+from shockpc.wings.compliant.of_profile import compliant_of, rigid_links
 from shockpc.wings.compliant.texts import stiffness_text
 
 
@@ -41,10 +40,8 @@ def views(profile: ShockProfile) -> dict[str, View]:
 
 
 def lines(profile: ShockProfile) -> list[str]:
-    """How far the impulse model holds, when links can be taken as rigid, and on which contacts a
-    margin is lost; a line each.
-    """
-    return [*_difference_lines(profile), *_bending_lines(profile), *_margin_lines(profile)]
+    """How far the impulse model holds, and when links can be taken as rigid; a line each."""
+    return [*_difference_lines(profile), *_bending_lines(profile)]
 
 
 def pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
@@ -78,7 +75,7 @@ def document(profile: ShockProfile, spectrum: bool) -> dict[str, Any]:
             "springs_count": time if math.isfinite(time) else None,
             "spectra": _spectra(profile, compliant) if spectrum else None,
         }
-    return {"stiffness": stiffness, "margin_lost": lost_margin(profile)}
+    return {"stiffness": stiffness}
 
 
 def charts(profile: ShockProfile) -> list[dict[str, Any]]:
@@ -151,25 +148,6 @@ def _bending_lines(profile: ShockProfile) -> list[str]:
     if isinstance(found, str):
         return [f"rigid links: when they are right is not known, because {found}"]
     return list(found.lines)
-
-
-def _margin_lines(profile: ShockProfile) -> list[str]:
-    """From which contact stiffness on a margin of a part or a joint is lost."""
-    lost = lost_margin(profile)
-    if lost is None:
-        return []
-    from shockpc.wings.compliant.margin_lost import SOFTEST, STIFFEST
-
-    if lost.refused:
-        return [
-            f"contact stiffness from which on a margin is lost: not known, because {lost.refused}"
-        ]
-    if not lost.place:
-        return [f"no margin of a part or a joint is lost on contacts of up to {STIFFEST:g} N/m"]
-    where = f"the margin of {lost.place} is lost on contacts of"
-    if not lost.contact_stiffness:
-        return [f"{where} any stiffness from {SOFTEST:g} N/m on"]
-    return [f"{where} {lost.contact_stiffness:.3g} N/m or more; {CONTACTS}"]
 
 
 def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:
