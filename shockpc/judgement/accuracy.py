@@ -1,10 +1,9 @@
-"""How far to trust a result: the proven bound, the error of double precision, and the sensitivity
-to the data.
-"""
+"""How far to trust a result: the error of double precision, and the sensitivity to the data."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import compress
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -65,43 +64,48 @@ FASTEST_PLAUSIBLE = 100.0
 
 
 def double_error(landing: PosedLanding, proof: LandingProof, jumps: Array) -> float:
-    """True error of jumps (nb, 6) in double precision, relative to each body's motion, the largest
-    over the bodies that move.
+    """True error of jumps (nb, 6) in double precision [1].
+
+    It is relative to each body's motion, and the largest over the bodies that move; inf if a jump
+    is not finite.
     """
-    length, exact = landing.robot.rotation_lengths, proof.jumps[..., 3:]
-    size = motion(exact, length)[:, 0]
     if not np.isfinite(jumps).all():
         return np.inf
+    length = landing.robot.rotation_lengths
+    exact = proof.jumps[..., 3:]
+    size = motion(exact, length)[:, 0]
     off = motion(jumps[..., None] - exact, length)[:, 0]
-    return float(
-        np.max(
-            (off / np.where(size > 0.0, size, 1.0))[size > RESTING_SHARE * size.max(initial=0.0)],
-            initial=0.0,
-        )
-    )
+    return float(_of_motion(off, size).max(initial=0.0))
+
+
+def _of_motion(change: Array, size: Array) -> Array:
+    """Changes (nb,) relative to the motions (nb,) of bodies [1]; 0 of a body at rest."""
+    share = change / np.where(size > 0.0, size, 1.0)
+    at_rest = size <= RESTING_SHARE * size.max(initial=0.0)
+    return np.where(at_rest, 0.0, share)
 
 
 def nearly_singular(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings where the strike moves a body implausibly fast, or strikes in other directions have
-    no verdict in its posture.
+    """Warnings where a strike moves a body implausibly fast.
+
+    One is of the strike of the scene, the other of strikes in other directions.
     """
-    landing, proof, gyration = profile.landing, profile.proof, profile.robot.gyration
+    robot, proof = profile.robot, profile.proof
     # A body of almost no inertia may turn at any rate; its size is then taken to be like the
     # others'. (np.median imports numpy.ma.)
-    times, body = greatest_motion(
-        landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2])
-    )
+    usual = np.sort(robot.gyration)[len(robot.gyration) // 2]
+    gyration = np.fmax(robot.gyration, usual)
+    times, body = greatest_motion(profile.landing, proof.jumps[..., 3], gyration)
     if times > FASTEST_PLAUSIBLE:
-        name = landing.robot.bodies[body].name
+        name = robot.bodies[body].name
         text = (
             f'body "{name}" would move or turn {times:.0e} times as fast as the contact: the '
             "posture is nearly singular, or almost no inertia resists this motion. This is not "
             "physically plausible: set another posture, or lock the joint with --lock"
         )
         yield Diagnostic("posture", name, times, text)
-    most = max(
-        float(body_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3)
-    )
+    speeds = [body_speeds(robot, proof.jumps[..., k], robot.gyration) for k in range(3)]
+    most = float(np.max(speeds))
     if most > UNPHYSICAL:
         text = (
             f"in other impact directions a body would move up to {most:.0e} times as fast as the "
@@ -112,23 +116,18 @@ def nearly_singular(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 
 def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning where rows of loops count as dependent, although more than rounding sets them
-    apart.
-    """
-    row_space, blocks = profile.row_space, profile.landing.blocks
-    loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in blocks])
-    if (
-        row_space.discarded
-        and loops.any()
-        and (
-            not len(row_space.infeasible) or np.any(np.abs(row_space.infeasible[:, loops]) > SHARE)
-        )
-    ):
-        limit = (
-            "as much as rounding of the file leaves"
-            if len(row_space.infeasible)
-            else f"below {DATA_TOLERANCE:.0e}"
-        )
+    """A warning where rows of loops count as dependent, but differ by more than rounding."""
+    row_space = profile.row_space
+    if not row_space.discarded:
+        return
+    constraints = profile.landing.blocks
+    loops = np.concatenate([np.full(one.size, one.kind == "closure") for one in constraints])
+    of_loops = bool(loops.any())
+    limit = f"below {DATA_TOLERANCE:.0e}"
+    if len(row_space.infeasible):
+        of_loops = bool(np.any(np.abs(row_space.infeasible[:, loops]) > SHARE))
+        limit = "as much as rounding of the file leaves"
+    if of_loops:
         text = (
             f"rows of the loops differ by {row_space.discarded:.0e} of their size, {limit}, so "
             "they are taken as the same (bars that are parallel to the last digits of the file). "
@@ -142,96 +141,97 @@ def contact_impulses(profile: ShockProfile) -> Array:
     return np.asarray(np.nan_to_num(np.linalg.norm(profile.value("impulse", "contact"), axis=1)))
 
 
-def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning of the number furthest above what the robot's mass and speed allow, whatever its
-    cause.
+class _Bounded(NamedTuple):
+    """Numbers at places, with what the robot's mass and speed allow.
+
+    Attributes:
+        kind: of the warning.
+        what: the number in words.
+        unit: of it.
+        bound: the most that is allowed.
+        places: of the numbers.
+        values: (n,) NaN where there is none.
     """
-    landing, scene, inertia = profile.landing, profile.scene, profile.landing.joint_model.armature
+
+    kind: str
+    what: str
+    unit: str
+    bound: float
+    places: Sequence[Place]
+    values: Array
+
+
+def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
+    """A warning of the number furthest above what the robot's mass and speed allow."""
+    landing = profile.landing
+    # Of a joint that turns, the reflected inertia counts as a mass at the robot's length.
     turning = np.any(landing.state.J[0, :3], axis=0)
-    mass = float(landing.robot.mass + np.sum(inertia / np.where(turning, landing.length**2, 1.0)))
-    most = (
-        mass
-        * landing.fastest_approach
-        * (1.0 + max(contact.restitution for contact in scene.contact))
+    reflected = landing.joint_model.armature / np.where(turning, landing.length**2, 1.0)
+    mass = float(landing.robot.mass + np.sum(reflected))
+    restitution = max(contact.restitution for contact in profile.scene.contact)
+    most = mass * landing.fastest_approach * (1.0 + restitution)
+
+    contacts, joints = profile.places("contact"), profile.places("joint")
+    through = profile.value("joint_impulse", "joint")
+    masses = profile.value("effective_mass", "contact")
+    numbers = (
+        _Bounded("size", "impulse of contact", "N s", most, contacts, contact_impulses(profile)),
+        _Bounded("size", "impulse through joint", "N s", most, joints, through),
+        _Bounded("contact", "effective mass of contact", "kg", mass, contacts, masses),
     )
-    contacts = profile.places("contact")
-    numbers = [
-        ("size", "impulse of contact", most, "N s", contacts, contact_impulses(profile)),
-        (
-            "size",
-            "impulse through joint",
-            most,
-            "N s",
-            profile.places("joint"),
-            profile.value("joint_impulse", "joint"),
-        ),
-        (
-            "contact",
-            "effective mass of contact",
-            mass,
-            "kg",
-            contacts,
-            profile.value("effective_mass", "contact"),
-        ),
-    ]
-    shares = [
-        (value / bound, f'{what} "{place.name}" {value:.3g} {unit}', kind, place.name)
-        for kind, what, bound, unit, places, values in numbers
-        for place, value in zip(places, values.tolist(), strict=True)
-        if math.isfinite(value)
-    ]
-    times, what, kind, subject = max(shares, default=(0.0, "", "", ""))
+    shares = []
+    for one in numbers:
+        for place, value in zip(one.places, one.values.tolist(), strict=True):
+            if math.isfinite(value):
+                number = f'{one.what} "{place.name}" {value:.3g} {one.unit}'
+                shares.append((value / one.bound, number, one.kind, place.name))
+    times, number, kind, subject = max(shares, default=(0.0, "", "", ""))
     if times > OVERSIZED:
         text = (
-            f"{what} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, "
-            f"{most:.3g} N s): the "
-            "mechanism is singular, redundant or rounded here. Set another posture, or leave out "
-            "the loop or the "
-            "direction of the contact that takes it"
+            f"{number} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, "
+            f"{most:.3g} N s): the mechanism is singular, redundant or rounded here. Set another "
+            "posture, or leave out the loop or the direction of the contact that takes it"
         )
         yield Diagnostic(kind, subject, times, text)
 
 
 def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning of the largest impulse through a joint, where neither that of the contacts nor an
-    end stop explains it.
+    """A warning of the largest impulse through a joint, where nothing explains it.
+
+    That of the contacts, or an end stop, may.
     """
-    names, sizes = (
-        [place.name for place in profile.places("joint")],
-        profile.value("joint_impulse", "joint").tolist(),
-    )
-    name, most = max(zip(names, sizes, strict=True), key=lambda item: item[1], default=("", 0.0))
-    contact = max(
-        float(contact_impulses(profile).max()), float(np.linalg.norm(profile.total_impulse))
-    )
-    stopped = any(block.kind == "stop" for block in profile.landing.contacts)
-    if (
-        most > STRAIN * contact
-        and not stopped
-        and not any(one.kind == "size" for one in oversized(profile))
-    ):
+    if any(constraint.kind == "stop" for constraint in profile.landing.contacts):
+        return
+    impulses = profile.value("joint_impulse", "joint").tolist()
+    names = [place.name for place in profile.places("joint")]
+    loads = zip(names, impulses, strict=True)
+    name, most = max(loads, key=lambda load: load[1], default=("", 0.0))
+    total = float(np.linalg.norm(profile.total_impulse))
+    contact = max(float(contact_impulses(profile).max()), total)
+    if most > STRAIN * contact and not any(one.kind == "size" for one in oversized(profile)):
         text = (
             f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of '
-            f"the contact, which is "
-            "not physically plausible. The mechanism is nearly singular or redundant here: set "
-            "another posture, or open "
-            "a loop"
+            "the contact, which is not physically plausible. The mechanism is nearly singular or "
+            "redundant here: set another posture, or open a loop"
         )
         yield Diagnostic("size", name, most, text)
 
 
 def _small_differences(profile: ShockProfile) -> Iterator[tuple[Quantity, list[Place], Array]]:
-    """Results that may be small differences of large numbers: speed, radii of percussion, impulses;
-    with places and values.
+    """Results that may be small differences of large numbers, with places and values.
+
+    They are the speed, radii of percussion, and impulses.
     """
     impulse = contact_impulses(profile)
     pressed = impulse > RESTING_SHARE * impulse.max(initial=0.0)
-    turning, speed = (
+    results = (
+        (quantity("robot", "v_in"), np.array([True])),
         (quantity("body", "ropc"), ~profile.translates),
-        (quantity("robot", "v_in"), [True]),
+        (quantity("contact", "impulse"), pressed),
     )
-    for entry, chosen in (speed, turning, (quantity("contact", "impulse"), pressed)):
-        if places := list(compress(profile.places(entry.of), chosen)):
+    for entry, has_value in results:
+        places = list(compress(profile.places(entry.of), has_value.tolist()))
+        if places:
             yield entry, places, profile.values(entry, places)
 
 
@@ -245,7 +245,7 @@ def sensitive(profile: ShockProfile) -> tuple[Diagnostic, ...]:
 
 
 def hardly_sensitive(profile: ShockProfile) -> bool:
-    """Whether the last digits of the data clearly move every result by less than `SENSITIVE`.
+    """True if the last digits of the data clearly move every result by less than `SENSITIVE`.
 
     A change of the data by a share u changes a motion by about κ u of the fastest one, with the
     condition κ of inertia and rows (first order). Of a result that is a share s of the fastest it
@@ -254,68 +254,79 @@ def hardly_sensitive(profile: ShockProfile) -> bool:
     landing, proof = profile.landing, profile.proof
     if landing.base != "free" or not landing.translates or landing.loops or profile.redundant:
         return False
-    length = landing.robot.rotation_lengths
-    size = motion(proof.jumps[..., 3:], length)[:, 0]
+    size = motion(proof.jumps[..., 3:], landing.robot.rotation_lengths)[:, 0]
     normals = landing.plane.normal @ landing.state.rotation[0]
-    turning = np.abs(np.sum(proof.jumps[:, :3, 3] * normals, axis=1)) * landing.length
-    impulse = np.array(
-        [np.linalg.norm(proof.impulse[rows, 3]) for rows in slices_of(landing.blocks)]
-    )
+    in_plane = np.abs(np.sum(proof.jumps[:, :3, 3] * normals, axis=1))
+    turning = in_plane * landing.length
+    turns = turning[turning > ROUNDED * profile.v_in]
+    slices = slices_of(landing.blocks)
+    impulse = np.array([np.linalg.norm(proof.impulse[rows, 3]) for rows in slices])
     velocity = landing.before.velocity
-    approach = max(abs(float(block.normal @ velocity)) for block in landing.contacts)
+    approach = max(abs(float(contact.normal @ velocity)) for contact in landing.contacts)
     speeds = np.array([profile.v_in, approach, float(np.linalg.norm(velocity))])
-    shares = []
-    for values in (size, turning[turning > ROUNDED * profile.v_in], impulse, speeds):
-        most = values.max(initial=0.0)
-        shares.append((values[values > RESTING_SHARE * most] / (most or 1.0)).min(initial=1.0))
-    # The largest motion of a body that does not only translate, for its rotation.
-    shares[1] *= turning.max(initial=0.0) / (size.max(initial=0.0) or 1.0)
-    return bool(ENLARGED * proof.condition * np.finfo(float).eps < SENSITIVE * min(shares))
+
+    # Of a rotation the largest motion of a body counts, which may translate besides.
+    fastest = size.max(initial=0.0) or 1.0
+    of_fastest = turning.max(initial=0.0) / fastest
+    smallest = min(
+        _smallest_share(size),
+        _smallest_share(turns) * of_fastest,
+        _smallest_share(impulse),
+        _smallest_share(speeds),
+    )
+    change = ENLARGED * proof.condition * np.finfo(float).eps
+    return bool(change < SENSITIVE * smallest)
+
+
+def _smallest_share(values: Array) -> float:
+    """The smallest of some sizes that is not zero, of the largest [1]; 1 without any."""
+    most = values.max(initial=0.0)
+    moving = values[values > RESTING_SHARE * most]
+    return float((moving / (most or 1.0)).min(initial=1.0))
 
 
 @memoized()
 def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ...]]:
-    """How far a change of every datum in its last digit moves the jumps of the bodies [1], and
-    warnings above `SENSITIVE`.
+    """Largest change of a body's jump by changes of every datum in its last digit [1].
+
+    Returns: that, and warnings of results that change by more than `SENSITIVE`.
     """
-    proof, others = profile.proof, list(_small_differences(profile))
-    length, bodies = proof.landing.robot.rotation_lengths, proof.landing.robot.bodies
+    proof = profile.proof
+    results = list(_small_differences(profile))
 
     def changed(impact: BallImpact) -> list[Array]:
-        # No other precision than that of the result is needed, so balls are rounded as they are.
-        values = [entry.compute(impact, places)[0, 0] for entry, places, _ in others]
-        return [
-            impact.jumps[0].astype(float),
-            *(np.asarray(value, dtype=object).astype(float) for value in values),
-        ]
+        """The jumps, and the results; balls are rounded as they are, as they need no precision."""
+        values: list[Any] = [impact.jumps[0]]
+        values += [entry.compute(impact, places)[0, 0] for entry, places, _ in results]
+        return [np.asarray(value, dtype=object).astype(float) for value in values]
 
     try:
         patterns = [proof.with_last_digits_changed(changed, pattern) for pattern in range(PATTERNS)]
     except (PrecisionError, SingularError):
         return np.inf, tuple(_sensitive("the result", "", np.inf))
-    size = motion(proof.jumps[..., 3:], length)[:, 0]
-    off = np.max(
-        [motion(jumps[..., 3:] - proof.jumps[..., 3:], length)[:, 0] for jumps, *_ in patterns],
-        axis=0,
-    )
-    moves = off / np.where(size > 0.0, size, 1.0)
-    moves[size <= RESTING_SHARE * size.max(initial=0.0)] = 0.0
+
+    length = profile.robot.rotation_lengths
+    exact = proof.jumps[..., 3:]
+    size = motion(exact, length)[:, 0]
+    changes = [motion(jumps[..., 3:] - exact, length)[:, 0] for jumps, *_ in patterns]
+    moves = _of_motion(np.max(changes, axis=0), size)
     worst = int(np.argmax(moves))
-    warnings = [
-        *_sensitive(
-            f'the result of body "{bodies[worst].name}"', bodies[worst].name, float(moves[worst])
-        )
-    ]
-    for k, (entry, places, before) in enumerate(others):
-        whole, *changes = (
-            np.linalg.norm(part.reshape(len(places), -1), axis=1)
-            for part in (before, *(after[k + 1] - before for after in patterns))
-        )
-        off = np.max(changes, axis=0)
-        share = off / np.where(whole > 0.0, whole, np.inf)
-        place = places[int(np.argmax(share))].name
-        warnings += _sensitive(f'{entry.title} of {entry.of} "{place}"', place, float(share.max()))
+    body = profile.robot.bodies[worst].name
+    warnings = [*_sensitive(f'the result of body "{body}"', body, float(moves[worst]))]
+
+    for k, (entry, places, before) in enumerate(results):
+        changes = [_lengths(after[k + 1] - before) for after in patterns]
+        size = _lengths(before)
+        shares = np.max(changes, axis=0) / np.where(size > 0.0, size, np.inf)
+        place = places[int(np.argmax(shares))].name
+        what = f'{entry.title} of {entry.of} "{place}"'
+        warnings += _sensitive(what, place, float(shares.max()))
     return float(moves.max(initial=0.0)), tuple(warnings)
+
+
+def _lengths(values: Array) -> Array:
+    """The magnitudes (n,) of numbers (n,) or vectors (n, 3)."""
+    return np.asarray(np.linalg.norm(values.reshape(len(values), -1), axis=1))
 
 
 def _sensitive(what: str, subject: str, share: float) -> Iterator[Diagnostic]:
