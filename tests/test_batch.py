@@ -225,7 +225,7 @@ def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
             raise ZeroDivisionError("odd")
         return computed(scene, robot, trace)
 
-    monkeypatch.setattr("shockpc.evaluation.evaluate.profile_of_scene", fail_once)
+    monkeypatch.setattr("shockpc.evaluation.profiles.profile_of_scene", fail_once)
     found = batch(["anymal_b"])
     assert len(found.rows) == 8
     (failure,) = found.failures

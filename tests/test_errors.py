@@ -185,7 +185,7 @@ def test_an_unexpected_exception_in_a_row_ends_a_study_without_rows(monkeypatch,
     def broken(*_):
         raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setattr("shockpc.evaluation.evaluate.columns", broken)
+    monkeypatch.setattr("shockpc.evaluation.chunk_rows.columns", broken)
     with pytest.raises(DefectError, match="on purpose"):
         study()
 
@@ -202,7 +202,7 @@ def test_an_unexpected_exception_among_random_designs_is_a_defect_of_the_check(
     def broken(*_):
         raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setattr("shockpc.evaluation.evaluate.columns", broken)
+    monkeypatch.setattr("shockpc.evaluation.chunk_rows.columns", broken)
     check = shockpc.check_budgets(tmp_path / "budgets.toml")
     assert "ZeroDivisionError: on purpose" in check.defects[0]
 
@@ -219,12 +219,12 @@ LOG = (
     ("where", "words", "shown"),
     [
         (
-            "shockpc.evaluation.evaluate.profile_of_scene",
+            "shockpc.evaluation.profiles.profile_of_scene",
             ["analyze", "go2", "--contact=F*_foot", "--format=csv"],
             "FR_foot",
         ),
         (
-            "shockpc.evaluation.evaluate.columns",
+            "shockpc.evaluation.chunk_rows.columns",
             ["recorded", "log.csv", "go2", "--contact=FL_foot"],
             "shock",
         ),

@@ -1,7 +1,7 @@
 """The numbers of columns: of many landings in double precision, or of one with a proof."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,13 @@ from shockpc.impact.motion import motion_of
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import separating
+from shockpc.landing.places import Place
+from shockpc.landing.scene import Scene
 from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.method.equation import Equation
 from shockpc.profile import needs_proof
 from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.selection import Selection
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import ShockError, SolveError, StudyError
 
@@ -25,6 +28,24 @@ BLOCK = 512
 """Postures that are computed together: more leave the processor's cache, and fewer cost more calls
 of NumPy for each.
 """
+
+
+class DoubleColumns(NamedTuple):
+    """Columns in double precision, of m postures with S strikes each.
+
+    Attributes:
+        values: (m, S) by the names of the columns; NaN where a number needs a proof, or redundant
+            rows leave it undetermined.
+        condition: (m,) of each posture.
+        prove: (m, S) which rows need a proof, those too that friction may refuse or in which an end
+            stop acts.
+        parting: (m, S, c) which contacts do not approach the ground.
+    """
+
+    values: dict[str, Array]
+    condition: Array
+    prove: np.ndarray
+    parting: np.ndarray
 
 
 class Postures(NamedTuple):
@@ -52,19 +73,11 @@ class Postures(NamedTuple):
     prove: np.ndarray
     inertias: Inertias | None = None
 
-    def values(
-        self, strikes: Array | None, wanted: Sequence[Column], more: bool = False
-    ) -> tuple[dict[str, Array], np.ndarray, np.ndarray]:
-        """Every column (m, S) by name; which contacts (m, S, c) do not approach the ground; and
-        where (m, S) an end stop acts.
-
-        Args:
-            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for
-                the landing's (S = 1).
-            wanted: the columns.
-            more: as for `values_of`.
+    def impact(self, strikes: Array | None) -> DoubleImpact:
+        """The impact of strikes (m, S, 3), velocities of the base before the impact in world axes
+        [m/s]; None for the landing's (S = 1).
         """
-        impact = DoubleImpact(
+        return DoubleImpact(
             self.landing,
             self.equation,
             self.solution,
@@ -73,12 +86,31 @@ class Postures(NamedTuple):
             strikes,
             self.inertias,
         )
+
+    def columns(
+        self, strikes: Array | None, wanted: Sequence[Column], more: bool = False
+    ) -> DoubleColumns:
+        """The columns of an impact.
+
+        Args:
+            strikes: as for `impact`.
+            wanted: the columns.
+            more: as for `values_of`.
+        """
+        impact = self.impact(strikes)
         parting = separating(impact.approach, self.landing.contacts)
-        return (
-            values_of(impact, wanted, parting.shape[:2], more),
-            parting,
-            np.broadcast_to(stops_act(impact), parting.shape[:2]),
-        )
+        shape = parting.shape[:2]
+        values = values_of(impact, wanted, shape, more)
+        # What the ground decides, or what is computed in one posture at a time, has NaN in doubt.
+        decided = [
+            values[column.name]
+            for column in wanted
+            if column.selection.quantity.decided_by_ground or column.per_landing(self.landing.scene)
+        ]
+        prove = self.prove[:, None] | stops_act(impact)
+        if decided:
+            prove = prove | np.any(np.isnan(decided), axis=0)
+        return DoubleColumns(values, self.condition, np.broadcast_to(prove, shape), parting)
 
 
 def postures(
@@ -99,16 +131,20 @@ def postures(
     """
     with_strike = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model, inertias)
-    everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
-    carriers = (
-        None
-        if everywhere
-        else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
-    )
-    equation, solution, jumps = solved(landing, state, with_strike, carriers)
+    bodies = _bodies_of(wanted)
+    equation, solution, jumps = solved(landing, state, with_strike, bodies)
     condition, prove = needs_proof(landing, equation, solution, trusted)
-    jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
-    return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, inertias)
+    rotation = state.rotation if bodies is None else state.rotation[:, bodies]
+    jumps = in_body_axes(jumps, rotation)
+    return Postures(landing, Q, equation, solution, jumps, bodies, condition, prove, inertias)
+
+
+def _bodies_of(wanted: Sequence[Column]) -> list[int] | None:
+    """The bodies whose jumps some columns need; None for all, as joints need."""
+    if any(column.selection.quantity.of == "joint" for column in wanted):
+        return None
+    bodies = dict.fromkeys(column.place.body for column in wanted if column.place.body >= 0)
+    return list(bodies) or [0]
 
 
 def columns(
@@ -118,9 +154,8 @@ def columns(
     wanted: Sequence[Column],
     inertias: Inertias | None = None,
     trusted: float | None = None,
-) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
-    """Every column for m postures and S strikes of each, in double precision; NaN where redundant
-    rows leave a number undetermined.
+) -> DoubleColumns:
+    """Every column for m postures and S strikes of each, in double precision.
 
     Args:
         landing: the landing.
@@ -131,49 +166,39 @@ def columns(
         inertias: the inertias in each posture; the landing's by default.
         trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed
             where double precision has them.
-
-    Returns: columns (m, S) by name, NaN where proofs are needed; the condition (m,) of each
-        posture; which rows (m, S) need one, those too that friction may refuse or in which an end
-        stop acts; and which contacts (m, S, c) do not approach the ground.
     """
     landing = landing.without_stops
-    parts, feasible = (
-        [],
-        [column.name for column in wanted if column.selection.quantity.decided_by_ground],
-    )
+    parts: list[DoubleColumns] = []
+    ranks: list[np.ndarray] = []
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
-        moving = landing.motions(rows) if strikes is None else landing
-        block = postures(
-            moving, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted
-        )
-        values, parting, acting = block.values(
-            None if strikes is None else strikes[rows], wanted, trusted is not None
-        )
-        undecided = [
-            values[c.name] for c in wanted if c.name in feasible or c.per_landing(landing.scene)
-        ]
-        prove = block.prove[:, None] | acting | np.any(np.isnan(undecided), axis=0)
-        parts.append(
-            (
-                values,
-                block.condition,
-                np.broadcast_to(prove, parting.shape[:2]),
-                parting,
-                block.solution.rank,
-            )
-        )
-    computed = {
-        name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]
+        moving, of_rows, of_bodies = landing, strikes, inertias
+        if strikes is None:
+            moving = landing.motions(rows)
+        else:
+            of_rows = strikes[rows]
+        if inertias is not None:
+            of_bodies = inertias.rows(rows)
+        solved_postures = postures(moving, Q[rows], wanted, of_bodies, trusted)
+        parts.append(solved_postures.columns(of_rows, wanted, more=trusted is not None))
+        ranks.append(solved_postures.solution.rank)
+    values = {
+        name: np.concatenate([part.values[name] for part in parts]) for name in parts[0].values
     }
-    condition, prove, parting, rank = (
-        np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:]
-    )
+
+    # Redundant rows leave shared impulses undetermined; fewer than elsewhere need a proof.
+    rank = np.concatenate(ranks)
+    constraint_rows = solved_postures.equation.J_c.shape[1]
     for column in wanted:
         if column.selection.quantity.scope.shared:
-            computed[column.name][rank < block.equation.J_c.shape[1]] = np.nan
-    prove = prove | (rank < rank.max())[:, None]
-    return computed, condition, prove, parting
+            values[column.name][rank < constraint_rows] = np.nan
+    prove = np.concatenate([part.prove for part in parts])
+    return DoubleColumns(
+        values,
+        np.concatenate([part.condition for part in parts]),
+        prove | (rank < rank.max())[:, None],
+        np.concatenate([part.parting for part in parts]),
+    )
 
 
 def stops_act(impact: DoubleImpact) -> np.ndarray:
@@ -183,14 +208,14 @@ def stops_act(impact: DoubleImpact) -> np.ndarray:
     Never for a scene that leaves stops out.
     """
     landing = impact.landing
+    robot = landing.robot
+    before = landing.before.joint_rates
     striking = [block for block in landing.contacts if block.kind == "stop"]
-    missed = missed_stops(landing.robot, striking, impact.state.Q, landing.before.joint_rates)[
-        :, None
-    ]
+    missed = missed_stops(robot, striking, impact.state.Q, before)[:, None]
     if not landing.scene.stops:
         return missed
-    rates = impact.along(impact.delta_qd) + np.asarray(landing.before.joint_rates)[..., None, :]
-    sides = at_stops(landing.robot, impact.state.Q, landing.joint_model)[:, None]
+    rates = impact.along(impact.delta_qd) + np.asarray(before)[..., None, :]
+    sides = at_stops(robot, impact.state.Q, landing.joint_model)[:, None]
     return np.asarray(driven_beyond(sides, rates).any(axis=-1) | missed)
 
 
@@ -206,53 +231,71 @@ def values_of(
         more: whether those count that are otherwise proven in one posture at a time, where double
             precision has them.
     """
-    computed = {column.name: np.full(shape, np.nan) for column in wanted if column.time is not None}
-    wanted = [column for column in wanted if column.time is None]
+    values = {column.name: np.full(shape, np.nan) for column in wanted}
+    by_quantity: dict[Quantity, list[Column]] = {}
+    for column in wanted:
+        if column.time is None:
+            by_quantity.setdefault(column.selection.quantity, []).append(column)
     with np.errstate(invalid="ignore", divide="ignore"):
-        for entry in dict.fromkeys(column.selection.quantity for column in wanted):
-            of_entry = [column for column in wanted if column.selection.quantity is entry]
-            computed |= {column.name: np.full(shape, np.nan) for column in of_entry}
-            known = {
-                column.place.name: place
-                for column in of_entry
-                if (place := column.at(impact.landing)) is not None
-            }
-            places = list(known.values())
-            in_doubles = entry.evaluation.exact == "never"
-            if not places or (
-                entry.per_landing(impact.landing.scene)
-                and not ((more or in_doubles) and entry.evaluation.postures == "clear")
-            ):
-                continue
-            values, index = (
-                evaluate(entry, impact, places),
-                {place.name: k for k, place in enumerate(places)},
-            )
-            for column in (column for column in of_entry if column.place.name in known):
-                computed[column.name] = np.broadcast_to(
-                    column.selection.scalar(values[:, :, index[column.place.name]]), shape
-                )
-    return computed
+        for quantity, of_quantity in by_quantity.items():
+            if _has_doubles(quantity, impact.landing.scene, more):
+                values |= _values_of_quantity(impact, quantity, of_quantity, shape)
+    return values
+
+
+def _has_doubles(quantity: Quantity, scene: Scene, more: bool) -> bool:
+    """Whether many postures of a scene have values in double precision; `more` as above."""
+    if not quantity.per_landing(scene):
+        return True
+    evaluation = quantity.evaluation
+    return evaluation.postures == "clear" and (more or evaluation.exact == "never")
+
+
+def _values_of_quantity(
+    impact: DoubleImpact, quantity: Quantity, wanted: Sequence[Column], shape: tuple[int, ...]
+) -> dict[str, Array]:
+    """The columns (m, S) of a quantity, of those whose places the landing has."""
+    places = _places_of(wanted, impact.landing)
+    if not places:
+        return {}
+    # One of the columns of a place stands for all components of a vector there.
+    index = {name: k for k, name in enumerate(places)}
+    numbers = evaluate(quantity, impact, list(places.values()))
+    values: dict[str, Array] = {}
+    for column in wanted:
+        if column.place.name in index:
+            at_place = numbers[:, :, index[column.place.name]]
+            values[column.name] = np.broadcast_to(column.selection.scalar(at_place), shape)
+    return values
+
+
+def _places_of(wanted: Sequence[Column], landing: PosedLanding) -> dict[str, Place]:
+    """The places of columns in a landing, by name; those that it does not have are left out."""
+    places: dict[str, Place] = {}
+    for column in wanted:
+        place = column.at(landing)
+        if place is not None:
+            places[column.place.name] = place
+    return places
 
 
 def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
     """The same columns of one landing, proven; NaN where redundant rows leave a number
     undetermined.
     """
-    computed = {column.name: np.nan for column in wanted}
-    for selection in dict.fromkeys(column.selection for column in wanted if column.time is None):
-        of_it = [
-            column for column in wanted if column.selection == selection and column.time is None
-        ]
-        places = {
-            column.name: place
-            for column in of_it
-            if (place := column.at(profile.landing)) is not None
-        }
-        computed |= dict(
-            zip(places, profile.numbers(selection, list(places.values())).tolist(), strict=True)
-        )
-    return computed
+    values = {column.name: np.nan for column in wanted}
+    by_selection: dict[Selection, list[Column]] = {}
+    for column in wanted:
+        if column.time is None:
+            by_selection.setdefault(column.selection, []).append(column)
+    for selection, of_selection in by_selection.items():
+        places = _places_of(of_selection, profile.landing)
+        numbers = profile.numbers(selection, list(places.values())).tolist()
+        by_place = dict(zip(places, numbers, strict=True))
+        for column in of_selection:
+            if column.place.name in by_place:
+                values[column.name] = by_place[column.place.name]
+    return values
 
 
 def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[str, float]:
@@ -263,24 +306,24 @@ def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[st
         SolveError: the motion cannot be followed.
         StudyError: the scene gives no contact stiffness.
     """
-    timed = [column for column in wanted if column.time is not None]
-    times = sorted({column.time for column in timed if column.time is not None})
-    motion, computed = motion_of(landing, times[-1] / 1e3), dict[str, float]()
+    by_time: dict[float, list[Column]] = {}
+    for column in wanted:
+        if column.time is not None:
+            by_time.setdefault(column.time, []).append(column)
+    motion = motion_of(landing, max(by_time) / 1e3)
     if motion is None:
         raise StudyError(
             "a quantity at a time after the impact needs a contact stiffness; give "
             "contact_stiffness"
         )
-    for time in times:
-        at_time = {
-            column._replace(time=None).name: column for column in timed if column.time == time
-        }
-        values = values_of(
-            motion.impact_at(time / 1e3),
-            [column._replace(time=None) for column in at_time.values()],
-            (1, 1),
-        )
-        computed |= {at_time[name].name: float(value[0, 0]) for name, value in values.items()}
+    computed: dict[str, float] = {}
+    for time in sorted(by_time):
+        until = motion.impact_at(time / 1e3)
+        # The motion until a time is an impact, whose columns have no time.
+        of_impact = [column._replace(time=None) for column in by_time[time]]
+        values = values_of(until, of_impact, (1, 1))
+        for column, of_column in zip(by_time[time], of_impact, strict=True):
+            computed[column.name] = float(values[of_column.name][0, 0])
     return computed
 
 
@@ -294,22 +337,19 @@ def double_difference(
     same point [1].
     """
     largest = 0.0
-    for column in filter(lambda column: column.shock, wanted):
-        severe = float(
-            profile.values(
-                cast(Quantity, column.selection.quantity.relations.most_severe), [column.place]
-            )[0]
-        )
-        off = abs(double[column.name] - exact[column.name]) / (
-            max(severe, abs(exact[column.name])) or 1.0
-        )
-        largest = (
-            max(largest, off)
-            if np.isfinite(off)
-            else np.inf
-            if np.isfinite(exact[column.name])
-            else largest
-        )
+    for column in wanted:
+        most_severe = column.selection.quantity.relations.most_severe
+        if not column.shock or most_severe is None:
+            continue
+        severe = float(profile.values(most_severe, [column.place])[0])
+        value = exact[column.name]
+        size = max(severe, abs(value)) or 1.0
+        difference = abs(double[column.name] - value) / size
+        if np.isfinite(difference):
+            largest = max(largest, difference)
+        elif np.isfinite(value):
+            # Double precision has no number where there is one.
+            largest = np.inf
     return float(largest)
 
 

@@ -4,36 +4,20 @@ columns of a table.
 
 import functools
 import pickle
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-import numpy as np
-
 from shockpc.core.threads import one_thread
+from shockpc.evaluation.chunk_rows import ChunkRows
 from shockpc.evaluation.column import Column
-from shockpc.evaluation.column_values import (
-    columns,
-    columns_at_times,
-    double_difference,
-    not_approaching,
-    proven_columns,
-)
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal
+from shockpc.evaluation.landings import Landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_unused_ground
-from shockpc.landing.contact import contact_name
-from shockpc.landing.scene import Scene
-from shockpc.profile import profile_of_scene
 from shockpc.quantities.selection import Selection
-from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.robot import Robot
-from shockpc.text.diagnostic import warn
-from shockpc.text.errors import DefectError, ShockError, attempt, refusal
 from shockpc.text.shown import brief, counted, shown_by
-from shockpc.text.trace import Trace
 
 TRUSTED = 1e10
 """Condition up to which double precision suffices for what is compared with measurements, or proven
@@ -77,10 +61,10 @@ class Evaluation(Generic[L]):
     elsewhere: tuple[Selection, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        if (scene := self.landings.base_scene) is not None:
-            refuse_unused_ground(
-                scene, (*(column.selection for column in self.computed), *self.elsewhere)
-            )
+        scene = self.landings.base_scene
+        if scene is not None:
+            selections = [column.selection for column in self.computed]
+            refuse_unused_ground(scene, (*selections, *self.elsewhere))
 
     _repr_html_ = shown_by("show.report:evaluation_report")
 
@@ -95,9 +79,10 @@ class Evaluation(Generic[L]):
     @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
-        landings, names = self.landings, [column.name for column in self.computed]
-        numbers = (*names, *landings.further, "condition", "proven", "double_error")
-        return (*(["row"] if self.feasible else []), *landings.headings, *numbers)
+        names = [column.name for column in self.computed]
+        numbers = (*names, *self.landings.further, "condition", "proven", "double_error")
+        row = ("row",) if self.feasible else ()
+        return (*row, *self.landings.headings, *numbers)
 
     @property
     def description(self) -> dict[str, Any]:
@@ -154,10 +139,11 @@ class Evaluation(Generic[L]):
             executor: computes the chunks; this process by default. Only the rows of a chunk are
                 sent with it.
         """
+        parts = ((k, self.landings.data(k)) for k in chunks)
         if executor is None:
-            return (self._made(make, k, self.landings.data(k)) for k in chunks)
+            return (self._made(make, k, data) for k, data in parts)
         task = functools.partial(_computed, pickle.dumps(self), make)
-        return in_order(executor, task, ((k, self.landings.data(k)) for k in chunks), ahead=AHEAD)
+        return in_order(executor, task, parts, ahead=AHEAD)
 
     def _made(self, make: Callable[..., Any], k: int, data: Any) -> Any:
         table = self.compute(k, data)
@@ -166,171 +152,18 @@ class Evaluation(Generic[L]):
     def compute(self, k: int, data: Any) -> Table:
         """Compute a chunk. Args: data, what it needs of the source's rows."""
         with one_thread(self.landings.robot.model.nv):
-            return self._computed(k, self.landings.chunk(k, data))
-
-    def _computed(self, k: int, chunk: Chunk) -> Table:
-        """The rows of a chunk in double precision, with a proof where that is needed."""
-        (a, b), S = self.landings.chunks[k], self.landings.strikes
-        errors = _Errors()
-        names = [column.name for column in self.computed]
-        whole = {
-            name: np.full((b - a, S), np.nan)
-            for name in (*names, *self.landings.further, "condition")
-        }
-        prove = np.zeros((b - a, S), dtype=bool)
-        for group in chunk.groups:
-            rows = group.postures[:, None] * S + np.arange(S)
-            if isinstance(group, Refusal):
-                errors.note(rows.ravel().tolist(), group.error)
-                continue
-            with errors.of(rows.ravel()):
-                self._solve(group, rows, whole, prove, errors)
-        flat = {name: x.ravel() for name, x in whole.items()}
-        compared = self.landings.compared(self.prove)
-        compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
-        flags, tilts, pulls, gains = (
-            [c.name for c in self.computed if c.selection.quantity.relations.role == role]
-            for role in ("feasible", "tilt", "pull", "gain")
-        )
-        # A landing whose contacts are named stays where a small tilt makes it feasible.
-        feasible = (
-            np.sum([flat[name] for name in (*flags[:1], *tilts[:1])], axis=0)
-            if flags
-            else np.ones(len(prove) * S)
-        )
-        if self.feasible:
-            compared = compared[feasible[compared] != 0.0]
-        proven, difference = self._prove(chunk, prove.ravel(), compared, flat, errors)
-        infeasible = feasible == 0.0
-        pulled = infeasible & np.any(
-            [flat[name] > 0.0 for name in pulls if not self.landings.opens], axis=0
-        )
-        gained = infeasible & ~pulled & np.any([flat[name] > 0.0 for name in gains], axis=0)
-        refused = int(pulled.sum()), int(gained.sum()), int((infeasible & ~pulled & ~gained).sum())
-        results = {**chunk.labels, **flat, "proven": proven, "double_error": difference}
-        if self.feasible:
-            chosen = np.flatnonzero(~infeasible)
-            results = {"row": a * S + chosen} | {name: x[chosen] for name, x in results.items()}
-            errors.messages = {
-                int(np.searchsorted(chosen, i)): text for i, text in errors.messages.items()
-            }
-        return self._table(k, results, errors, refused)
-
-    def _solve(
-        self,
-        group: Group,
-        rows: np.ndarray,
-        whole: dict[str, Any],
-        prove: np.ndarray,
-        errors: "_Errors",
-    ) -> None:
-        """Fill in the columns (n, S) of a group, and which rows (n, S) need a proof."""
-        landing = group.landing
-        values, condition, unsafe, parting = columns(
-            landing, group.Q, group.strikes, self.computed, group.inertias, self.trusted
-        )
-        further = {name: x[:, None] for name, x in group.further.items()}
-        for name, x in (values | further | {"condition": condition[:, None]}).items():
-            whole[name][group.postures] = x
-        prove[group.postures] = unsafe
-        for i, s, error in not_approaching(landing, parting):
-            errors.note([int(rows[i, s])], error)
-
-    def _prove(
-        self,
-        chunk: Chunk,
-        needed: np.ndarray,
-        compared: np.ndarray,
-        values: dict[str, np.ndarray],
-        errors: "_Errors",
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Prove the rows (n,) that need it, whose numbers become the proven ones, and compare
-        others with a proof.
-
-        Returns: which rows (n,) have proven numbers; and the difference (n,) of double precision,
-        as `double_difference`.
-        """
-        proven, difference = np.zeros(len(needed), dtype=bool), np.full(len(needed), np.nan)
-        impulsive = [column for column in self.computed if column.time is None]
-        for i in sorted(
-            {*np.flatnonzero(needed).tolist(), *compared.tolist()} - errors.messages.keys()
-        ):
-            with errors.of([i]):
-                for name, value in self._later(chunk, i).items():
-                    values[name][i] = value
-                if self.computed and not impulsive:
-                    continue
-                profile = chunk.profile(i)
-                exact = proven_columns(profile, impulsive)
-                difference[i] = double_difference(
-                    profile, {name: float(values[name][i]) for name in exact}, exact, self.computed
-                )
-                if needed[i]:
-                    proven[i] = True
-                    for name, value in exact.items():
-                        values[name][i] = value
-        for column in self.computed if errors.messages else ():
-            values[column.name][list(errors.messages)] = np.nan
-        return proven, difference
-
-    def _later(self, chunk: Chunk, i: int) -> dict[str, float]:
-        """The columns at times of a row, which need no proof."""
-        if all(column.time is None for column in self.computed):
-            return {}
-        return columns_at_times(
-            chunk.profile(i).landing if chunk.landing is None else chunk.landing(i), self.computed
-        )
-
-    def _table(
-        self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int, int]
-    ) -> Table:
-        columns = {name: results[name] for name in self.headings if name in results}
-        messages = dict(sorted(errors.messages.items()))
-        first = self.landings.chunks[k][0] * self.landings.strikes
-        common, scene = {"robot": self.landings.robot.label}, self.landings.base_scene
-        common |= (
-            {"contact": contact_name(scene)}
-            if scene is not None and "contact" not in columns
-            else {}
-        )
-        return Table(
-            self.computed,
-            columns,
-            messages,
-            refused,
-            tuple(errors.defects),
-            first=first,
-            common=common,
-        )
-
-
-class _Errors:
-    """Why rows could not be computed, as a context in which some of them are."""
-
-    def __init__(self) -> None:
-        self._rows: Sequence[int] | np.ndarray = ()
-        self.messages, self.defects = dict[int, str](), list[str]()
-
-    def of(self, rows: Sequence[int] | np.ndarray) -> "_Errors":
-        """The context of some rows."""
-        self._rows = rows
-        return self
-
-    def note(self, rows: list[int], error: ShockError) -> None:
-        """Note the error of some rows, of which those keep theirs that have one."""
-        for i in rows:
-            self.messages.setdefault(i, str(error))
-        if isinstance(error, DefectError):
-            self.defects.append(error.trace)
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
-        if isinstance(error, Exception):
-            self.note(np.asarray(self._rows).tolist(), refusal(error))
-            return True
-        return False
+            chunk = self.landings.chunk(k, data)
+            rows = ChunkRows(self.landings, self.computed, k)
+            for group in chunk.groups:
+                rows.solve(group, self.trusted)
+            # A row that needs a proof counts as allowed by the ground, whatever the proof says.
+            allowed = rows.ground_allows()
+            compared = rows.within(self.landings.compared(self.prove))
+            if self.feasible:
+                compared = compared[allowed[compared]]
+            rows.prove(chunk, compared)
+            left_out = ~allowed if self.feasible else None
+            return rows.table(chunk.labels, rows.refused(~allowed), self.headings, left_out)
 
 
 def _computed(pickled: bytes, make: Callable[..., Any], chunk: tuple[int, Any]) -> Any:
@@ -345,57 +178,3 @@ def _unpickled(pickled: bytes) -> Evaluation[Any]:
     """
     evaluation: Evaluation[Any] = pickle.loads(pickled)
     return evaluation
-
-
-def proven(
-    cases: Mapping[str, tuple[Scene, Robot]],
-    selections: Sequence[Selection] | None,
-    trace: Trace | None = None,
-    done: Callable[[str], object] = str,
-) -> dict[str, ShockProfile | ShockError]:
-    """Landings one by one, each with its proof: the profiles by name, or why there is none.
-
-    Their warnings are Python warnings.
-
-    Args:
-        cases: scene and robot of each landing, by name.
-        selections: what is read of the profiles; None where they are read as a whole, or columns of
-            the same landings follow.
-        trace: collects what each stage cost.
-        done: is called with the name of each landing that is computed.
-
-    Raises:
-        StudyError: a landing has a friction or a contact stiffness on which none of the selections
-            depends.
-    """
-    for scene, _ in cases.values() if selections is not None else ():
-        refuse_unused_ground(scene, selections or ())
-    results = dict[str, ShockProfile | ShockError]()
-    for name, (scene, robot) in cases.items():
-        results[name] = attempt(profile_of_scene, scene, robot, trace)
-        done(name)
-    warn(
-        lambda: (
-            one
-            for profile in results.values()
-            if isinstance(profile, ShockProfile)
-            for one in profile.health.warnings
-        )
-    )
-    return results
-
-
-def profiles(
-    cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None
-) -> dict[str, ShockProfile]:
-    """Like `proven`, for landings that a study reads as a whole, but raises if one of them cannot
-    be computed.
-
-    Raises:
-        ShockError: the first of these.
-    """
-    results = proven(cases, None, trace)
-    for result in results.values():
-        if isinstance(result, ShockError):
-            raise result
-    return {name: result for name, result in results.items() if isinstance(result, ShockProfile)}

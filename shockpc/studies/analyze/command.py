@@ -89,7 +89,7 @@ def analyze(
             names[0]: shock_profile(scenes[0], loaded, trace)
         }
     else:
-        from shockpc.evaluation.evaluate import proven
+        from shockpc.evaluation.profiles import proven
 
         results = proven(
             {name: (scene, loaded) for name, scene in zip(names, scenes, strict=True)}, None, trace

@@ -11,8 +11,8 @@ import numpy as np
 
 from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
-from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.profiles import proven
 from shockpc.judgement.drive_range import range_of
 from shockpc.judgement.first_number import imu_places
 from shockpc.judgement.standing import posture_marks

@@ -19,7 +19,8 @@ import numpy as np
 
 from shockpc.evaluation.budgets import Budget, Budgets, Case, DesignVariation, read_budgets
 from shockpc.evaluation.column import Column, places_at
-from shockpc.evaluation.evaluate import Evaluation, proven
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_unused_ground
 from shockpc.evaluation.varied_landings import VariedLandings, varied_landings

@@ -11,7 +11,7 @@ from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import End, at_drive_ends
-from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option

@@ -15,10 +15,10 @@ from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
-from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.kinds.joints import OfDrive
 from shockpc.evaluation.kinds.posture import motion_range
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.vary import Vary, pairs

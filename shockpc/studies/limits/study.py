@@ -15,9 +15,9 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
-from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.kinds.joints import OfDrive
 from shockpc.evaluation.kinds.posture import JOINT_POSITION, motion_range
+from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.vary import kind_of, variation

@@ -12,8 +12,8 @@ from shockpc.core.low_pass import peak_of
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
-from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_ground

@@ -18,10 +18,10 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import End, at_drive_ends
-from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.kinds.contacts import ContactNames
 from shockpc.evaluation.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated, variation

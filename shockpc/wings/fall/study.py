@@ -15,8 +15,8 @@ import numpy as np
 
 from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
-from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
+from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.vary import Vary, pairs
