@@ -558,7 +558,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
         "--resume",
     )
     assert other.code == 2
-    assert "which differs in scene, seed;" in other.err
+    assert "which differs in scene, seed," in other.err
     assert files(out) == before
     assert good(capfd, "sweep", stick, *SMALL, "--out", out, "--resume")
     assert files(out) == before
