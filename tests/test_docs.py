@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import shockpc
+from shockpc.quantities.renamed import CURRENT
 
 ROOT = Path(__file__).parent.parent
 
@@ -25,10 +26,25 @@ def test_every_public_name_is_in_the_reference(pages):
     assert sorted(named) == sorted(shockpc.__all__)
 
 
-def test_every_quantity_is_in_its_table(pages):
-    """And each equation of the file belongs to one."""
-    keys = re.findall(r"^\| `(\w+)` \| .* \| .* \| .* \|$", pages.quantities_page(), re.MULTILINE)
-    assert sorted(keys) == sorted(quantity.key for quantity in shockpc.QUANTITIES)
+def test_every_quantity_is_in_its_table_with_unit_and_equation(pages):
+    """And each equation of the file belongs to one. Numbers of the impact with friction, and of the
+    motion on finite stiffness, have the equations of the key without its ending.
+    """
+    rows = re.findall(
+        r"^\| `(\w+)` \| .* \| (.*) \| (.*) \|$", pages.quantities_page(), re.MULTILINE
+    )
+    assert sorted(key for key, *_ in rows) == sorted(
+        quantity.key for quantity in shockpc.QUANTITIES
+    )
+    assert all(unit for _, unit, _ in rows)
+    endings = ("_friction", "_compressed", "_separated")
+    assert [key for key, _, text in rows if not text and not key.endswith(endings)] == []
+
+
+def test_renamed_quantities_are_in_the_glossary():
+    glossary = (ROOT / "shockpc" / "guide" / "glossary.md").read_text(encoding="utf-8")
+    for key in CURRENT.values():
+        assert f"`{key}" in glossary
 
 
 def test_every_figure_is_in_the_gallery_with_its_command(pages):

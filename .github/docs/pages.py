@@ -167,7 +167,7 @@ def internals_page() -> str:
 
 
 def quantities_page() -> str:
-    """The table of quantities, each with its equation where it has one.
+    """The table of quantities, each with its unit, and its equation or definition.
 
     Raises:
         ValueError: an equation of a quantity that does not exist, or with a bar, which ends a cell.
@@ -193,7 +193,7 @@ def quantities_page() -> str:
             for one in shockpc.QUANTITIES
             if one.of == kind
         ]
-        head = ["| key | what it is | unit | equation |", "|---|---|---|---|"]
+        head = ["| key | what it is | unit | equation, or definition |", "|---|---|---|---|"]
         parts.append(f"## Of a {kind}\n\n" + "\n".join([*head, *rows]))
     return "\n\n".join(parts)
 
@@ -204,10 +204,10 @@ def cell(text: str) -> str:
 
 
 def formula(equations: dict[str, dict[str, list[str]]], kind: str, key: str) -> str:
-    """The formula of a quantity and its source; empty if it has none."""
+    """The formula of a quantity and its source, or its definition; empty if it has neither."""
     latex, source = equations.get(kind, {}).get(key, ["", ""])
     large = latex.replace(r"\frac", r"\dfrac")
-    return f"{{math}}`{large}` {source}".strip() if latex else ""
+    return f"{{math}}`{large}` {source}".strip() if latex else source
 
 
 def beside_the_paper() -> dict[str, str]:
