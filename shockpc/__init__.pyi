@@ -37,7 +37,7 @@ from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
 from .studies.batch.rows import Batch as Batch
 from .studies.batch.study import batch as batch
-from .studies.check.study import Check as Check
+from .studies.check.outcome import Check as Check
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare.study import Comparison as Comparison
 from .studies.compare.study import compare as compare

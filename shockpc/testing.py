@@ -7,8 +7,9 @@ from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_of
 from shockpc.show.tables import as_text
-from shockpc.studies.check.report import check_sheet, place_text
+from shockpc.studies.check.report import check_sheet
 from shockpc.studies.check.study import check_budgets
+from shockpc.studies.check.texts import place_text
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
 

@@ -51,6 +51,10 @@ REPORTS = {
 }
 
 
+IN_WORDS = {"check": ("result", "landing", "limit")}
+"""Columns of tables for people that say in words what others of CSV and JSON hold, by report."""
+
+
 def known(cell):
     return cell is not None and cell == cell
 
@@ -102,7 +106,8 @@ def check(report):
     shown = [block for block in blocks if isinstance(block, Sheet)]
     assert shown
     for sheet in shown:
-        assert any(is_part(sheet, whole) for whole in sheets.values()), sheet
+        cells = sheet.without(*IN_WORDS.get(report.name, ()))
+        assert any(is_part(cells, whole) for whole in sheets.values()), sheet
         text, markdown = as_text(sheet), as_markdown(sheet)
         for row in sheet.rows:
             for column, cell in zip(sheet.columns, row, strict=True):

@@ -114,7 +114,8 @@ def check(
     from shockpc.evaluation.budgets import budgets_file, read_budgets
     from shockpc.show.files import destination, write_file
     from shockpc.studies.check.baseline import baseline_text
-    from shockpc.studies.check.report import append_summary, check_report
+    from shockpc.studies.check.job_summary import append_summary
+    from shockpc.studies.check.report import check_report
     from shockpc.studies.check.study import check_budgets
     from shockpc.text.errors import OutputError, StudyError
 

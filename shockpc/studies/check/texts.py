@@ -1,0 +1,30 @@
+"""Outcomes in words, as tables and annotations of CI say them."""
+
+from shockpc.studies.check.outcome import Check, Outcome
+
+
+def order(outcome: Outcome) -> tuple[bool, bool, bool]:
+    """Sort key: what fails first, then what is not met with a warning; of both what the drives
+    decide comes last.
+    """
+    return not outcome.fails, not outcome.reason, outcome.status == "undecided"
+
+
+def strike_text(outcome: Outcome) -> str:
+    """The strike angle after the name of a case, if it is one of the case's."""
+    angle = outcome.strike_angle_deg
+    return "" if angle is None else f", {angle:g} deg"
+
+
+def place_text(outcome: Outcome) -> str:
+    """What a value belongs to, in words."""
+    return f"{outcome.case}{strike_text(outcome)}: {outcome.budget.metric} at {outcome.at}"
+
+
+def joint_model(check: Check, case: str) -> str:
+    """What the joints of a case do, and where their drives are from; empty if it could not be
+    computed.
+    """
+    if case not in check.profiles:
+        return ""
+    return check.profiles[case].landing.joint_model.summary
