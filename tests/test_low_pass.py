@@ -14,13 +14,11 @@ from shockpc.core.low_pass import LowPass, low_pass_from, pulse_reading
 from shockpc.core.pulse import SHAPES, Pulse
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.ratings import part_from
-from shockpc.landing.scene import Contact, Part, Point
+from shockpc.landing.scene import Contact, Part
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
-from shockpc.quantities.selection import select
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report
-from shockpc.studies.analyze.views import readings_text
 from shockpc.text.errors import SceneError
 from shockpc.wings.compliant.figure import draw_time
 from shockpc.wings.compliant.motion.contacts import simulate_landing
@@ -225,11 +223,9 @@ def test_on_ever_harder_ground_a_reading_tends_to_that_of_the_impulse():
     np.testing.assert_allclose(read, bound, rtol=2e-3)
 
 
-def test_a_sensor_and_a_part_have_bandwidths_of_their_own_and_without_one_nothing_is_read(landed):
+def test_a_part_has_a_bandwidth_of_its_own_and_without_one_nothing_is_read(landed):
     part = Part(name="logger", at="imu", rating="half-sine 1500 g 0.5 ms", imu_bandwidth="400Hz:2")
-    own = shock_profile(
-        replace(LANDING, point=(Point(frame="imu", imu_bandwidth="100Hz"),), part=(part,))
-    )
+    own = shock_profile(replace(LANDING, imu_bandwidth="100Hz", part=(part,)))
     (k,) = [k for k, place in enumerate(own.places("point")) if place.name == "imu"]
     assert (
         own.value("filtered_peak", "point")[k] == landed["100Hz"].value("filtered_peak", "point")[k]
@@ -242,19 +238,13 @@ def test_a_sensor_and_a_part_have_bandwidths_of_their_own_and_without_one_nothin
     assert np.isnan(shock_profile(LANDING).value("filtered_peak", "point")).all()
 
 
-def test_a_part_is_typed_with_its_bandwidth_and_filters_that_differ_are_named_with_their_sensors():
+def test_a_part_is_typed_with_its_bandwidth():
     for text in ("200Hz:2", "200 Hz:2", "0.2kHz:2"):
         part = part_from(load_robot("go2"), "imu", f"half-sine 1500 g 0.5 ms {text}")
         assert (part.rating, low_pass_from(part.imu_bandwidth)) == (
             "half-sine 1500 g 0.5 ms",
             LowPass(200.0, 2),
         )
-    points = (
-        Point(frame="imu", imu_bandwidth="100Hz"),
-        Point(frame="base", imu_bandwidth="50Hz:2"),
-    )
-    text = readings_text(shock_profile(Scene(robot="go2", contact="FL_foot", point=points)))
-    assert "(imu: 100 Hz, first order; base: 50 Hz, second order)" in text
 
 
 def test_a_range_is_that_of_what_is_read(landed):
@@ -266,25 +256,6 @@ def test_a_range_is_that_of_what_is_read(landed):
         saturated = [one for one in profile.health.warnings if one.kind == "sensor"]
         assert bool(saturated) == bool((share > 1.0).any())
         assert all("100 Hz" in str(one) for one in saturated)
-
-
-def test_a_range_of_a_sensor_without_a_bandwidth_has_no_share():
-    """Where only another point has one, and there is neither pulse nor stiffness, nothing is
-    compared at the others.
-    """
-    points = Point(frame="base", imu_bandwidth="50Hz"), Point(frame="imu")
-    found = shock_profile(Scene(robot="go2", contact="FL_foot", point=points, range_g=4.0))
-    shares = {
-        place.name: found.value("range_share", "point")[k]
-        for k, place in enumerate(found.places("point"))
-    }
-    assert shares["base"] > 0.0
-    assert np.isnan(
-        found.values(
-            select("range_share").quantity,
-            [one for one in found.places("point") if one.name == "imu"],
-        )
-    ).all()
 
 
 def test_a_pulse_beside_a_stiffness_does_not_decide_on_the_range():

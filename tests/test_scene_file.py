@@ -97,7 +97,6 @@ directions = ["z"]
 [[point]]
 frame = "trunk_imu"
 offset = [0.01, 0, 0]
-imu_bandwidth = "0.2kHz:1"
 [[point]]
 frame = "trunk"
 [[part]]
@@ -154,7 +153,6 @@ def test_every_key_is_read(here):
     for key in ("edge", "normal", "velocity", "offset"):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
-    del table["point"][1]["imu_bandwidth"]
     table["joints"]["carried"] = True
     assert scene_table(read_scene(write(here, EVERY_KEY))) == table | {"gravity": True}
 

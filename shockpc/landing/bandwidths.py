@@ -1,27 +1,12 @@
-"""The bandwidths of sensors: of all in a scene, or of one point or part."""
+"""The bandwidths of sensors: of all points of a scene, and of parts that are sensors."""
 
 from shockpc.core.low_pass import LowPass, low_pass_from
 from shockpc.landing.scene import Scene
 from shockpc.text.errors import SceneError
 
 
-def low_passes_of_points(scene: Scene) -> dict[str, LowPass]:
-    """The filters of points that have one of their own, by the names of the points; of several the
-    last one.
-
-    Raises:
-        SceneError: one of them is not a bandwidth.
-    """
-    filters = {
-        one.label: _low_pass(one.imu_bandwidth)
-        for one in scene.point
-        if one.imu_bandwidth is not None
-    }
-    return {name: low_pass for name, low_pass in filters.items() if low_pass is not None}
-
-
 def scene_low_pass(scene: Scene) -> LowPass | None:
-    """The filter of all sensors that have no other. Raises: SceneError: it is not a bandwidth."""
+    """The filter of the sensors at points. Raises: SceneError: it is not a bandwidth."""
     return _low_pass(scene.imu_bandwidth)
 
 
@@ -39,12 +24,8 @@ def low_passes_of(scene: Scene) -> list[LowPass]:
     Raises:
         SceneError: one of them is not a bandwidth.
     """
-    given = [
-        scene.imu_bandwidth,
-        *(one.imu_bandwidth for one in scene.point),
-        *(one.imu_bandwidth for one in scene.part),
-    ]
-    return [low_pass for low_pass in map(_low_pass, given) if low_pass is not None]
+    texts = [scene.imu_bandwidth, *(part.imu_bandwidth for part in scene.part)]
+    return [low_pass for low_pass in map(_low_pass, texts) if low_pass is not None]
 
 
 def _low_pass(text: str | None) -> LowPass | None:

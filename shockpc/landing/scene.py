@@ -191,12 +191,10 @@ class Point(Record):
     Attributes:
         frame: link, joint or site.
         offset: from the origin of the frame, in its axes [m].
-        imu_bandwidth: of the accelerometer there, in place of the scene's.
     """
 
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    imu_bandwidth: str | None = None
 
     @property
     def label(self) -> str:

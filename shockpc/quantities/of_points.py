@@ -7,19 +7,13 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.low_pass import LowPass, peak_of
-from shockpc.core.memo import memoized
 from shockpc.core.most_severe import ExtremeDirections, extreme_directions, most_severe_direction
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
 from shockpc.impact.motion import Motion, motion_of
-from shockpc.landing.bandwidths import (
-    low_pass_of_part,
-    low_passes_of,
-    low_passes_of_points,
-    scene_low_pass,
-)
+from shockpc.landing.bandwidths import low_pass_of_part, low_passes_of, scene_low_pass
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import (
@@ -94,14 +88,7 @@ def low_passes(landing: PosedLanding, places: Places, parts: bool = False) -> li
     scene = landing.scene
     if parts:
         return [low_pass_of_part(scene, place.number) for place in places]
-    own, others = _filters_of_points(landing), scene_low_pass(scene)
-    return [own.get(place.name, others) for place in places]
-
-
-@memoized()
-def _filters_of_points(landing: PosedLanding) -> dict[str, LowPass]:
-    """The filters of points that have one of their own, by name."""
-    return low_passes_of_points(landing.scene)
+    return [scene_low_pass(scene)] * len(places)
 
 
 def axis_jumps(impact: Impact, places: Places) -> Any:

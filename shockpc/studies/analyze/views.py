@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from shockpc.judgement.unknowns import NOT_KNOWN
-from shockpc.quantities.of_points import low_passes
+from shockpc.landing.bandwidths import scene_low_pass
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Sheet
@@ -173,18 +173,10 @@ def _point_notes(profile: ShockProfile) -> list[str]:
 
 def readings_text(profile: ShockProfile) -> str:
     """What the readings of accelerometers are, behind their filters; empty without one."""
-    places = profile.places("point")
-    of_filter: dict[str, list[str]] = {}
-    for place, low_pass in zip(places, low_passes(profile.landing, places), strict=True):
-        if low_pass is not None:
-            of_filter.setdefault(str(low_pass), []).append(place.name)
-    if not of_filter:
+    low_pass = scene_low_pass(profile.scene)
+    if low_pass is None:
         return ""
-    if len(of_filter) == 1:
-        text = f"behind a low-pass filter of {next(iter(of_filter))}"
-    else:
-        each = [f"{few(names, 4)}: {low_pass}" for low_pass, names in of_filter.items()]
-        text = f"behind low-pass filters ({'; '.join(each)})"
+    text = f"behind a low-pass filter of {low_pass}"
     if _yields(profile) or profile.landing.pulse:
         return text
     return f"{text}, at most, however stiff the contacts are, while the acceleration keeps its sign"
