@@ -83,6 +83,8 @@ PARSERS: dict[Any, Parser] = {
     "plane": plane,
     "drives": drives,
     "contact_stiffness": stiffness,
+    "flex": definition,
+    "torque": setting,
 }
 """What reads the text of an option: by its field, else by its type."""
 
@@ -97,6 +99,8 @@ def _declared(record: type) -> dict[str, tuple[Any, Any]]:
     for field, one in options_of(record).items():
         given = [part for part in get_args(kinds[field]) if part is not type(None)]
         kind = given[0] if type(None) in get_args(kinds[field]) else kinds[field]
+        if get_origin(kind) is Mapping:
+            kind = tuple[tuple[str, Any], ...]
         parser = PARSERS.get(field) or (None if get_origin(kind) is Literal else PARSERS.get(kind))
         repeated = get_args(kind)[1:] == (...,)
         declared[one.name.replace("-", "_")] = (
@@ -167,23 +171,8 @@ class SceneOptions(NamedTuple):
         "JOINT=INERTIA",
         armature,
     )
-    torque: tuple[Setting, ...] = _in_joints(
-        "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].",
-        "JOINT=TORQUE",
-        setting,
-    )
     lock: tuple[str, ...] = _in_joints(
         "Locked joints, which keep the rate that they have.", "JOINT"
-    )
-    flex: tuple[tuple[str, str], ...] = _in_results(
-        "Links that bend on contacts of finite stiffness: EI:674 [N m²], tube:70e9,0.025,0.021 (E "
-        "[Pa], outer and inner diameter "
-        "[m]), or the link's first bending frequency, 180Hz:clamped or 180Hz:free. Behind it, as "
-        "in EI:674,hinges:4, may stand the "
-        "number of hinges, and the stiffness against stretch, EA:1e7 [N], and torsion, GJ:500 [N "
-        "m²].",
-        "LINK=FLEX",
-        definition,
     )
     at: tuple[str, ...] = _in_results(
         "Points whose shock is computed, besides the sensors; offset in the frame [m].", FRAME

@@ -63,7 +63,6 @@ def scenes_from(
         )
         or None,
         joints=_joints(scene.joints, options),
-        flex=_replaced(scene.flex, options.flex),
         part=scene.part + tuple(part_from(loaded, at, rating) for at, rating in options.part),
         point=scene.point
         + tuple(point for text in options.at for point in points_at(loaded, text)),
@@ -276,10 +275,15 @@ def _up(scene: Scene) -> tuple[str, ...]:
 
 
 def _with(record: AnyRecord, **values: Any) -> AnyRecord:
-    """A record with those values that are not None."""
-    return dataclasses.replace(
-        record, **{name: value for name, value in values.items() if value is not None}
-    )
+    """A record with those values that are not None; pairs of a mapping go over what it has."""
+    given: dict[str, Any] = {}
+    for name, value in values.items():
+        present = getattr(record, name)
+        if isinstance(present, Mapping) and isinstance(value, tuple):
+            given[name] = _replaced(present, value)
+        elif value is not None:
+            given[name] = value
+    return dataclasses.replace(record, **given)
 
 
 def _posture(posture: Posture, options: SceneOptions) -> Posture:
@@ -310,7 +314,6 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
         armature=_replaced(armature, options.armature),
         rotor=_replaced(rotor, motors),
         stiffness=_replaced(joints.stiffness, options.joint_stiffness),
-        torque=_replaced(joints.torque, options.torque),
         locked=locked,
     )
 

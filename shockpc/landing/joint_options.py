@@ -8,7 +8,7 @@ from typing import Literal
 
 from shockpc.core.frozen import frozen
 from shockpc.core.interval import Interval
-from shockpc.landing.record import JOINT_MODEL, Record, documented, option
+from shockpc.landing.record import JOINT_MODEL, SOFT, Record, documented, option
 from shockpc.robot.gear import Gear
 
 JointModelName = Literal["free", "geared", "rigid", "locked"]
@@ -49,8 +49,6 @@ class Joints(Record):
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
         stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N
             m/rad, N/m].
-        torque: constant torque of motors on contacts of finite stiffness, by pattern; it goes over
-            `motors` [N m, N].
         locked: patterns of joints that hold the rate that they have before the impact: none, or
             that of the strike's joint velocities.
     """
@@ -79,8 +77,9 @@ class Joints(Record):
         "Constant torques of the motors on contacts of finite stiffness: those that hold the load "
         "of springs before touchdown "
         "(flight), those that also hold the robot's weight on its contacts (standing), or none.",
-        JOINT_MODEL,
+        SOFT,
         default="flight",
+        wing="compliant",
     )
     carried: bool = option(
         True,
@@ -93,7 +92,14 @@ class Joints(Record):
     armature: Mapping[str, Interval] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)
     stiffness: Mapping[str, float] = field(default_factory=dict)
-    torque: Mapping[str, float] = field(default_factory=dict)
+    torque: Mapping[str, float] = option(
+        dict,
+        "Constant torque of motors on contacts of finite stiffness, by joint; it goes over the "
+        "motors [N m; N if prismatic].",
+        SOFT,
+        "JOINT=TORQUE",
+        wing="compliant",
+    )
     locked: tuple[str, ...] = ()
 
 

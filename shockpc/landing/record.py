@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import MISSING
 from typing import Any, Literal, NamedTuple, TypeVar
 
-from shockpc.text.arguments import LARGEST_NUMBER, typed
+from shockpc.text.arguments import LARGEST_NUMBER, default_of, typed
+from shockpc.text.wings import is_here
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
 """How scene files are checked against the records they become: no unknown keys, no numbers that are
@@ -23,7 +24,7 @@ CONTACT, STRIKE, RESULTS, POSTURE = (
     "What is computed",
     "Posture",
 )
-JOINT_MODEL = "Joint model"
+JOINT_MODEL, SOFT = "Joint model", "Contacts and links that give way"
 """Headings of options."""
 
 
@@ -44,9 +45,7 @@ class Record:
         fields: dict[str, Any] = vars(type(self))["__dataclass_fields__"]
         shown = []
         for name, value in vars(self).items():
-            default = fields[name].default
-            if fields[name].default_factory is not MISSING:
-                default = fields[name].default_factory()
+            default = default_of(fields[name])
             if default is MISSING or type(value) is not type(default) or value != default:
                 shown.append(f"{name}={value!r}")
         return f"{type(self).__name__}({', '.join(shown)})"
@@ -68,6 +67,8 @@ class Option(NamedTuple):
         varies: whether a sweep can vary it, by its name on the command line.
         most: the maximum number of values in a list.
         default: what holds without it, as the help states it.
+        wing: which serves it: without that it is no option of a command, and refused in files and
+            Python where it is not the default; empty for the core.
         holds: what its texts are, if the command looks into them: names of what each landing of a
             study has a value of ("varied"), or of quantities that are computed ("quantity").
     """
@@ -83,6 +84,7 @@ class Option(NamedTuple):
     varies: bool = False
     most: int | None = None
     default: str = ""
+    wing: str = ""
     holds: Literal["", "varied", "quantity"] = ""
 
     @property
@@ -157,22 +159,27 @@ class Option(NamedTuple):
 def option(
     default: Any, /, help_: str, heading: str, form: str | None = None, **further: Any
 ) -> Any:
-    """A field of a record that is an option; the arguments are those of `Option`."""
+    """A field of a record that is an option; the arguments are those of `Option`.
+
+    Args: default, `dict` for a mapping, which is typed as NAME=VALUE.
+    """
     declared = Option(help_, heading, form, **further).stating(default)
-    return dataclasses.field(
-        default=default, metadata={"option": declared, "description": declared.text}
-    )
+    metadata = {"option": declared, "description": declared.text, "wing": declared.wing}
+    if default is dict:
+        return dataclasses.field(default_factory=dict, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 @functools.cache
 def options_of(record: type) -> dict[str, Option]:
     """The options among the fields of a record, by field."""
-    every = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}
-    return {
-        name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-"))
-        for name, one in every.items()
-        if one
-    }
+    options: dict[str, Option] = {}
+    for part in dataclasses.fields(record):
+        declared = part.metadata.get("option")
+        if declared and is_here(declared.wing):
+            name = declared.name or part.name.removesuffix("_deg").replace("_", "-")
+            options[part.name] = declared._replace(name=name)
+    return options
 
 
 def spelled(record: type, field: str, value: str) -> str:
@@ -184,6 +191,12 @@ def spelled(record: type, field: str, value: str) -> str:
         if record.__name__ in typed
         else f'{field} = "{value}"'
     )
+
+
+def of_the_core(record: Any) -> Any:
+    """A record in which all that wings serve has its default."""
+    parts = [part for part in dataclasses.fields(record) if part.metadata.get("wing")]
+    return dataclasses.replace(record, **{part.name: default_of(part) for part in parts})
 
 
 R = TypeVar("R", bound=type)

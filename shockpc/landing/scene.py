@@ -9,12 +9,21 @@ commands print their help at once.
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from shockpc.core.frozen import frozen
 from shockpc.landing.joint_options import Joints
-from shockpc.landing.record import CONTACT, POSTURE, RESULTS, Record, documented, option
+from shockpc.landing.record import (
+    CONTACT,
+    POSTURE,
+    RESULTS,
+    SOFT,
+    Record,
+    documented,
+    of_the_core,
+    option,
+)
 from shockpc.landing.strike import Strike
 from shockpc.method.base import Base
 from shockpc.text.errors import SceneError
@@ -252,8 +261,6 @@ class Scene(Record):
             are.
         closure: loops, in addition to those of the robot's file.
         joints: joint model (free, geared or locked).
-        flex: how links bend on contacts of finite stiffness, by name or glob, such as "EI:674" [N
-            m²], "tube:70e9,0.025,0.021" (E [Pa], outer and inner diameter [m]) or "180Hz:clamped".
         point: points at which the shock is computed, in addition to the robot's sensors.
         part: parts and what they withstand.
         tangential_stiffness: of every contact along the ground; by default that along the normal
@@ -301,7 +308,16 @@ class Scene(Record):
         "JOINT",
     )
     joints: Joints = field(default_factory=Joints)
-    flex: Mapping[str, str] = field(default_factory=dict)
+    flex: Mapping[str, str] = option(
+        dict,
+        "Links that bend on contacts of finite stiffness: EI:674 [N m²], tube:70e9,0.025,0.021 (E "
+        "[Pa], outer and inner diameter [m]), or the link's first bending frequency, 180Hz:clamped "
+        "or 180Hz:free. Behind it, as in EI:674,hinges:4, may stand the number of hinges, and the "
+        "stiffness against stretch, EA:1e7 [N], and torsion, GJ:500 [N m²].",
+        SOFT,
+        "LINK=FLEX",
+        wing="compliant",
+    )
     point: tuple[Point, ...] = ()
     part: tuple[Part, ...] = ()
     v_in: Literal["contact", "com"] = option(
@@ -366,11 +382,12 @@ class Scene(Record):
     stop_stiffness: float | None = option(
         None,
         "Stiffness of the end stops of hinges and of slides, beside a --contact-stiffness.",
-        RESULTS,
+        SOFT,
         "K",
         unit="N m/rad, N/m",
         above=0.0,
         varies=True,
+        wing="compliant",
     )
     contact_stiffness: float | None = option(
         None,
@@ -379,24 +396,26 @@ class Scene(Record):
         f"direction, or along the normal and along the ground: "
         f"{CONTACTS.removesuffix(' N/m or more')} or more (sources: "
         "shockpc guide designer).",
-        RESULTS,
+        SOFT,
         "KN[:KT]",
         unit="N/m",
         above=0.0,
         varies=True,
+        wing="compliant",
     )
-    tangential_stiffness: float | None = None
+    tangential_stiffness: float | None = field(default=None, metadata={"wing": "compliant"})
     contact_damping: float | None = option(
         None,
         "Damping of these contacts, in place of --restitution: a damper beside each of their "
         "springs, along the normal and the "
         "ground. The force starts at C times the speed of approach, and the contact separates "
         "where it would pull.",
-        RESULTS,
+        SOFT,
         "C",
         unit="N s/m",
         above=0.0,
         varies=True,
+        wing="compliant",
     )
     contact_law: Literal["hysteresis", "damper"] | None = option(
         None,
@@ -404,15 +423,17 @@ class Scene(Record):
         "a larger stiffness; at restitution 0 the force ends in a step, so links and springs "
         "ring. damper: a viscous damper in series with each spring; the force has no step and is "
         "smaller.",
-        RESULTS,
+        SOFT,
         "LAW",
+        wing="compliant",
     )
     gravity: bool = option(
         True,
         "Gravity acts while the robot is on contacts of finite stiffness; --no-gravity, or gravity "
         "= false, leaves it out.",
-        RESULTS,
+        SOFT,
         name="no-gravity",
+        wing="compliant",
     )
     ground_tolerance: float = option(
         0.005,
@@ -472,6 +493,12 @@ class Scene(Record):
         return (
             "" if self.contact_stiffness is None else f"contacts of {self.contact_stiffness:g} N/m"
         )
+
+    @property
+    def rigid(self) -> "Scene":
+        """The scene with contacts and links that do not give way."""
+        scene: Scene = of_the_core(self)
+        return replace(scene, joints=of_the_core(self.joints))
 
     def __post_init__(self) -> None:
         """Make the contacts a tuple of `Contact` and paths text, and refuse paths that no file can

@@ -17,6 +17,7 @@ import numpy as np
 
 from shockpc.core.number import number_from
 from shockpc.core.spatial import Array, Plane, freeze, plane_from
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.strike import Strike
 from shockpc.robot.load import shared_robot
@@ -26,6 +27,7 @@ from shockpc.text.errors import SceneError
 from shockpc.text.paths import is_path, usable_path
 from shockpc.text.printed import printable
 from shockpc.text.toml import converted, reading, toml_lines
+from shockpc.text.wings import is_here
 
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """The named planes by their normals."""
@@ -258,6 +260,10 @@ def record_schema(record: type) -> dict[str, Any]:
     from pydantic import TypeAdapter
 
     schema = TypeAdapter(record).json_schema()
+    for kind, table in ((record, schema), (Joints, schema.get("$defs", {}).get("Joints", {}))):
+        for part in dataclasses.fields(kind):
+            if not is_here(part.metadata.get("wing", "")):
+                table.get("properties", {}).pop(part.name, None)
     # names stand for contacts at the frames of these names
     if contacts := schema.get("properties", {}).get("contact"):
         contacts["items"] = {"anyOf": [contacts["items"], {"type": "string"}]}
@@ -272,7 +278,11 @@ def scene_table(record: Any) -> dict[str, Any]:
 
     def plain(value: Any) -> Any:
         if dataclasses.is_dataclass(value):
-            parts = ((item, plain(getattr(value, item.name))) for item in dataclasses.fields(value))
+            parts = (
+                (item, plain(getattr(value, item.name)))
+                for item in dataclasses.fields(value)
+                if is_here(item.metadata.get("wing", ""))
+            )
             # An empty list says something where it is not the default.
             return {
                 item.name: part

@@ -2,6 +2,7 @@
 that say what is valid.
 """
 
+import dataclasses
 import functools
 import inspect
 import numbers
@@ -55,6 +56,13 @@ def checked(
 
     vars(call)["__signature__"] = signature
     return cast(F, call)
+
+
+def default_of(field: dataclasses.Field[Any]) -> Any:
+    """The default of a field of a record; MISSING if it has none."""
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
 
 
 def is_numeric(kind: Any) -> bool:

@@ -19,9 +19,10 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 
-from shockpc.text.arguments import LARGEST_NUMBER
+from shockpc.text.arguments import LARGEST_NUMBER, default_of
 from shockpc.text.errors import ShockError
 from shockpc.text.paths import read_file
+from shockpc.text.wings import is_here
 
 MOST_KEYS = 10
 """Valid keys that a message lists."""
@@ -169,6 +170,12 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
             # is valid, and most of the fields of a scene have it
             if table[item.name] is item.default:
                 values[item.name] = item.default
+                continue
+            wing = item.metadata.get("wing", "")
+            if not is_here(wing) and table[item.name] != default_of(item):
+                faults.append(
+                    f"{key}{item.name}: no such key without the wing {wing}; leave it out"
+                )
                 continue
             before = len(faults)
             values[item.name] = value = converted(

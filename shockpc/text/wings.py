@@ -49,6 +49,12 @@ class Wing(NamedTuple):
     sliders: str = ""
 
 
+@functools.cache
+def is_here(wing: str) -> bool:
+    """Whether a wing is, or the core, whose name is empty."""
+    return not wing or (FOLDER / wing / "wing.py").is_file()
+
+
 def from_wings(door: str, name: str) -> list[Any]:
     """What the modules behind a door call `name`, of those that have it, in the order of the wings."""
     return [getattr(module, name) for module in doors(door) if hasattr(module, name)]

@@ -20,7 +20,7 @@ from shockpc.evaluation.unused_ground import refuse_ground
 from shockpc.evaluation.vary import Vary, pairs
 from shockpc.landing.bandwidths import scene_low_pass
 from shockpc.landing.places import Place, point_place, point_places
-from shockpc.landing.record import Option
+from shockpc.landing.record import SOFT, Option
 from shockpc.landing.resolve import pulse_of
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.strike import GRAVITY
@@ -176,14 +176,7 @@ class PlaceStudy:
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
     without=(
-        "contact_stiffness",
-        "contact_damping",
-        "contact_law",
-        "no_gravity",
-        "stop_stiffness",
-        "motors",
-        "torque",
-        "flex",
+        SOFT,
         "part",
     ),
     uses=("pulse", "imu-bandwidth", "range-g"),

@@ -116,7 +116,7 @@ def refuse_overridden(
     for option, settings, known in (
         ("--set", options.set, positions),
         ("--joint-velocity", options.joint_velocity, rates),
-        ("--torque", options.torque, efforts),
+        ("--torque", options.given.get("torque") or (), efforts),
     ):
         for pattern, _ in settings:
             names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]

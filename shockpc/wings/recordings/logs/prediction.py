@@ -430,20 +430,6 @@ class Predictor:
 
 
 def _sticking(scene: Scene) -> Scene:
-    """The scene on contacts that stick without restitution, of no finite stiffness, nor what counts
-    on one alone.
-    """
+    """The scene on rigid contacts that stick without restitution."""
     contact = tuple(replace(contact, restitution=0.0) for contact in scene.contact)
-    return replace(
-        scene,
-        contact=contact,
-        friction=None,
-        contact_stiffness=None,
-        tangential_stiffness=None,
-        contact_damping=None,
-        contact_law=None,
-        stop_stiffness=None,
-        flex={},
-        gravity=True,
-        joints=replace(scene.joints, torque={}, motors=None),
-    )
+    return replace(scene.rigid, contact=contact, friction=None)
