@@ -6,6 +6,7 @@ applies to them. Redundant rows, such as a planar loop closed by a point in spac
 solver counts the rank.
 """
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -56,19 +57,24 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
             same, rounding would determine what they hold.
     """
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in closures))
-    for k, loop in enumerate(loops):
-        for other in loops[:k]:
-            ends = [dict(zip(one.bodies, one.points, strict=True)) for one in (loop, other)]
-            if ends[0].keys() == ends[1].keys() and all(
-                np.linalg.norm(p - ends[1][body]) <= 1e-9 for body, p in ends[0].items()
-            ):
-                raise SceneError(
-                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same '
-                    f"bodies, so they are one closure; "
-                    "leave one of them out, and let the other hold all that both should",
-                    blocks=[other.name, loop.name],
-                )
+    for earlier, later in itertools.combinations(loops, 2):
+        if _tie_the_same(earlier, later):
+            raise SceneError(
+                f'closures "{earlier.name}" and "{later.name}" tie the same points of the same '
+                f"bodies, so they are one closure; "
+                "leave one of them out, and let the other hold all that both should",
+                blocks=[earlier.name, later.name],
+            )
     return loops
+
+
+def _tie_the_same(a: Loop, b: Loop) -> bool:
+    """Whether two loops tie the same points of the same bodies."""
+    ends_a = dict(zip(a.bodies, a.points, strict=True))
+    ends_b = dict(zip(b.bodies, b.points, strict=True))
+    if ends_a.keys() != ends_b.keys():
+        return False
+    return all(np.linalg.norm(p - ends_b[body]) <= 1e-9 for body, p in ends_a.items())
 
 
 def loop_of(robot: Robot, closure: Closure) -> Loop:
@@ -125,15 +131,16 @@ def closure_gap(state: Dynamics, loop: Loop) -> Array:
     """How far the second end of a loop is from the first (N, n): along its axes [m], then about
     them [rad] if it holds these.
     """
-    (a, b), (p_a, p_b) = loop.bodies, loop.points
-    frame = _orientation(state, a, loop.rotations[0])
+    a, b = loop.bodies
+    p_a, p_b = loop.points
+    R_a = _orientation(state, a, loop.rotations[0])
     apart = world_point(state, b, p_b) - world_point(state, a, p_a)
-    gap = np.einsum("nij,ki,nj->nk", np.swapaxes(frame, -1, -2), loop.axes, apart)
+    gap = np.einsum("nij,ki,nj->nk", np.swapaxes(R_a, -1, -2), loop.axes, apart)
     if not loop.holds_orientation:
         return np.asarray(gap)
-    other = _orientation(state, b, loop.rotations[1])
-    turned = np.stack([pin.log3(R_a.T @ R_b) for R_a, R_b in zip(frame, other, strict=True)])
-    return np.concatenate([gap, turned], axis=1)
+    R_b = _orientation(state, b, loop.rotations[1])
+    turned = [pin.log3(first.T @ second) for first, second in zip(R_a, R_b, strict=True)]
+    return np.concatenate([gap, np.stack(turned)], axis=1)
 
 
 def _orientation(state: Dynamics, body: int, rotation: Array) -> Array:
@@ -203,33 +210,24 @@ def assemble(
     Raises:
         SceneError: the loops cannot be closed; the text gives the gap that is left, in millimetres.
     """
-    linkage, before = _Linkage(robot, loops, plane, fixed), dynamics(robot, q[None])
-    first, turn = (max(_apart(before, loop)[k] for loop in loops) for k in (0, 1))
+    linkage = _Linkage(robot, loops, plane, fixed)
     closed = linkage.closed(q, DIGITS)
     retried = closed is None
-    if retried:
-        others = [
-            other
-            for start in linkage.starts(q, RETRIES)
-            if (other := linkage.closed(start, DIGITS)) is not None
-        ]
-        closed = min(
-            others,
-            key=lambda other: float(np.linalg.norm(pin.difference(robot.model, q, other))),
-            default=None,
-        )
-    if closed is not None:
-        state = dynamics(robot, closed[None])
-        left = max(_apart(state, loop)[0] for loop in loops)
-        return Assembly(
-            closed,
-            first,
-            turn,
-            moved_joints(robot, q, closed),
-            left if left > SEEN * _size(state) else 0.0,
-            retried,
-        )
-    raise linkage.refusal(q)
+    if closed is None:
+        closed = linkage.nearest_closed(q)
+    if closed is None:
+        raise linkage.refusal(q)
+    before = [_apart(dynamics(robot, q[None]), loop) for loop in loops]
+    state = dynamics(robot, closed[None])
+    left = max(_apart(state, loop)[0] for loop in loops)
+    return Assembly(
+        q=closed,
+        gap=max(distance for distance, _ in before),
+        turn=max(angle for _, angle in before),
+        moved=moved_joints(robot, q, closed),
+        left=left if left > SEEN * _size(state) else 0.0,
+        retried=retried,
+    )
 
 
 def follow(
@@ -251,28 +249,40 @@ def follow(
     Raises:
         SceneError: the loops cannot be closed on the way.
     """
-    linkage, model = _Linkage(robot, loops, plane, fixed), robot.model
+    linkage = _Linkage(robot, loops, plane, fixed)
     # As much may be left on the way as at its beginning.
-    allowed = max(CLOSED, 2.0 * linkage.reached(near, DIGITS, 0)[1])
-    way = np.where(fixed, pin.difference(model, near, q), 0.0)
-    length, done, here = max(float(np.abs(way).max()), 1e-300), 0.0, near
+    _, gap = linkage.reached(near, DIGITS, 0)
+    allowed = max(CLOSED, 2.0 * gap)
+    way = np.where(fixed, pin.difference(robot.model, near, q), 0.0)
+    length = max(float(np.abs(way).max()), 1e-300)
+    here = near
+    done = 0.0
     step = min(1.0, STRIDE / length)
     while done < 1.0:
         step = min(step, 1.0 - done)
-        there = pin.integrate(model, here, step * way)
-        if done + step == 1.0:  # without the rounding of the steps
-            there = pin.integrate(model, q, np.where(fixed, 0.0, pin.difference(model, q, here)))
+        there = pin.integrate(robot.model, here, step * way)
+        if done + step == 1.0:
+            # without the rounding of the steps
+            moved = np.where(fixed, 0.0, pin.difference(robot.model, q, here))
+            there = pin.integrate(robot.model, q, moved)
         robot.set_followers(there)
         closed = linkage.closed(there, allowed, NEAR_STEPS)
         # The loops move far only where they are nearly singular, and there another posture is near
         # in which they are closed.
-        if closed is None or np.abs(pin.difference(model, there, closed)).max() > LEAP:
-            step /= 2.0
-            if step * length < SHORTEST:
-                raise linkage.refusal(there)
-        else:
-            here, done, step = closed, done + step, 2.0 * step
+        if closed is not None and _largest_step(robot, there, closed) <= LEAP:
+            here = closed
+            done += step
+            step *= 2.0
+            continue
+        step /= 2.0
+        if step * length < SHORTEST:
+            raise linkage.refusal(there)
     return here
+
+
+def _largest_step(robot: Robot, q: Array, other: Array) -> float:
+    """The largest displacement of a joint between two configurations (nq,) [rad, m]."""
+    return float(np.abs(pin.difference(robot.model, q, other)).max())
 
 
 def closed_nearby(
@@ -304,9 +314,8 @@ class _Linkage(NamedTuple):
             return np.zeros((len(self.fixed), 0)), np.zeros((len(self.gap(state)), 0))
         G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.fixed)
         columns = np.eye(self.robot.model.nv) if G is None else G[0]
-        return columns, row_jacobian(state, [closure_block(loop) for loop in self.loops])[
-            0
-        ] @ columns
+        K = row_jacobian(state, [closure_block(loop) for loop in self.loops])[0]
+        return columns, K @ columns
 
     def refusal(self, q: Array) -> SceneError:
         """The error for loops that cannot be closed from q."""
@@ -323,6 +332,22 @@ class _Linkage(NamedTuple):
             joints=movable,
         )
 
+    def nearest_closed(self, q: Array) -> Array | None:
+        """Of the closed configurations (nq,) that are reached from other starts the nearest to q;
+        None if there is none.
+        """
+        nearest = None
+        distance = np.inf
+        for start in self.starts(q, RETRIES):
+            closed = self.closed(start, DIGITS)
+            if closed is None:
+                continue
+            away = float(np.linalg.norm(pin.difference(self.robot.model, q, closed)))
+            if away < distance:
+                nearest = closed
+                distance = away
+        return nearest
+
     def steps(self, q: Array, cut: float, most: int) -> Iterator[tuple[Dynamics, Array, float]]:
         """Gauss–Newton from q: state, configuration and size of the step that follows.
 
@@ -333,8 +358,8 @@ class _Linkage(NamedTuple):
         """
         for _ in range(most + 1):
             state = dynamics(self.robot, q[None])
-            G, columns = self.columns(state)
-            dy = np.linalg.lstsq(columns, -self.gap(state), rcond=cut)[0]
+            G, K_G = self.columns(state)
+            dy = np.linalg.lstsq(K_G, -self.gap(state), rcond=cut)[0]
             size = float(np.abs(dy).max(initial=0.0))
             yield state, q, size
             if not size:
@@ -358,10 +383,10 @@ class _Linkage(NamedTuple):
         coarse, left = self.reached(q, DIGITS, most)
         if left <= CLOSED:
             return coarse
-        exact, rest = self.reached(coarse if left <= DIGITS else q, EXACT, most)
-        if rest <= CLOSED and (
-            left > DIGITS or np.abs(pin.difference(self.robot.model, coarse, exact)).max() <= NEARBY
-        ):
+        start = coarse if left <= DIGITS else q
+        exact, left_exactly = self.reached(start, EXACT, most)
+        is_nearby = left > DIGITS or _largest_step(self.robot, coarse, exact) <= NEARBY
+        if left_exactly <= CLOSED and is_nearby:
             return exact
         return coarse if left <= allowed else None
 
@@ -369,24 +394,26 @@ class _Linkage(NamedTuple):
         """The configuration with the smallest gap on the way from q, and that gap as a share of the
         robot's size; as in `steps`.
         """
-        best, least, last = q, np.inf, False
+        best = q
+        smallest_gap = np.inf
+        last = False
         for state, passed, step in self.steps(q, cut, most):
             gap = float(np.abs(self.gap(state)).max()) / _size(state)
-            if gap < least:
-                best, least = passed, gap
+            if gap < smallest_gap:
+                best = passed
+                smallest_gap = gap
             if gap <= CLOSED or last:
                 break
             last = step <= CLOSED  # one more, as it may close what is almost closed
-        return best, least
+        return best, smallest_gap
 
     def starts(self, q: Array, count: int) -> Iterator[Array]:
         """So many other configurations, farther and farther away."""
         G, _ = self.columns(dynamics(self.robot, q[None]))
         rng = np.random.default_rng(0)
         for k in range(count):
-            yield pin.integrate(
-                self.robot.model, q, G @ rng.uniform(-1.0, 1.0, G.shape[1]) * (k + 1) * SPREAD
-            )
+            direction = G @ rng.uniform(-1.0, 1.0, G.shape[1])
+            yield pin.integrate(self.robot.model, q, direction * (k + 1) * SPREAD)
 
 
 def _size(state: Dynamics) -> float:
@@ -413,9 +440,10 @@ def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, 
     and unit.
     """
     step = pin.difference(robot.model, before, after)
-    parts = ((joint, step[joint.v]) for joint in map(robot.joint, robot.joint_names))
-    moved = [
-        (joint, float(part[0]) if len(part) == 1 else float(np.linalg.norm(part)))
-        for joint, part in parts
-    ]
-    return tuple((joint.name, by, joint.unit) for joint, by in moved if abs(by) > 1e-9)
+    moved: list[tuple[str, float, str]] = []
+    for joint in map(robot.joint, robot.joint_names):
+        part = step[joint.v]
+        by = float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))
+        if abs(by) > 1e-9:
+            moved.append((joint.name, by, joint.unit))
+    return tuple(moved)

@@ -174,23 +174,20 @@ class Landing:
             velocities: ([N,] c, 3) of the contacts, world axes; those count that have a velocity
                 [m/s].
         """
-        contacts = tuple(
-            contact
-            if contact.velocity is None
-            else contact._replace(velocity=velocities[..., k, :])
-            for k, contact in enumerate(self.contacts)
-        )
-        return replace(self, before=before, contacts=contacts)
+        contacts = list(self.contacts)
+        for k, contact in enumerate(contacts):
+            if contact.velocity is not None:
+                contacts[k] = contact._replace(velocity=velocities[..., k, :])
+        return replace(self, before=before, contacts=tuple(contacts))
 
     def motions(self, rows: slice) -> Self:
         """This landing, which has a motion for each of N postures, with those of some of them."""
-        contacts = (
-            contact if (v := contact.velocity) is None else contact._replace(velocity=v[rows])
-            for contact in self.contacts
-        )
-        return replace(
-            self, before=Motion(*(part[rows] for part in self.before)), contacts=tuple(contacts)
-        )
+        contacts = list(self.contacts)
+        for k, contact in enumerate(contacts):
+            if contact.velocity is not None:
+                contacts[k] = contact._replace(velocity=contact.velocity[rows])
+        before = Motion(*(part[rows] for part in self.before))
+        return replace(self, before=before, contacts=tuple(contacts))
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
@@ -259,19 +256,27 @@ class PosedLanding(Landing):
         if self.base != "fixed":
             return 0
         struck = [contact.body for contact in self.contacts]
-        com = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
-        lifts = np.abs(velocity_at(state.J[0, :3].T, state.J[0, 3:].T, com[:, None]) @ self.up)
-        moves = state.ancestors[: len(com)] & ~self.joint_model.locked
-        moves[:, : 6 * robot.free_base] = False
-        speeds = np.max(lifts * moves, axis=1, initial=0.0)
+        carries = np.any(state.ancestors[struck], axis=0)
+        carriers: list[int] = []
+        for i, joint in enumerate(robot.joints):
+            if carries[joint.v].any() and i not in struck:
+                carriers.append(i)
 
-        carries = np.any(state.ancestors[struck], axis=0).tolist()
-        carriers = [
-            i for i, joint in enumerate(robot.joints) if any(carries[joint.v]) and i not in struck
-        ]
+        # Speeds of the centres of mass along the normal for unit joint rates.
+        velocities = velocity_at(state.J[0, :3].T, state.J[0, 3:].T, self._coms[:, None])
+        moves = state.ancestors[: len(robot.bodies)] & ~self.joint_model.locked
+        if robot.free_base:
+            moves[:, :6] = False
+        speeds = np.max(np.abs(velocities @ self.up) * moves, axis=1, initial=0.0)
         most = max((speeds[i] for i in carriers), default=0.0)
         lifted = [i for i in carriers if most > 0.0 and speeds[i] >= LIFTED * most]
         return max(lifted or struck, key=lambda i: robot.masses[i])
+
+    @property
+    def _coms(self) -> Array:
+        """Centres of mass (nb, 3) of the bodies, world axes, from the base [m]."""
+        arms = (self.state.rotation[0] @ self.robot.coms[..., None])[..., 0]
+        return np.asarray(self.state.position[0] + arms)
 
     @property
     def without_stops(self) -> "PosedLanding":
@@ -335,11 +340,12 @@ class PosedLanding(Landing):
     def contact_places(self) -> tuple[Place, ...]:
         """The contacts, then the standing feet; a frame with several has numbers after its name."""
         frames = [block.frame for block in (*self.contacts, *self.stance)]
-        times = [frames[: k + 1].count(frame) for k, frame in enumerate(frames)]
-        names = [
-            frame if n == 1 else f"{frame} ({n})" for frame, n in zip(frames, times, strict=True)
-        ]
-        return tuple(Place(name, number=k) for k, name in enumerate(names))
+        places: list[Place] = []
+        for k, frame in enumerate(frames):
+            times = frames[: k + 1].count(frame)
+            name = frame if times == 1 else f"{frame} ({times})"
+            places.append(Place(name, number=k))
+        return tuple(places)
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the
@@ -379,8 +385,7 @@ class PosedLanding(Landing):
     @functools.cached_property
     def length(self) -> float:
         """Length of the robot [m]: over which a rotation too small to matter is measured."""
-        com = self.state.position[0] + (self.state.rotation[0] @ self.robot.coms[..., None])[..., 0]
-        extent = np.ptp(np.concatenate([self.state.position[0], com]), axis=0)
+        extent = np.ptp(np.concatenate([self.state.position[0], self._coms]), axis=0)
         return float(np.linalg.norm(extent)) + float(self.robot.gyration.max()) or 1.0
 
 

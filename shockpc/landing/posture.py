@@ -54,25 +54,27 @@ def spelled_out(scene: Scene, robot: Robot) -> Scene:
     posture = scene.posture
     if posture.reference != BENT or "neutral" in robot.postures:
         return scene
-    bent, start = robot.postures[BENT], robot.start
-    given = {
-        name
-        for pattern in (*posture.joints, *posture.joints_deg)
-        for name in robot.match_joints(pattern)
-    }
-    turned = [
-        joint
-        for joint in robot.independent_joints
-        if joint.value(bent) != joint.value(start) and joint.name not in given
-    ]
-    joints = {joint.name: joint.value(bent) for joint in turned} | {**posture.joints}
+    bent = robot.postures[BENT]
+    set_by_scene = _named_joints(robot, (*posture.joints, *posture.joints_deg))
+    joints: dict[str, float] = {}
+    for joint in robot.independent_joints:
+        value = joint.value(bent)
+        if value != joint.value(robot.start) and joint.name not in set_by_scene:
+            joints[joint.name] = value
     movable = scene.assemble
     if scene.closure and not movable:  # joints that the posture sets do not move to close loops
-        given |= {*posture.joint_quaternions}
-        movable = tuple(name for name in robot.joint_names if name not in given)
-    return replace(
-        scene, posture=replace(posture, reference="neutral", joints=joints), assemble=movable
-    )
+        held = set_by_scene | {*posture.joint_quaternions}
+        movable = tuple(name for name in robot.joint_names if name not in held)
+    posture = replace(posture, reference="neutral", joints=joints | {**posture.joints})
+    return replace(scene, posture=posture, assemble=movable)
+
+
+def _named_joints(robot: Robot, patterns: Iterable[str]) -> set[str]:
+    """The joints that names and globs mean."""
+    names: set[str] = set()
+    for pattern in patterns:
+        names.update(robot.match_joints(pattern))
+    return names
 
 
 @checked
@@ -184,20 +186,29 @@ def set_many(robot: Robot, values: Iterable[tuple[Joint, Array]], Q: Array) -> N
 
     Args: values (N,) [rad, m].
     """
-
-    def place(joint: Joint, x: Array) -> None:
-        Q[:, joint.q] = np.stack(
-            [np.cos(x), np.sin(x)] if joint.kind == "continuous" else [x], axis=1
-        )
-
     for joint, x in values:
-        place(joint, x)
+        _set_column(joint, x, Q)
     for mimic in robot.mimics:
         led = np.full(len(Q), mimic.offset)
         for name, multiplier in mimic.leaders.items():
-            cosine, *sine = Q[:, robot.joint(name).q].T
-            led += multiplier * (np.arctan2(sine[0], cosine) if sine else cosine)
-        place(robot.joint(mimic.joint), led)
+            led += multiplier * _column(robot.joint(name), Q)
+        _set_column(robot.joint(mimic.joint), led, Q)
+
+
+def _set_column(joint: Joint, x: Array, Q: Array) -> None:
+    """Set a joint of one coordinate to values (N,) in N configurations."""
+    if joint.kind == "continuous":
+        Q[:, joint.q] = np.stack([np.cos(x), np.sin(x)], axis=1)
+    else:
+        Q[:, joint.q] = x[:, None]
+
+
+def _column(joint: Joint, Q: Array) -> Array:
+    """The values (N,) of a joint of one coordinate in N configurations."""
+    coordinates = Q[:, joint.q]
+    if coordinates.shape[1] == 1:
+        return coordinates[:, 0]
+    return np.arctan2(coordinates[:, 1], coordinates[:, 0])
 
 
 def check_rotations(robot: Robot, Q: Array) -> None:
@@ -208,11 +219,10 @@ def check_rotations(robot: Robot, Q: Array) -> None:
     """
     wrong = ~np.isfinite(Q).all(axis=1)
     for joint in robot.single_joints:
-        if (size := {"free": 4, "ball": 4, "planar": 2, "continuous": 2}.get(joint.kind, 0)) > 0:
-            wrong |= ~(
-                np.abs(np.linalg.norm(Q[:, joint.q.stop - size : joint.q.stop], axis=1) - 1.0)
-                < 1e-6
-            )
+        size = {"free": 4, "ball": 4, "planar": 2, "continuous": 2}.get(joint.kind, 0)
+        if size:
+            length = np.linalg.norm(Q[:, joint.q.stop - size : joint.q.stop], axis=1)
+            wrong |= ~(np.abs(length - 1.0) < 1e-6)
     if wrong.any():
         raise SceneError(
             f"row {np.flatnonzero(wrong)[0]} of Q holds a number that is not finite, or a "
@@ -361,12 +371,13 @@ def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np
     fixed = np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         fixed[:6] = True
-    given = movable or (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
-    named = {name for pattern in given for name in robot.match_joints(pattern)}
-    fixed |= robot.velocities(
-        name for name in robot.joint_names if (name in named) != bool(movable)
-    )
-    return fixed
+    if movable:
+        held = {*robot.joint_names} - _named_joints(robot, movable)
+    else:
+        held = _named_joints(
+            robot, (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
+        )
+    return np.asarray(fixed | robot.velocities(held))
 
 
 def difference(robot: Robot, Q: Array, other: Array) -> Array:
@@ -405,12 +416,10 @@ def displaced(robot: Robot, Q: Array, steps: Array) -> Array:
         Q: (n, nq) configurations.
         steps: (n, nv) velocities times the time, Pinocchio's layout [rad, m].
     """
-    return np.array(
-        [
-            pin.integrate(robot.model, q, step) if step.any() else q
-            for q, step in zip(Q, steps, strict=True)
-        ]
-    )
+    reached = np.array(Q)
+    for k in np.flatnonzero(steps.any(axis=1)).tolist():
+        reached[k] = pin.integrate(robot.model, Q[k], steps[k])
+    return reached
 
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
