@@ -15,6 +15,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.support import most_beside, standing_feet, stands, support
 from shockpc.robot.feet_and_sensors import BENT
 from shockpc.robot.geometry import body_outline
+from shockpc.robot.lowest import height_of_lowest
 from shockpc.robot.usual_base import hangs
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
@@ -92,12 +93,13 @@ def lying(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 def _belly(profile: ShockProfile) -> float:
     """Height of the lowest point of the base, or of its centre of mass where it has no shapes [m]."""
-    state, shapes = profile.landing.state, body_outline(profile.robot).shapes[0]
-    down = -state.rotation[0, 0][2]
-    reach = [float(shape.reach(down[None])[0]) for shape in shapes] or [
-        float(down @ profile.robot.bodies[0].com)
-    ]
-    return float(state.position[0, 0][2]) - max(reach)
+    state = profile.landing.state
+    up = state.rotation[0, 0][2]
+    shapes = body_outline(profile.robot).shapes[0]
+    height = float(state.position[0, 0][2])
+    if not shapes:
+        return height + float(up @ profile.robot.bodies[0].com)
+    return height + height_of_lowest(shapes, up)
 
 
 def hanging(profile: ShockProfile) -> Iterator[Diagnostic]:

@@ -25,14 +25,13 @@ from shockpc.landing.soles import (
     SHARE,
     distance_aside,
     ends_of,
-    height_of_lowest,
     is_thin,
-    lowest_points,
     most_inside,
     sole_corners,
 )
 from shockpc.method.constraints import ConstraintBlock
 from shockpc.robot.geometry import robot_size
+from shockpc.robot.lowest import height_of_lowest, lowest_points
 from shockpc.robot.robot import Robot
 from shockpc.robot.striking import Striking, own_shapes, striking
 from shockpc.text.diagnostic import Diagnostic

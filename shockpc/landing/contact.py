@@ -1,6 +1,7 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
 import contextlib
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,6 +15,7 @@ from shockpc.landing.scene import ORIGIN, Contact, Scene
 from shockpc.method.constraints import NO_AXES, ConstraintBlock
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.geometry import body_outline
+from shockpc.robot.lowest import equally_low, lowest_point
 from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.striking import own_shapes
@@ -53,11 +55,9 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
             f'contact "{text}" names "{twice[0]}" twice; remove one of them', blocks=twice[:1]
         )
     parts = [match_contacts(robot, name) for name in names]
-    return (
-        [(frame,) for frame in parts[0]]
-        if len(parts) == 1
-        else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
-    )
+    if len(parts) == 1:
+        return [(frame,) for frame in parts[0]]
+    return [tuple(dict.fromkeys(itertools.chain(*parts)))]
 
 
 def contact_name(scene: Scene) -> str:
@@ -192,10 +192,8 @@ def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> Constraint
     """
     if not contact.lowest:
         return contact
-    return contact._replace(
-        point=contact.point
-        + np.stack([_lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation])
-    )
+    points = [lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation]
+    return contact._replace(point=contact.point + np.stack(points))
 
 
 def _feet(robot: Robot) -> str:
@@ -222,25 +220,6 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     return shapes
 
 
-def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
-    """The lowest point (3,) of some shapes in the body's frame [m]; the mean of the lowest ones
-    where several are equally low.
-
-    Args: up (3,), axes of the body.
-    """
-    points = [shape.farthest(-up) for shape in shapes]
-    return np.asarray(np.concatenate(points)[np.concatenate(_level(points, up))].mean(axis=0))
-
-
-def _level(points: list[Array], up: Array) -> list[np.ndarray]:
-    """Which points (k, 3) of each shape are the lowest of all."""
-    every = np.concatenate(points)
-    height = every @ up
-    # A foot's sole is level to rounding only; its extent sets what counts as level.
-    slack = 1e-6 * max(float(np.ptp(every, axis=0).max()), 1e-6)
-    return [np.asarray(piece @ up <= height.min() + slack) for piece in points]
-
-
 def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
     """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world
     x, y and z: it rolls [m].
@@ -255,27 +234,20 @@ def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
     out = np.zeros_like(rotation)
     for k, R in enumerate(rotation):
         down = -R.T @ contact.normal
-        lowest = _level([shape.farthest(down) for shape in contact.lowest], -down)
+        lowest = equally_low([shape.farthest(down) for shape in contact.lowest], -down)
         if sum(int(is_lowest.sum()) for is_lowest in lowest) > 1:
             out[k] = np.nan
             continue
-        shape = next(
-            shape
-            for shape, is_lowest in zip(contact.lowest, lowest, strict=True)
-            if is_lowest.any()
-        )
-        along = down @ shape.rounding
+        is_lowest = [bool(points.any()) for points in lowest]
+        E = contact.lowest[is_lowest.index(True)].rounding
+        along = down @ E
         length = float(np.linalg.norm(along))
-        if length > 1e-6 * float(np.abs(shape.rounding).max()):
-            hessian = (
-                shape.rounding
-                @ (np.eye(3) - np.outer(along, along) / length**2)
-                @ shape.rounding.T
-                / length
-            )
+        if length > 1e-6 * float(np.abs(E).max()):
+            unit = np.eye(3) - np.outer(along, along) / length**2
+            hessian = E @ unit @ E.T / length
             # As the body turns by ω, the direction in its axes turns by −ω.
             out[k] = R @ hessian @ cross_matrix(down) @ R.T
-        elif shape.rounding.any():
+        elif E.any():
             out[k] = np.nan
     return out
 

@@ -19,9 +19,11 @@ from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
-from shockpc.landing.soles import LEVEL, height_of_lowest, most_inside, sole_corners
+from shockpc.landing.soles import LEVEL, most_inside, sole_corners
+from shockpc.method.constraints import ConstraintBlock
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
+from shockpc.robot.lowest import height_of_lowest, lowest_in_postures
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.striking import striking
@@ -62,18 +64,14 @@ def foot_points(robot: Robot, rotation: Array, position: Array, up: Array) -> Fo
         up: (3,) unit normal of the ground, world axes.
     """
     feet = each_foot(robot)
-    frames, shapes = (
-        [robot.frame(name) for name in feet],
-        [_struck_shapes(robot, name) for name in feet],
-    )
+    frames = [robot.frame(name) for name in feet]
+    shapes = [_struck_shapes(robot, name) for name in feet]
     points = np.empty((len(rotation), len(feet), 3))
     for k, frame in enumerate(frames):
         R = rotation[:, frame.body]
-        low = (
-            np.broadcast_to(frame.offset, (len(R), 3))
-            if not all(shapes)
-            else _lowest(shapes[k], -up @ R)
-        )
+        low = np.broadcast_to(frame.offset, (len(R), 3))
+        if all(shapes):
+            low = lowest_in_postures(shapes[k], -up @ R)
         points[:, k] = position[:, frame.body] + (R @ low[..., None])[..., 0]
     return FootPoints(feet, np.array([frame.body for frame in frames], dtype=int), points)
 
@@ -90,28 +88,34 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
     robot, up = landing.robot, landing.up
     if not recognised(robot):
         return np.zeros((len(rotation), len(each_foot(robot))), dtype=bool)
-    feet, tolerance = (
-        foot_points(robot, rotation, position, up),
-        landing.scene.ground_tolerance + LEVEL,
-    )
+    feet = foot_points(robot, rotation, position, up)
+    tolerance = landing.scene.ground_tolerance + LEVEL
     height = feet.points @ up
     lowest = np.full(len(rotation), np.inf)
     for contact in landing.contacts:
-        shapes = _struck_shapes(robot, contact.frame) if contact.kind == "contact" else ()
         R = rotation[:, contact.body]
-        low, inside = (
-            (_lowest(shapes, -up @ R), 0.0)
-            if shapes
-            else (robot.frame(contact.frame).offset, most_inside(robot))
-        )
+        low, inside = _lowest_of_contact(robot, contact, -up @ R)
         reached = (position[:, contact.body] + (R @ low[..., None])[..., 0]) @ up
         # A contact stands for the foot of its body, unless it is on a part of the leg above that.
         foot = height[:, feet.bodies == contact.body].min(axis=1, initial=np.inf)
-        lowest = np.minimum(lowest, np.where(reached <= foot + inside + tolerance, foot, reached))
-    struck = np.isin(
-        feet.bodies, [*(contact.body for contact in landing.contacts), *landing.lifted]
-    )
-    return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= tolerance))
+        is_of_foot = reached <= foot + inside + tolerance
+        lowest = np.minimum(lowest, np.where(is_of_foot, foot, reached))
+    struck = {contact.body for contact in landing.contacts} | {*landing.lifted}
+    strikes = np.isin(feet.bodies, list(struck))
+    return np.asarray(~strikes & (np.abs(height - lowest[:, None]) <= tolerance))
+
+
+def _lowest_of_contact(robot: Robot, contact: ConstraintBlock, down: Array) -> tuple[Array, float]:
+    """The lowest points (N or 1, 3) of a contact in its body's frame, and how far above the lowest
+    point of its foot they may lie [m].
+
+    Args: down, (N, 3) unit vectors in the axes of the body.
+    """
+    if contact.kind == "contact":
+        shapes = _struck_shapes(robot, contact.frame)
+        if shapes:
+            return lowest_in_postures(shapes, down), 0.0
+    return robot.frame(contact.frame).offset, most_inside(robot)
 
 
 def whole_feet(landing: PosedLanding) -> Scene | None:
@@ -161,15 +165,14 @@ def together(landing: PosedLanding) -> Scene | None:
     if landing.base == "fixed" or landing.stance or not landing.translates:
         return None
     beside = feet_beside(landing, landing.state.rotation, landing.state.position)[0]
-    others = [
-        foot for foot, level in zip(each_foot(landing.robot), beside.tolist(), strict=True) if level
-    ]
-    like = Contact(**{name: getattr(scene.contact[0], name) for name in LIKE}, frame="")
-    return (
-        replace(scene, contact=(*scene.contact, *(replace(like, frame=name) for name in others)))
-        if others
-        else None
-    )
+    if not beside.any():
+        return None
+    feet = each_foot(landing.robot)
+    others = [feet[k] for k in np.flatnonzero(beside)]
+    first = scene.contact[0]
+    like = Contact(**{name: getattr(first, name) for name in LIKE}, frame="")
+    added = [replace(like, frame=name) for name in others]
+    return replace(scene, contact=(*scene.contact, *added))
 
 
 def default_landings(
@@ -200,20 +203,30 @@ def default_landings(
             f"with --contact{example}"
         )
     landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
-    if (
-        len(feet) > 1
-        and not standing
-        and (scene.base or usual_base(robot).base) != "fixed"
-        and recognised(robot)
-    ):
+    may_stand = len(feet) > 1 and not standing
+    is_free = may_stand and (scene.base or usual_base(robot).base) != "fixed"
+    if is_free and recognised(robot):
         landings = [*_together(robot, scene, normal), *landings]
     if any(_carriers_of_foot(robot, foot) for foot in feet):
-        state, up = _posed(robot, scene, normal)
-        parts = {
-            foot: _level_parts(robot, foot, state, up, scene.ground_tolerance) for foot in feet
-        }
-        landings = [tuple(part for foot in landing for part in parts[foot]) for landing in landings]
+        landings = _with_level_parts(robot, scene, normal, landings)
     return [tuple(Contact(frame=name) for name in landing) for landing in landings]
+
+
+def _with_level_parts(
+    robot: Robot,
+    scene: Scene,
+    normal: tuple[float, float, float] | None,
+    landings: list[tuple[str, ...]],
+) -> list[tuple[str, ...]]:
+    """Landings with the carriers of their feet that are as low as these."""
+    state, up = _posed(robot, scene, normal)
+    complete: list[tuple[str, ...]] = []
+    for feet in landings:
+        parts: list[str] = []
+        for foot in feet:
+            parts += _level_parts(robot, foot, state, up, scene.ground_tolerance)
+        complete.append(tuple(parts))
+    return complete
 
 
 def with_contacts(scene: Scene, robot: Robot) -> list[Scene]:
@@ -222,11 +235,9 @@ def with_contacts(scene: Scene, robot: Robot) -> list[Scene]:
     Raises:
         ShockError: as for `default_landings`.
     """
-    return (
-        [scene]
-        if scene.contact
-        else [replace(scene, contact=contacts) for contacts in default_landings(robot, scene)]
-    )
+    if scene.contact:
+        return [scene]
+    return [replace(scene, contact=contacts) for contacts in default_landings(robot, scene)]
 
 
 def _carriers_of_foot(robot: Robot, foot: str) -> tuple[str, ...]:
@@ -256,14 +267,16 @@ def _posed(
     robot: Robot, scene: Scene, normal: tuple[float, float, float] | None
 ) -> tuple[Dynamics, Array]:
     """A robot in the posture of a scene, and the normal of the ground."""
-    plane, q = plane_of(scene), configuration(robot, scene.posture)
-    if loops := all_loops(robot, scene.closure):
-        q = assemble(robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble)).q
-    up = (
-        ground_normal(plane, scene.strike.velocity or (0.0, 0.0, -1.0))
-        if normal is None
-        else np.array(normal) / (np.linalg.norm(normal) or 1.0)
-    )
+    plane = plane_of(scene)
+    q = configuration(robot, scene.posture)
+    loops = all_loops(robot, scene.closure)
+    if loops:
+        fixed = fixed_joints(robot, scene.posture, scene.assemble)
+        q = assemble(robot, q, loops, plane, fixed).q
+    if normal is None:
+        up = ground_normal(plane, scene.strike.velocity or (0.0, 0.0, -1.0))
+    else:
+        up = np.array(normal) / (np.linalg.norm(normal) or 1.0)
     return dynamics(robot, q[None]), up
 
 
@@ -280,7 +293,10 @@ def _together(
     if len(level) < 2:
         return []
     every = tuple(feet.names[k] for k in level)
-    return [every, *(tuple(every[k] for k in edge) for edge in _edges(feet.points[0, level], up))]
+    landings = [every]
+    for edge in _edges(feet.points[0, level], up):
+        landings.append(tuple(every[k] for k in edge))
+    return landings
 
 
 def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
@@ -289,42 +305,26 @@ def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
     """
     flat = points - np.outer(points @ up, up)
     size = float(np.linalg.norm(flat[:, None] - flat, axis=2).max())
-    edges = []
+    edges: list[tuple[int, ...]] = []
     for i, j in itertools.combinations(range(len(flat)), 2):
         along = flat[j] - flat[i]
         length = float(np.linalg.norm(along))
         if length <= STRAIGHT * size:
             continue
         aside = (flat - flat[i]) @ np.cross(up, along / length) / size
-        on = tuple(np.flatnonzero(np.abs(aside) <= STRAIGHT).tolist())
-        if (aside.min() >= -STRAIGHT or aside.max() <= STRAIGHT) and len(on) < len(flat):
-            edges.append(on)
+        on_edge = tuple(np.flatnonzero(np.abs(aside) <= STRAIGHT).tolist())
+        all_beside = aside.min() >= -STRAIGHT or aside.max() <= STRAIGHT
+        if all_beside and len(on_edge) < len(flat) and on_edge not in edges:
+            edges.append(on_edge)
     # Of three feet on one edge each pair finds it, and perhaps without the third.
-    return list(
-        dict.fromkeys(edge for edge in edges if not any(set(edge) < set(other) for other in edges))
-    )
+    whole: list[tuple[int, ...]] = []
+    for edge in edges:
+        if not any(set(edge) < set(longer) for longer in edges):
+            whole.append(edge)
+    return whole
 
 
 def _struck_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     """The shapes with which a frame strikes; none where it is a place on a body."""
     strikes = striking(robot, name)
     return () if strikes.is_place else strikes.shapes
-
-
-def _lowest(shapes: tuple[Shape, ...], down: Array) -> Array:
-    """The lowest points (N, 3) of some shapes in the body's frame [m].
-
-    Args: down, (N, 3) unit vectors in its axes.
-    """
-    found = []
-    for shape in shapes:
-        along = down @ shape.rounding
-        length = np.linalg.norm(along, axis=1, keepdims=True)
-        corners = shape.points[(down @ shape.points.T).argmax(axis=1)]
-        found.append(corners + along / np.where(length > 0.0, length, 1.0) @ shape.rounding.T)
-    every = np.stack(found, axis=1)
-    return np.asarray(
-        np.take_along_axis(
-            every, np.einsum("nki,ni->nk", every, down).argmax(axis=1)[:, None, None], axis=1
-        )[:, 0]
-    )

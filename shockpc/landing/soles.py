@@ -15,6 +15,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.directions import across
 from shockpc.robot.geometry import robot_size
+from shockpc.robot.lowest import height_of_lowest
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
 from shockpc.robot.striking import striking
@@ -63,21 +64,6 @@ def most_inside(robot: Robot) -> float:
     return INSIDE + SHARE * robot_size(robot)
 
 
-def height_of_lowest(shapes: Sequence[Shape], up: Array) -> float:
-    """Height of the lowest point of some shapes over the origin of their body [m].
-
-    Args: up, (3,) in the body's axes.
-    """
-    return -max(float(shape.reach(-up[None])[0]) for shape in shapes)
-
-
-def lowest_points(shapes: Sequence[Shape], up: Array, tolerance: float) -> Array:
-    """The lowest points (k, 3) of some shapes, within a tolerance [m], in their body's frame."""
-    points = np.concatenate([shape.farthest(-up) for shape in shapes])
-    height = points @ up
-    return np.asarray(points[height <= height.min() + tolerance])
-
-
 def distance_aside(point: Array, points: Array, up: Array) -> float:
     """Horizontal distance of a point (3,) from the hull of points (k, 3), 0 above or below it [m]."""
     if len(points) == 1:
@@ -105,28 +91,44 @@ def sole_corners(
         normal: unit normal of the ground, in the axes of the body.
         tolerance: of the ground [m].
     """
-    strikes, up, tolerance = striking(robot, name), np.array(normal), tolerance + LEVEL
+    strikes = striking(robot, name)
     if not strikes.shapes:
         return None
+    up = np.array(normal)
+    tolerance = tolerance + LEVEL
     low = height_of_lowest(strikes.shapes, up)
     near = [shape for shape in strikes.shapes if height_of_lowest([shape], up) <= low + tolerance]
     if len(near) == 1 and _is_round(near[0]):
         return None
-    axes = np.array(across(up))
-    meshes = [shape for shape in near if shape.mesh is not None]
-    primitives = [shape for shape in near if shape.mesh is None]
-    corners = [_corners_of_primitive(shape, up, low + tolerance) for shape in primitives]
-    if meshes:
-        corners.append(_corners_of_meshes(meshes, up, low, tolerance))
-    points = np.concatenate(corners)
-    if len(near) > 1:
-        points = points[_depth_in_hull(points, near, up, axes) <= DEPTH * tolerance]
-    points = points[_on_outline(points @ axes.T)]
+    points = _corners(near, up, low, tolerance)
     if len(points) < 2:
         return None
     if strikes.is_place and not _has_sole(robot, name, near, up, low + tolerance):
         return None
-    return np.asarray(points)
+    return points
+
+
+def _corners(shapes: Sequence[Shape], up: Array, low: float, tolerance: float) -> Array:
+    """The corners (n, 3) of the hull of shapes that lie near the ground, around it.
+
+    Args:
+        shapes: of a body, each with a point within the tolerance.
+        up: (3,) unit normal of the ground, in the axes of the body.
+        low: height of the lowest point of the body over its origin [m].
+        tolerance: of the ground [m].
+    """
+    axes = np.array(across(up))
+    meshes = [shape for shape in shapes if shape.mesh is not None]
+    corners: list[Array] = []
+    for shape in shapes:
+        if shape.mesh is None:
+            corners.append(_corners_of_primitive(shape, up, low + tolerance))
+    if meshes:
+        corners.append(_corners_of_meshes(meshes, up, low, tolerance))
+    points = np.concatenate(corners)
+    if len(shapes) > 1:
+        points = points[_depth_in_hull(points, shapes, up, axes) <= DEPTH * tolerance]
+    return np.asarray(points[_on_outline(points @ axes.T)])
 
 
 def _is_round(shape: Shape) -> bool:
@@ -194,7 +196,8 @@ def _depth_in_hull(points: Array, shapes: Sequence[Shape], up: Array, axes: Arra
     outward = np.concatenate([-up[None], *(slope * sixteen - up for slope in SLOPES)])
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     reach = np.max([shape.reach(outward) for shape in shapes], axis=0)
-    return np.asarray((reach - points @ outward.T).min(axis=1))
+    below_planes = reach - points @ outward.T
+    return np.asarray(below_planes.min(axis=1))
 
 
 def _has_sole(
@@ -213,15 +216,19 @@ def _has_sole(
         up: (3,) unit normal of the ground, in the axes of the body.
         height: over the body's origin up to which points belong to the sole [m].
     """
-    offset, inside = robot.frame(name).offset, most_inside(robot)
+    offset = robot.frame(name).offset
+    inside = most_inside(robot)
     is_foot = striking(robot, name).is_foot
     if not is_foot and abs(up @ offset - height_of_lowest(shapes, up)) > inside:
         return False
-    near = np.concatenate([part for shape in shapes for part in _below(shape, up, height)])
-    aside = (near - offset) @ np.transpose(across(up)) @ DIRECTIONS
+    near: list[Array] = []
+    for shape in shapes:
+        near += _below(shape, up, height)
+    aside = (np.concatenate(near) - offset) @ np.transpose(across(up)) @ DIRECTIONS
     width = np.ptp(aside, axis=0)
     from_middle = np.abs(aside.min(axis=0) + aside.max(axis=0)) / 2.0
-    return bool(width.min() > WIDE * inside and (is_foot or np.all(from_middle <= width / 4.0)))
+    is_central = is_foot or bool(np.all(from_middle <= width / 4.0))
+    return bool(width.min() > WIDE * inside) and is_central
 
 
 def _on_outline(flat: Array) -> np.ndarray:
@@ -234,15 +241,19 @@ def _on_outline(flat: Array) -> np.ndarray:
 
 def _extreme(flat: Array) -> Array:
     """Of points (n, 2) those (64, 2) that are farthest in each direction, around the hull."""
-    (x, y), (dx, dy) = flat.T, DIRECTIONS[:, : DIRECTIONS.shape[1] // 2, None]
+    x, y = flat.T
+    dx, dy = DIRECTIONS[:, : DIRECTIONS.shape[1] // 2, None]
     along = dx * x + dy * y
-    return np.asarray(flat[np.concatenate([along.argmax(axis=1), along.argmin(axis=1)])])
+    farthest = np.concatenate([along.argmax(axis=1), along.argmin(axis=1)])
+    return np.asarray(flat[farthest])
 
 
 def area(polygon: Array) -> float:
     """Area of a polygon by its corners (n, 2), in their order around it [m²]."""
     x, y = (polygon - polygon.mean(axis=0)).T
-    return abs(float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))))
+    # ½ |Σ x_k y_{k+1} − y_k x_{k+1}|
+    twice = x @ np.roll(y, -1) - y @ np.roll(x, -1)
+    return abs(float(0.5 * twice))
 
 
 def ends_of(corners: Array) -> tuple[Array, Array]:
@@ -268,22 +279,23 @@ def _height_above_face(flat: Array, height: Array) -> Array:
         height: (n,) [m].
     """
     angle = 2.0 * math.pi * np.arange(3) / 3
-    rows = np.concatenate([FAR * np.stack([np.cos(angle), np.sin(angle)], axis=1), flat])
-    rows, cost = (
-        np.column_stack([np.ones(len(rows)), rows]),
-        np.concatenate([np.full(3, HIGH), height]),
-    )
-    chosen = np.arange(3)
+    auxiliary = FAR * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    positions = np.concatenate([auxiliary, flat])
+    rows = np.column_stack([np.ones(len(positions)), positions])
+    cost = np.concatenate([np.full(3, HIGH), height])
+    basis = np.arange(3)
     for _ in range(len(rows)):
-        above = cost - rows @ np.linalg.solve(rows[chosen], cost[chosen])
+        above = cost - rows @ np.linalg.solve(rows[basis], cost[basis])
         entering = int(above.argmin())
         if above[entering] > -LEVEL:
             break
+        # The shares of the basis in the origin, and by how much those of the entering point differ.
         sides = np.stack([[1.0, 0.0, 0.0], rows[entering]], axis=1)
-        shares, change = np.linalg.solve(rows[chosen].T, sides).T
-        ratio = np.where(change > LEVEL, shares / np.where(change > LEVEL, change, 1.0), np.inf)
-        chosen[int(ratio.argmin())] = entering
-    return above[3:] if chosen.min() > 2 else np.full(len(flat), np.inf)
+        shares, change = np.linalg.solve(rows[basis].T, sides).T
+        decreases = change > LEVEL
+        ratio = np.where(decreases, shares / np.where(decreases, change, 1.0), np.inf)
+        basis[int(ratio.argmin())] = entering
+    return above[3:] if basis.min() > 2 else np.full(len(flat), np.inf)
 
 
 def _below(shape: Shape, up: Array, height: float) -> tuple[Array, Array]:
@@ -293,17 +305,17 @@ def _below(shape: Shape, up: Array, height: float) -> tuple[Array, Array]:
     frame of the body, and the height is over its origin.
     """
     if shape.mesh is not None:
-        points, edges = (
-            shape.mesh.vertices,
-            shape.mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
-        )
+        points = shape.mesh.vertices
+        edges = shape.mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     else:
         points = _points_of(shape, up)
         edges = np.stack(np.triu_indices(len(points), 1), axis=1)
     over = points @ up - height
-    one, other = edges[over[edges[:, 0]] * over[edges[:, 1]] < 0.0].T
-    share = (over[one] / (over[one] - over[other]))[:, None]
-    return points[over <= 0.0], points[one] + share * (points[other] - points[one])
+    is_cut = over[edges[:, 0]] * over[edges[:, 1]] < 0.0
+    start, end = edges[is_cut].T
+    share = (over[start] / (over[start] - over[end]))[:, None]
+    cuts = points[start] + share * (points[end] - points[start])
+    return points[over <= 0.0], cuts
 
 
 def _points_of(shape: Shape, up: Array) -> Array:
