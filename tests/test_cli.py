@@ -661,7 +661,13 @@ def test_help(capfd, monkeypatch):
     """
     monkeypatch.setenv("COLUMNS", "80")
     out = good(capfd, "--help")
-    assert good(capfd) == out == good(capfd, "-h")
+    assert (
+        good(capfd)
+        == out
+        == good(capfd, "-h")
+        == good(capfd, "help")
+        == good(capfd, "help", "help")
+    )
     assert good(capfd, "--version") == f"shockpc {shockpc.__version__}\n"
     cited = good(capfd, "--cite")
     assert re.findall(r"^@\w+\{(\w+),$", cited, re.MULTILINE) == ["driessen2021shock", "shockpc"]

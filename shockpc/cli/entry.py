@@ -78,7 +78,8 @@ def main(words: Sequence[str]) -> int:
         from shockpc.cli.app import app_for
 
         if words and words[0] == "help":
-            words = command[1:] = [*words[1:], "--help"]
+            named = [word for word in words[1:] if word != "help"]
+            words = command[1:] = [*named, "--help"]
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)

@@ -31,10 +31,10 @@ ENDS: tuple[End, End] = ("smallest", "largest")
 MOVED = 0.01
 """Share of a number by which it differs between the ends for both to be given."""
 
-BETWEEN = "the smallest to the largest inertias that the drives may have"
+BETWEEN = "the smallest to the largest possible inertias"
 """Where an answer is looked at, in words."""
 
-AT_BOTH = "with the smallest and the largest inertias that the drives may have"
+AT_BOTH = "with the smallest and the largest possible inertias"
 """Over tables of both ends."""
 
 BEYOND = "drives in between may give values outside these two"

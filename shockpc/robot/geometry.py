@@ -221,7 +221,7 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
 
     Mass that lies within a robot is nowhere farther from its centre than the robot is large.
     Moments too small to matter are left out, such as those of a sensor's placeholder. Meshes are
-    read only where the frames alone leave a link in doubt.
+    read only if the frames alone do not decide.
     """
     links = [frame for frame in robot.model.frames if frame.inertia.mass > 0.0]
     radius = {}

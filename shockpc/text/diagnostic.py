@@ -33,9 +33,9 @@ KINDS = (
     "geometry",
     "limits",
 )
-"""Kinds of warnings in the order of their effect: no number, another landing or robot than is
-meant, numbers in doubt, damage, and
-what leaves the numbers as they are."""
+"""Kinds of warnings in the order of their effect: no number, another landing or robot than is meant,
+unreliable numbers, damage, and remarks that change no number.
+"""
 
 
 class Diagnostic(NamedTuple):

@@ -478,8 +478,8 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
         )
     texts = dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))
     return (
-        f"no point meets the constraints; the one that comes nearest misses: "
-        f"{few(list(texts), 4)}. Widen a range, or leave a constraint out"
+        f"no point meets the constraints; the nearest one misses {few(list(texts), 4)}. Widen a "
+        "range, or leave a constraint out"
     )
 
 

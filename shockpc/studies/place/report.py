@@ -130,8 +130,8 @@ def _places(study: PlaceStudy) -> Sheet:
         )
     if len(study.places) > 1:
         notes.append(
-            f"each further place: the best one at least {study.apart:.3g} m along x, y or z from "
-            f"those before"
+            f"each further place: the best at least {study.apart:.3g} m along x, y or z from the "
+            "places above"
         )
     body = study.robot.bodies[study.body].name
     title = f"places on {body} (in its frame; shock: |Δv| / v_in)"

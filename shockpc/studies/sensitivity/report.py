@@ -101,7 +101,7 @@ def _drives(study: Sensitivity) -> Sheet:
     rows = [
         (one.parameter, *(share.get(one.parameter) for share in shares)) for one in study.ranked
     ]
-    note = "smallest, largest: the change with these of the inertias that the drives may have"
+    note = "smallest, largest: the change with the smallest and the largest possible inertias"
     return Sheet(f"effect on the {study.target.title}, by the drives", header, rows, [note])
 
 

@@ -123,8 +123,8 @@ def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
     ]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
     chance = (
-        f"of {summary.ranked} landings; two columns that do not depend on one another reach "
-        f"{summary.chance:.2g}"
+        f"of {summary.ranked} landings; independent columns reach up to {summary.chance:.2g} by "
+        "chance"
     )
     header: list[str | Column] = [
         "rank correlation of",

@@ -29,11 +29,9 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
     names = [one.variation.subject for one in results]
     if known.scatter < ALIKE:
         yield (
-            f"not identifiable: the {n} landings are all alike (for the same speed of the strike "
-            f"their predicted "
-            f"jumps differ by {100.0 * known.scatter:.2g} %), so other errors of the model go into "
-            f"the values, "
-            "and no interval shows it. Measure landings in other postures"
+            f"not identifiable: the {n} landings are all alike (at the same contact speed their "
+            f"predicted jumps differ by {100.0 * known.scatter:.2g} %), so model errors go into "
+            "the values without widening the intervals. Measure landings in other postures"
         )
     for name, one in zip(names, results, strict=True):
         if one.state == "no influence":
@@ -76,9 +74,8 @@ def of_errors(known: Uncertainty, errors: Mapping[str, float]) -> Iterator[str]:
     ]:
         yield (
             f"nothing is identified: the error is {errors['before']:.3g} with the scene as given, "
-            f"and "
-            f"{errors['after']:.3g} with the values found, which predict no better. "
-            f"What is wrong in the model is not {' or '.join(names)}"
+            f"and {errors['after']:.3g} with the values found. The model is wrong elsewhere than "
+            f"in {' or '.join(names)}"
         )
 
 
@@ -112,10 +109,8 @@ def of_control(fit: Fit) -> Iterator[str]:
     example = "" if window is None else f", {2e-3 * window:.2g} kg m² at k_d = 2 N m s/rad"
     yield (
         "the joints hardly move before touchdown, so motors may hold them: the damping k_d of "
-        "their control acts "
-        f"like an inertia of {inertia}{example}, and the value found includes it. Switch the "
-        f"control off before "
-        "touchdown, or subtract this inertia"
+        f"their control acts like an inertia of {inertia}{example}, which the value includes. "
+        "Switch the control off before touchdown, or subtract this inertia"
     )
 
 
@@ -138,13 +133,15 @@ def of_model(fit: Fit, found: Solution, errors: Mapping[str, float]) -> Iterator
     if wrong:
         yield (
             "the model is still wrong by more than the scatter of the landings, which no interval "
-            "covers: ratios of measured to predicted jumps are  "
-            + few(wrong, 6, what=" velocities")
+            "covers: ratios of measured to predicted jumps are " + few(wrong, 6, what=" velocities")
         )
     if not fit.by_energy:
         ratio = float(np.sqrt(np.sum(found.residuals**2) / fit.freedoms))
         if ratio > 1.0 + 3.0 / np.sqrt(2.0 * n):
-            yield f"the model is still wrong beyond the noise: what is left is {ratio:.3g} times the noise that was given"
+            yield (
+                "the model is still wrong by more than the noise: the remaining error is "
+                f"{ratio:.3g} times the given noise"
+            )
     if errors["after"] > SLIGHT and errors["free impulse"] < 0.9 * errors["after"]:
         yield (
             f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the "
