@@ -23,19 +23,20 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
 import shockpc
-import shockpc.show.figure.view
+import shockpc.show.figure.body_shapes
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, sensitivity, shock_profile
 from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
 from shockpc.robot.mesh import Mesh
 from shockpc.robot.shapes import Shape
+from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.labels import LETTERS, PALE, SMALL
 from shockpc.show.figure.layout import Page
 from shockpc.show.figure.picture import layers
 from shockpc.show.figure.plane import draw_landing
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, DPI, EDGES, band, plain_numbers, render, settings
-from shockpc.show.figure.view import Field, field_of, view_of
+from shockpc.show.figure.view import view_of
 from shockpc.studies.sensitivity.figure import draw_tornado
 from shockpc.wings.paper.report import paper_picture
 from shockpc.wings.paper.study import FIGURES, paper_figures
@@ -533,7 +534,7 @@ def test_a_body_without_shapes_is_the_box_of_its_inertia(tmp_path, monkeypatch, 
     } <= written
     assert ("meshes that are missing or cannot be read: trunk.stl" in written) == bool(shapes)
     if not shapes:
-        monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
+        monkeypatch.setattr(shockpc.show.figure.body_shapes, "inertia_box", lambda _: None)
         with settings():
             # not the one whose silhouettes are kept
             figure = draw_landing(shock_profile(scene, load_robot(scene.robot)))

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from shockpc.core.spatial import Array
 from shockpc.show.figure.silhouette import PlaneShape
 from shockpc.show.figure.style import INK, PAPER, faded
-from shockpc.show.figure.view import Window
+from shockpc.show.figure.window import Window
 
 PALE = faded(INK, 0.6)
 """Of marks that say little of a body."""

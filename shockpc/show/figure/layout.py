@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
-from shockpc.show.figure.view import Window
+from shockpc.show.figure.window import Window
 from shockpc.text.printed import printable
 
 TableRows = list[tuple[str, ...]]

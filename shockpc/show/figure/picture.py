@@ -12,10 +12,12 @@ from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, PathPatch, Recta
 from matplotlib.path import Path
 
 from shockpc.core.spatial import Array
+from shockpc.show.figure.field import Field
 from shockpc.show.figure.labels import PALE, Labels
 from shockpc.show.figure.silhouette import PlaneShape
 from shockpc.show.figure.style import BANDS, EDGES, INK, PAPER, band, faded
-from shockpc.show.figure.view import Field, View, Window
+from shockpc.show.figure.view import View
+from shockpc.show.figure.window import Window
 
 GOLD = "#ffd24d"
 """Of sensors."""

@@ -13,7 +13,8 @@ from shockpc.robot.geometry import drawn_outline
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import INK, band, settings
-from shockpc.show.figure.view import View, Window, view_of, windows_of
+from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.window import Window, windows_of
 from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
 from shockpc.show.wording import BRACKETED, count, robot_name
 from shockpc.text.printed import few, printable

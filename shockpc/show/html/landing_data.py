@@ -23,8 +23,9 @@ from shockpc.quantities.strike_matrices import (
     strike_matrices,
 )
 from shockpc.robot.robot import Robot
+from shockpc.show.figure.body_shapes import body_shapes
 from shockpc.show.figure.picture import letter
-from shockpc.show.figure.view import body_shapes, numbered
+from shockpc.show.figure.view import numbered
 from shockpc.show.html.charts import CONFIG, STYLES, picture, placed
 from shockpc.show.html.posture import Posture
 from shockpc.show.html.surfaces import Surface, surfaces

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from shockpc.quantities.selection import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
-from shockpc.show.figure.view import windows_of
+from shockpc.show.figure.window import windows_of
 from shockpc.show.tables import rounded
 from shockpc.studies.batch.rows import Batch, BatchRow
 from shockpc.studies.batch.tables import landing_text

@@ -12,7 +12,8 @@ from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import draw_row
 from shockpc.show.figure.style import CURVES, INK, PAPER
-from shockpc.show.figure.view import View, view_of, windows_of
+from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.window import windows_of
 from shockpc.show.wording import count
 from shockpc.studies.compare.study import (
     STANDARD,

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.shapes import Shape
+from shockpc.show.figure.body_shapes import body_shapes
 from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import GOLD, SIGNS, letter, outlined, sign
@@ -24,7 +25,7 @@ from shockpc.show.figure.silhouette import (
     to_plane,
 )
 from shockpc.show.figure.style import INK, shock_levels
-from shockpc.show.figure.view import Window, body_shapes
+from shockpc.show.figure.window import Window
 from shockpc.show.header import joint_model_text, posture_text
 from shockpc.show.wording import count, robot_name
 from shockpc.studies.place.study import PlaceStudy

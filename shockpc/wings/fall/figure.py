@@ -9,7 +9,8 @@ from shockpc.quantities.selection import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
-from shockpc.show.figure.view import Window, view_of
+from shockpc.show.figure.view import view_of
+from shockpc.show.figure.window import Window
 from shockpc.show.header import joint_model_text
 from shockpc.show.tables import rounded
 from shockpc.show.wording import robot_name

@@ -8,7 +8,8 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import FOOT, draw_row
-from shockpc.show.figure.view import View, Window, view_of, windows_of
+from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.window import Window, windows_of
 from shockpc.show.header import angle_text, joint_model_text
 from shockpc.text.printed import printable
 
