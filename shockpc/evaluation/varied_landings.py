@@ -15,12 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.permutation import permuted
 from shockpc.core.spatial import Array
 from shockpc.evaluation.kinds.contacts import ContactNames
 from shockpc.evaluation.kinds.posture import JointMotion, JointPosition, motion_range
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.row_arrays import configurations, inertias, velocities
+from shockpc.evaluation.row_values import (
+    RowValues,
+    equal_rows,
+    grid_values,
+    of_row,
+    sample_values,
+)
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated
 from shockpc.evaluation.vary import variation as read_variation
@@ -41,6 +47,9 @@ MOST_ROWS = 10**8
 
 CLOSED = 4096
 """Postures whose closed loops are kept, at most."""
+
+FEWEST_ROWS = 1024
+"""Largest number of rows of a chunk whose rows take long."""
 
 MOVED = 1e-6
 """By how much closing loops may move a joint that varies [deg, m]."""
@@ -106,11 +115,6 @@ class VariedLandings:
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @functools.cached_property
-    def sizes(self) -> tuple[int, ...]:
-        """Number of values of each variation in the grid, in the order of `axes`."""
-        return tuple(len(variation.values) for variation in self.axes)
-
-    @functools.cached_property
     def axes(self) -> tuple[Variation, ...]:
         """The variations from the slowest to the fastest: other landings, other postures and
         inertias, other strikes.
@@ -122,14 +126,14 @@ class VariedLandings:
         """Number of strikes for each posture; one that a sample varies differs from row to row."""
         if self.sample is not None:
             return len(self.struck) or 1
-        return math.prod(
-            n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage == 2
-        )
+        return math.prod(len(varied.values) for varied in self.axes if varied.stage == 2)
 
     @property
     def solves(self) -> int:
         """Number of postures of all landings."""
-        return self.sample if self.sample is not None else math.prod(self.sizes) // self.strikes
+        if self.sample is not None:
+            return self.sample
+        return math.prod(len(varied.values) for varied in self.axes if varied.stage < 2)
 
     @property
     def rows(self) -> int:
@@ -149,31 +153,31 @@ class VariedLandings:
 
         They do not depend on who computes them.
         """
-        nv = self.robot.model.nv
-        rows = min(ROWS, max(1024, 2**25 // nv**2))
-        if self.separate or (
-            self.sample is not None
-            and any(
-                varied.stage == 0 and not isinstance(varied.kind, ContactNames)
-                for varied in self.axes
-            )
-        ):
-            rows = 1024
-        most, n = max(1, rows // self.strikes), self.solves
-        count = -(-n // most)
+        n = self.solves
+        postures = max(1, self._rows_of_a_chunk // self.strikes)
+        count = -(-n // postures)
         return tuple((n * k // count, n * (k + 1) // count) for k in range(count))
+
+    @property
+    def _rows_of_a_chunk(self) -> int:
+        """Largest number of rows of a chunk: fewer of large robots, and of separate landings."""
+        of_landings = [
+            varied
+            for varied in self.axes
+            if varied.stage == 0 and not isinstance(varied.kind, ContactNames)
+        ]
+        if self.separate or (self.sample is not None and of_landings):
+            return FEWEST_ROWS
+        nv: int = self.robot.model.nv
+        return min(ROWS, max(FEWEST_ROWS, 2**25 // nv**2))
 
     @property
     def description(self) -> dict[str, Any]:
         """What the rows depend on, besides scene and robot."""
+        keys = ("subject", "values", "span", "law", "factor")
+        vary = [{key: getattr(varied, key) for key in keys} for varied in self.variations]
         return {
-            "vary": [
-                {
-                    key: getattr(variation, key)
-                    for key in ("subject", "values", "span", "law", "factor")
-                }
-                for variation in self.variations
-            ],
+            "vary": vary,
             "sample": self.sample,
             "latin hypercube": self.lhs,
             "seed": self.seed,
@@ -198,34 +202,29 @@ class VariedLandings:
 
     def compared(self, count: int) -> np.ndarray:
         """Random rows (n,), at most so many."""
-        return np.random.default_rng([self.seed, 2]).choice(
-            self.rows, min(count, self.rows), replace=False, shuffle=False
-        )
+        generator = np.random.default_rng([self.seed, 2])
+        size = min(count, self.rows)
+        return generator.choice(self.rows, size, replace=False, shuffle=False)
 
     def data(self, k: int) -> None:
         """Nothing: the rows of a chunk follow from its number."""
 
     def at(self, given: Array) -> "VariedLandings":
         """The same landings with these values (n, v)."""
-        return self._beside(given=given, sample=len(given))
-
-    def _beside(self, **changes: Any) -> "VariedLandings":
-        """The same landings but for some fields, on which neither the first landing nor how loops
-        are closed depends.
-        """
-        other = replace(self, **changes)
+        other = replace(self, given=given, sample=len(given))
+        # Neither the first landing nor how loops are closed depends on the values.
         vars(other).update(first=self.first, _closed=self._closed)
         return other
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (n, nq) and strikes (n, S, 3) of all postures, if they are of one landing."""
-        parts = []
-        for k, (a, b) in enumerate(self.chunks):
-            values, rows = self._values(k), np.arange(b - a)
-            parts.append(
-                (self._postures(self.first, values, rows), self._strikes(self.first, values, rows))
-            )
-        Q, strikes = zip(*parts, strict=True)
+        Q: list[Array] = []
+        strikes: list[Array] = []
+        for k, (begin, end) in enumerate(self.chunks):
+            values = self._values(k)
+            rows = np.arange(end - begin)
+            Q.append(self._postures(self.first, values, rows))
+            strikes.append(self._strikes(self.first, values, rows))
         return np.concatenate(Q), np.concatenate(strikes)
 
     def case(self, row: int) -> tuple[Scene, Robot]:
@@ -238,89 +237,76 @@ class VariedLandings:
 
     def values_of(self, row: int) -> dict[Variation, Any]:
         """What was varied, in one row."""
-        chunk = next(k for k, (_, end) in enumerate(self.chunks) if row < end * self.strikes)
-        return _picked(
-            self._values(chunk), *divmod(row - self.chunks[chunk][0] * self.strikes, self.strikes)
-        )
+        posture, strike = divmod(row, self.strikes)
+        chunk = next(k for k, (_, end) in enumerate(self.chunks) if posture < end)
+        begin, _ = self.chunks[chunk]
+        return of_row(self._values(chunk), posture - begin, strike)
 
     def chunk(self, k: int, data: None) -> Chunk:
         """The postures of a chunk, grouped by what needs a separate landing."""
-        (a, b), S, values = self.chunks[k], self.strikes, self._values(k)
-        labels = {
-            variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel()
-            for variation in self.variations
-        }
+        begin, end = self.chunks[k]
+        strikes = self.strikes
+        values = self._values(k)
+        labels = {}
+        for varied in self.variations:
+            of_rows = np.broadcast_to(values[varied], (end - begin, strikes))
+            labels[varied.column] = of_rows.ravel()
 
         def profile(i: int) -> ShockProfile:
-            return profile_of_scene(*self._case(_picked(values, *divmod(i, S)), i % S))
+            posture, strike = divmod(i, strikes)
+            case = self._case(of_row(values, posture, strike), strike)
+            return profile_of_scene(*case)
 
-        return Chunk(labels, self._groups(values, b - a), profile)
+        return Chunk(labels, self._groups(values, end - begin), profile)
 
-    def _groups(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[Group | Refusal]":
+    def _groups(self, values: RowValues, m: int) -> "Iterator[Group | Refusal]":
         for chosen, landing in self._landings(values, m):
             if isinstance(landing, ShockError):
                 yield Refusal(chosen, landing)
                 continue
             for begin in range(0, len(chosen), GROUP):
                 rows = chosen[begin : begin + GROUP]
-                inertias, refused = self._inertias(landing, values, rows)
-                yield from (Refusal(rows[i : i + 1], error) for i, error in refused.items())
-                yield Group(
-                    rows,
-                    landing,
-                    self._postures(landing, values, rows),
-                    self._strikes(landing, values, rows),
-                    inertias,
-                )
+                of_rows, refused = self._inertias(landing, values, rows)
+                for i, error in refused.items():
+                    yield Refusal(rows[i : i + 1], error)
+                Q = self._postures(landing, values, rows)
+                strikes = self._strikes(landing, values, rows)
+                yield Group(rows, landing, Q, strikes, of_rows)
 
-    def _values(self, k: int) -> dict[Variation, np.ndarray]:
-        a, b = self.chunks[k]
+    def _values(self, k: int) -> RowValues:
+        """The values of a chunk."""
+        begin, end = self.chunks[k]
         if self.sample is None:
-            outer = tuple(
-                n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage < 2
-            )
-            inner = self.sizes[len(outer) :]
-            solve = np.unravel_index(np.arange(a, b), outer) if outer else ()
-            strike = np.unravel_index(np.arange(self.strikes), inner) if inner else ()
-            places = [i[:, None] for i in solve] + [i[None, :] for i in strike]
-            return {
-                variation: np.asarray(variation.values)[i]
-                for variation, i in zip(self.axes, places, strict=True)
-            }
+            return grid_values(self.axes, np.arange(begin, end), self.strikes)
         if self.given is not None:
+            columns = self.given[begin:end].T
             return {
-                variation: self.given[a:b, j, None] for j, variation in enumerate(self.variations)
+                varied: column[:, None]
+                for varied, column in zip(self.variations, columns, strict=True)
             }
-        u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
-        if self.lhs:
-            u = (
-                u + [permuted(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]
-            ) / self.sample
-        return {
-            variation: variation.drawn(uniform)[:, None]
-            for variation, uniform in zip(self.axes, u, strict=True)
-        }
+        rows = np.arange(begin, end)
+        return sample_values(self.axes, k, rows, self.sample, self.seed, self.lhs)
 
     def _landings(
-        self, values: dict[Variation, np.ndarray], m: int
+        self, values: RowValues, m: int
     ) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
         """The postures (m,) of a chunk in groups, each with the landing that they share, or why
         there is none.
         """
-        choices = {
-            variation: x[:, 0]
-            for variation, x in values.items()
-            if variation.stage == 0 or (variation.moves and self.separate)
-        }
+        choices: dict[Variation, np.ndarray] = {}
+        for varied, x in values.items():
+            # `separate` is asked only where a posture varies: the first landing may not exist.
+            if varied.stage == 0 or (varied.moves and self.separate):
+                choices[varied] = x[:, 0]
         if not choices:
             yield np.arange(m), self.first
             return
-        codes = [np.unique(x, return_inverse=True)[1] for x in choices.values()]
-        _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
-        order = np.argsort(code.ravel(), kind="stable")
-        for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
-            choice = {variation: x[group[0]] for variation, x in choices.items()}
-            yield group, attempt(lambda choice=choice: resolve(*self._case(choice)))
+        for group in equal_rows(list(choices.values())):
+            choice = {varied: x[group[0]] for varied, x in choices.items()}
+            yield group, attempt(self._landing, choice)
+
+    def _landing(self, choice: Mapping[Variation, Any]) -> PosedLanding:
+        return resolve(*self._case(choice))
 
     @functools.cached_property
     def _closed(self) -> dict[str, Scene]:
@@ -330,71 +316,62 @@ class VariedLandings:
     @functools.cached_property
     def first(self) -> PosedLanding:
         """The first of all landings."""
-        return resolve(
-            *self._case(
-                {
-                    variation: (variation.values or variation.span or ())[0]
-                    for variation in self.axes
-                    if variation.stage == 0
-                }
-            )
-        )
+        choice: dict[Variation, Any] = {}
+        for varied in self.axes:
+            if varied.stage == 0:
+                choice[varied] = (varied.values or varied.span or ())[0]
+        return self._landing(choice)
 
-    def _postures(
-        self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
-    ) -> Array:
+    def _postures(self, landing: PosedLanding, values: RowValues, rows: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a chunk; the landing's where loops have to be
         closed.
         """
-        moved = {
-            variation: x[rows, 0].astype(float)
-            for variation, x in values.items()
-            if variation.moves and not self.separate
-        }
+        moved: dict[Variation, Array] = {}
+        for varied, x in values.items():
+            if varied.moves and not self.separate:
+                moved[varied] = x[rows, 0].astype(float)
         return configurations(landing, moved, len(rows))
 
     def _inertias(
-        self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
+        self, landing: PosedLanding, values: RowValues, rows: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
-        """The inertias of some rows of a chunk; None where all have the landing's.
-
-        And why no robot has those of a row.
+        """The inertias of some rows of a chunk, None where all have the landing's; and why no robot
+        has those of a row.
         """
-        x = {
-            variation: of_all[rows, 0].astype(float)
-            for variation, of_all in values.items()
-            if variation.kind.inertial
-        }
-        # Of derivatives by hundreds of masses few are other than the landing's in a group of a
-        # single posture.
-        x = {variation: of_rows for variation, of_rows in x.items() if not np.isnan(of_rows).all()}
-        if not x:
+        varying: dict[Variation, Array] = {}
+        for varied, x in values.items():
+            if not varied.kind.inertial:
+                continue
+            of_rows = x[rows, 0].astype(float)
+            # Derivatives by hundreds of masses change few of them in the group of a posture.
+            if not np.isnan(of_rows).all():
+                varying[varied] = of_rows
+        if not varying:
             return None, {}
-        found, possible = inertias(landing, x)
-        refused = dict[int, ShockError]()
+        of_robots, possible = inertias(landing, varying)
+        refused: dict[int, ShockError] = {}
         for i in np.flatnonzero(~possible).tolist():
             try:
-                self._case({variation: row[i] for variation, row in x.items()})
+                self._case({varied: x[i] for varied, x in varying.items()})
             except ShockError as error:
                 refused[i] = error
-        return found, refused
+        return of_robots, refused
 
-    def _strikes(
-        self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
-    ) -> Array:
+    def _strikes(self, landing: PosedLanding, values: RowValues, rows: np.ndarray) -> Array:
         """Velocities (n, S, 3) of the base before the impact in some rows of a chunk [m/s]."""
-        varied = {
-            variation.kind.word: x if self.sample is None else x[rows]
-            for variation, x in values.items()
-            if variation.stage == 2
-        }
-        if varied or len(self.struck) < 2:
-            velocity = velocities(landing, varied)
+        varying: dict[str, np.ndarray] = {}
+        for varied, x in values.items():
+            if varied.stage == 2:
+                # On a grid all postures have the same strikes.
+                varying[varied.kind.word] = x if self.sample is None else x[rows]
+        if varying or len(self.struck) < 2:
+            velocity = velocities(landing, varying)
         else:
-            velocity = np.array([one.vector(landing.plane) for one in self.struck.values()])
+            strikes = self.struck.values()
+            velocity = np.array([strike.vector(landing.plane) for strike in strikes])
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
-    def _case(self, choice: dict[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
+    def _case(self, choice: Mapping[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
         """Scene and robot with some values, of which NaN leaves a thing as it is.
 
         Args: strike, number of that of `struck`.
@@ -443,9 +420,8 @@ class VariedLandings:
             if len(self._closed) == CLOSED:
                 self._closed.clear()
             self._closed[key] = close_loops(scene, self.first)
-        return replace(
-            scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble
-        )
+        closed = self._closed[key]
+        return replace(scene, posture=closed.posture, assemble=closed.assemble)
 
 
 def _refuse_moved(scene: Scene, robot: Robot, choice: Mapping[Variation, Any]) -> None:
@@ -464,14 +440,6 @@ def _refuse_moved(scene: Scene, robot: Robot, choice: Mapping[Variation, Any]) -
                     f'{varied.subject}: closing the loops moves "{joint.name}" away '
                     f"from {value:g} {varied.unit}; let other joints move with --assemble"
                 )
-
-
-def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
-    """The values of one row."""
-    return {
-        variation: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0]
-        for variation, x in values.items()
-    }
 
 
 def varied_landings(
@@ -504,23 +472,16 @@ def varied_landings(
             resolved.
     """
     robot = robot or robot_of(scene)
-    # A mapping holds each subject once; pairs may repeat one, which is refused below.
-    vary, vary_each = pairs(vary), pairs(vary_each)
-    variations = [read_variation(robot, subject, values) for subject, values in vary]
-    variations += [
-        varied
-        for subject, values in vary_each
-        for varied in each_of(robot, read_variation(robot, subject, values))
-    ]
-    if sample is not None:
-        if not keep_joints and not any(
-            isinstance(varied.kind, JointPosition) or varied.uncertain for varied in variations
-        ):
-            variations += [
-                read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints
-            ]
-    elif lhs:
+    variations = _read_variations(robot, vary, vary_each)
+    if lhs and sample is None:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
+    stated = any(
+        isinstance(varied.kind, JointPosition) or varied.uncertain for varied in variations
+    )
+    if sample is not None and not keep_joints and not stated:
+        variations += [
+            read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints
+        ]
     if not variations:
         raise StudyError(
             "nothing varies; name a joint or another quantity with --vary, or draw random "
@@ -547,13 +508,23 @@ def varied_landings(
     return source
 
 
+def _read_variations(robot: Robot, vary: Vary, vary_each: Vary) -> list[Variation]:
+    """What varies, those of `vary_each` one by one."""
+    # Pairs may repeat a subject, which is refused later; a mapping cannot.
+    together, separately = pairs(vary), pairs(vary_each)
+    variations = [read_variation(robot, subject, values) for subject, values in together]
+    for subject, values in separately:
+        variations += each_of(robot, read_variation(robot, subject, values))
+    return variations
+
+
 def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
     """A variation with the range of its joint, if it was given no values."""
     if not varied.values and varied.span is None:
         joint = robot.joint(varied.target)
-        low, high = (
-            limit if varied.unit == "m" else math.degrees(limit) for limit in motion_range([joint])
-        )
+        low, high = motion_range([joint])
+        if varied.unit != "m":
+            low, high = math.degrees(low), math.degrees(high)
         if not high > low or not math.isfinite(high - low):
             raise StudyError(
                 f'joint "{joint.name}" has no range of motion in the robot file; give values, '
