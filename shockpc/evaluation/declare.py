@@ -121,24 +121,26 @@ def study(
 
     def declare(function: F) -> F:
         signature = inspect.signature(function)
-        parameters, plain = {}, []
+        parameters = _options_of(signature)
+        # Python's help prints annotations whole, so the options are left out of them.
+        plain = []
         for name, parameter in signature.parameters.items():
-            kind, *more_of = get_args(parameter.annotation) or (None,)
-            if options := [one for one in more_of if isinstance(one, Option)]:
-                option = options[0]._replace(name=options[0].name or name.replace("_", "-"))
-                parameters[name] = StudyParameter(kind, option, parameter.default)
-                parameter = parameter.replace(annotation=kind)
+            if name in parameters:
+                parameter = parameter.replace(annotation=parameters[name].kind)
             plain.append(parameter)
-        in_si = {
-            name: one.option._replace(unit=one.option.unit.replace("deg", "rad"))
-            for name, one in parameters.items()
-        }
+        in_si: dict[str, Option] = {}
+        for name, declared in parameters.items():
+            unit = declared.option.unit.replace("deg", "rad")
+            in_si[name] = declared.option._replace(unit=unit)
         describe(function, in_si)
-        # Without the options, because Python's help prints annotations whole.
         faults = {
-            name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)
+            name: in_si[name].fault
+            for name, declared in parameters.items()
+            if is_numeric(declared.kind)
         }
-        quantities = [name for name, one in parameters.items() if one.option.holds == "quantity"]
+        quantities = [
+            name for name, declared in parameters.items() if declared.option.holds == "quantity"
+        ]
         run = _with_current_names(function, quantities) if quantities else function
         call = checked(run, signature.replace(parameters=plain), faults)
         vars(call)["study"] = Study(
@@ -147,6 +149,18 @@ def study(
         return call
 
     return declare
+
+
+def _options_of(signature: inspect.Signature) -> dict[str, StudyParameter]:
+    """The parameters whose annotation is Annotated[kind, Option(...)], each named as an option."""
+    parameters: dict[str, StudyParameter] = {}
+    for name, parameter in signature.parameters.items():
+        kind, *annotations = get_args(parameter.annotation) or (None,)
+        for annotation in annotations:
+            if isinstance(annotation, Option):
+                option = annotation._replace(name=annotation.name or name.replace("_", "-"))
+                parameters[name] = StudyParameter(kind, option, parameter.default)
+    return parameters
 
 
 def _with_current_names(function: F, names: Sequence[str]) -> F:

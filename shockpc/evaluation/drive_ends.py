@@ -59,19 +59,19 @@ def at_drive_ends(
     models = {name: joint_model(robot, scene.joints) for name, (scene, robot) in cases.items()}
     if not any(np.any(model.low < model.high) for model in models.values()):
         return {}
-    found: dict[End, T | ShockError] = {}
+    studies: dict[End, T | ShockError] = {}
     for end in ENDS:
         if all(np.array_equal(_inertias(model, end), model.armature) for model in models.values()):
-            found[end] = modelled
+            studies[end] = modelled
             continue
-        scenes = {
-            name: replace(scene, joints=_joints_at(robot, scene.joints, models[name], end))
-            for name, (scene, robot) in cases.items()
-        }
+        scenes: dict[str, Scene] = {}
+        for name, (scene, robot) in cases.items():
+            joints = _joints_at(robot, scene.joints, models[name], end)
+            scenes[name] = replace(scene, joints=joints)
         # The study with the drives as modelled has given the warnings of these landings already.
         with warnings.catch_warnings(action="ignore", category=ShockWarning):
-            found[end] = attempt(compute, scenes)
-    return found
+            studies[end] = attempt(compute, scenes)
+    return studies
 
 
 def _inertias(model: JointModel, end: End) -> Array:
@@ -83,31 +83,26 @@ def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joi
     """What a scene states for all joints to be as in a joint model, with the drives that are not
     known exactly at an end.
     """
-    inertias, moved = _inertias(model, end), model.low < model.high
-    held = model.locked | np.isinf(inertias)
-    locked = [
-        joint.name for joint in robot.single_joints if held[joint.v].all() and joint.kind != "free"
-    ]
-    # What follows joints that are held is held with them.
-    for mimic in robot.mimics:
-        if mimic.joint not in locked and mimic.leaders and set(mimic.leaders) <= set(locked):
-            locked.append(mimic.joint)
+    inertias = _inertias(model, end)
+    unknown = model.low < model.high
+    locked = _held_joints(robot, model.locked | np.isinf(inertias))
     armature: dict[str, float] = {}
     rotor: dict[str, Rotor] = {}
     stiffness: dict[str, float] = {}
     for joint in robot.single_joints:
-        v = joint.v.start
         if joint.kind == "free" or joint.name in locked:
             continue
-        inertia, turns = float(inertias[v]), float(model.per_turn[v])
+        v = joint.v.start
+        inertia = float(inertias[v])
+        per_turn = float(model.per_turn[v])
         if model.stiffness[v] > 0.0:
             stiffness[joint.name] = float(model.stiffness[v])
-        if model.rotor[v] > 0.0 and not moved[v]:
-            rotor[joint.name] = reflected_rotor(
-                float(model.rotor[v]), float(model.drive_stiffness[v]), turns
-            )
-        elif inertia > 0.0 and turns:
-            rotor[joint.name] = reflected_rotor(inertia, np.inf, turns)
+        if model.rotor[v] > 0.0 and not unknown[v]:
+            # A rotor behind a spring, as it is.
+            spring = float(model.drive_stiffness[v])
+            rotor[joint.name] = reflected_rotor(float(model.rotor[v]), spring, per_turn)
+        elif inertia > 0.0 and per_turn:
+            rotor[joint.name] = reflected_rotor(inertia, np.inf, per_turn)
         elif inertia > 0.0 or robot.model.armature[v] > 0.0:
             armature[joint.name] = max(inertia, LEAST_INERTIA)
     return Joints(
@@ -120,3 +115,15 @@ def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joi
         torque=joints.torque,
         locked=tuple(locked),
     )
+
+
+def _held_joints(robot: Robot, held: np.ndarray) -> list[str]:
+    """The joints all of whose velocities (nv,) are held, and those that follow only such joints."""
+    names = [
+        joint.name for joint in robot.single_joints if held[joint.v].all() and joint.kind != "free"
+    ]
+    for mimic in robot.mimics:
+        follows_held = mimic.leaders and set(mimic.leaders) <= set(names)
+        if follows_held and mimic.joint not in names:
+            names.append(mimic.joint)
+    return names

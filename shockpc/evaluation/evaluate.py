@@ -17,7 +17,8 @@ from shockpc.evaluation.landings import Landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_unused_ground
 from shockpc.quantities.selection import Selection
-from shockpc.text.shown import brief, counted, shown_by
+from shockpc.text.printed import count
+from shockpc.text.shown import brief, shown_by
 
 TRUSTED = 1e10
 """Condition up to which double precision suffices for what is compared with measurements, or proven
@@ -70,7 +71,7 @@ class Evaluation(Generic[L]):
 
     def __repr__(self) -> str:
         names = [column.name for column in self.computed]
-        rows = counted(self.landings.rows, "row")
+        rows = count(self.landings.rows, "row")
         return brief(self, rows, ", ".join([*self.landings.headings, *names][:8]))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -16,8 +16,8 @@ from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, StudyError
-from shockpc.text.printed import listed
-from shockpc.text.shown import brief, counted, shown_by
+from shockpc.text.printed import count, listed
+from shockpc.text.shown import brief, shown_by
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Table:
         names = [*self.columns]
         left = len(names) - 8
         more = f" and {left} more" if left > 0 else ""
-        return brief(self, counted(len(self), "row"), f"{', '.join(names[:8])}{more}")
+        return brief(self, count(len(self), "row"), f"{', '.join(names[:8])}{more}")
 
     def __call__(self) -> "Table":
         """Itself: `.table` of a study is the same as `.table`."""

@@ -19,7 +19,7 @@ from shockpc.method.equation import Equation
 from shockpc.method.shock import solution_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, StudyError
-from shockpc.text.shown import counted
+from shockpc.text.printed import count
 
 GRADIENTS = ("shock", "delta_v", "most_severe")
 """Quantities of points of which maps give the gradient."""
@@ -85,7 +85,7 @@ class ShockMaps(NamedTuple):
     derivatives: Array | None = None
 
     def __repr__(self) -> str:
-        return f"ShockMaps({self.landing!r}; {counted(len(self.Q), 'posture')})"
+        return f"ShockMaps({self.landing!r}; {count(len(self.Q), 'posture')})"
 
     @property
     def robot(self) -> Robot:

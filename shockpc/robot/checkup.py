@@ -19,7 +19,7 @@ from shockpc.robot.tolerances import inertia_fault, negative_moment
 from shockpc.robot.urdf_numbers import vector
 from shockpc.robot.urdf_places import AXIS
 from shockpc.text.errors import RobotError
-from shockpc.text.printed import listed
+from shockpc.text.printed import listed, plural
 
 # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does
 # not
@@ -75,17 +75,13 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
         names_by_text.setdefault((level, kind, text), []).append(name)
     findings = []
     for (level, kind, text), names in names_by_text.items():
-        where = f"{_counted(kind, len(names))} {listed(names, 3)}" if kind else names[0]
+        where = names[0]
+        if kind:
+            noun = kind if len(names) == 1 else plural(kind)
+            where = f"{noun} {listed(names, 3)}"
         findings.append(Finding(level, where, text))
     levels = ("error", "warning", "note")
     return tuple(sorted(findings, key=lambda finding: levels.index(finding.level)))
-
-
-def _counted(kind: str, number: int) -> str:
-    """The word for one thing of a kind, or for several."""
-    if number == 1:
-        return kind
-    return "bodies" if kind == "body" else f"{kind}s"
 
 
 def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:

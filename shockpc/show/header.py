@@ -20,9 +20,9 @@ from shockpc.robot.elements import WORLD
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import hangs, usual_base
-from shockpc.show.wording import contact_name, count, number_text, vector_text
+from shockpc.show.wording import contact_name, number_text, vector_text
 from shockpc.text.diagnostic import Diagnostic, alike
-from shockpc.text.printed import few, listed, printable
+from shockpc.text.printed import count, few, listed, printable
 from shockpc.text.wings import from_wings
 
 JOINT_MODELS = {

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from shockpc.quantities.renamed import former_key
-from shockpc.show.wording import count
-from shockpc.text.printed import message, printable
+from shockpc.text.printed import count, message, printable
 
 if TYPE_CHECKING:
     from shockpc.evaluation.table import Table

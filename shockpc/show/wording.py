@@ -9,7 +9,7 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
-from shockpc.text.printed import UNITS, few, printable
+from shockpc.text.printed import UNITS, count, few, printable
 
 if TYPE_CHECKING:
     from shockpc.evaluation.column import Column
@@ -87,14 +87,6 @@ def without_common(names: list[str]) -> list[str]:
         read = [name[same:] for name in read]
         names = [name[::-1] if turned else name for name in read] if all(read) else names
     return names
-
-
-def count(number: int, noun: str) -> str:
-    """A number with its noun, such as "1 body" or "2 bodies"."""
-    return (
-        f"{number} "
-        f"{noun if number == 1 else f'{noun[:-1]}ies' if noun.endswith('y') else f'{noun}s'}"
-    )
 
 
 def at_place(text: str) -> str:

@@ -143,6 +143,16 @@ def in_degrees(angle: float) -> float:
     return round(math.degrees(angle), 9) + 0.0
 
 
+def plural(noun: str) -> str:
+    """The plural of a noun, such as "rows" or "bodies"."""
+    return f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+
+
+def count(number: int, noun: str) -> str:
+    """A number with its noun, such as "1 body" or "2 bodies"."""
+    return f"{number} {noun if number == 1 else plural(noun)}"
+
+
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:
     """The first names, and how many more there are."""
     return separator.join(names[:most]) + (

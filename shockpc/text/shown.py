@@ -12,11 +12,6 @@ def brief(result: Any, *parts: str) -> str:
     return f"{type(result).__name__}({'; '.join(filter(None, parts))})"
 
 
-def counted(number: int, noun: str) -> str:
-    """A number of things, such as "3 rows"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
 def shown_by(report: str, *before: Any) -> Callable[[Any], str]:
     """The method `_repr_html_` of a result.
 

@@ -16,8 +16,8 @@ from shockpc.show.figure.style import INK, band, settings
 from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import Window, windows_of
 from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
-from shockpc.show.wording import BRACKETED, count, robot_name
-from shockpc.text.printed import few, printable
+from shockpc.show.wording import BRACKETED, robot_name
+from shockpc.text.printed import count, few, printable
 from shockpc.text.wings import from_wings
 
 FOOT = 0.8

@@ -9,7 +9,8 @@ from shockpc.landing.end_stops import side_of
 from shockpc.method.constraints import ConstraintBlock
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
-from shockpc.show.wording import count, proof_text, shown_as
+from shockpc.show.wording import proof_text, shown_as
+from shockpc.text.printed import count
 from shockpc.text.wings import from_wings
 
 NO_MITIGATION = (

@@ -15,7 +15,6 @@ from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import other_warnings, unknown_lines
 from shockpc.show.tables import rounded
-from shockpc.show.wording import count
 from shockpc.studies.analyze.first_lines import (
     friction_text,
     margin_line,
@@ -26,7 +25,7 @@ from shockpc.studies.analyze.first_lines import (
 from shockpc.studies.analyze.several import worst_text
 from shockpc.studies.analyze.views import readings_text
 from shockpc.text.diagnostic import alike
-from shockpc.text.printed import few
+from shockpc.text.printed import count, few
 
 USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
 """Beginnings of lines of the header that say what is so unless options say otherwise."""

@@ -13,7 +13,7 @@ from shockpc.landing.bandwidths import scene_low_pass
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Sheet
-from shockpc.show.wording import BRACKETED, count, vector_text
+from shockpc.show.wording import BRACKETED, vector_text
 from shockpc.studies.analyze.first_lines import shown_places, sliding_friction
 from shockpc.studies.analyze.sheets import (
     basis_of,
@@ -26,7 +26,7 @@ from shockpc.studies.analyze.sheets import (
     shocks_sheet,
 )
 from shockpc.studies.analyze.view import Keys, View, kept
-from shockpc.text.printed import few
+from shockpc.text.printed import count, few
 from shockpc.text.wings import from_wings
 
 READINGS = {"filtered_peak": "", "filtered_peak_axes": ""}

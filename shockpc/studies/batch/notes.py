@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 from shockpc.quantities.selection import select
 from shockpc.robot.feet_and_sensors import BENT
-from shockpc.show.wording import STICKING, count, proof_text, without_value
+from shockpc.show.wording import STICKING, proof_text, without_value
 from shockpc.studies.batch.rows import Batch, BatchRow
 from shockpc.text.diagnostic import Diagnostic, alike
-from shockpc.text.printed import few
+from shockpc.text.printed import count, few
 from shockpc.text.wings import from_wings
 
 NO_DRIVES = {

@@ -15,7 +15,8 @@ from shockpc.landing.scene import Scene
 from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import select
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.shown import brief, counted, shown_by
+from shockpc.text.printed import count
+from shockpc.text.shown import brief, shown_by
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,7 @@ class Batch:
     _repr_html_ = shown_by("studies.batch.report:batch_report")
 
     def __repr__(self) -> str:
-        return brief(self, counted(len(self.rows), "landing"), f"ranked by {self.rank}")
+        return brief(self, count(len(self.rows), "landing"), f"ranked by {self.rank}")
 
     @cached_property
     def rows(self) -> tuple[BatchRow, ...]:

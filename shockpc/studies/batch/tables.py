@@ -4,9 +4,10 @@ from pathlib import Path
 
 from shockpc.quantities.selection import select
 from shockpc.show.tables import Column, Row, Sheet
-from shockpc.show.wording import count, landing_names
+from shockpc.show.wording import landing_names
 from shockpc.studies.batch.rows import Batch, BatchRow
 from shockpc.studies.batch.study import STANDARD
+from shockpc.text.printed import count
 
 SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
 """Standard quantities that are not on a terminal, unless landings are ranked by one."""

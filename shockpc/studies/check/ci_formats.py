@@ -4,11 +4,10 @@ import os
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
-from shockpc.show.wording import count
 from shockpc.studies.check.outcome import Check, Outcome
 from shockpc.studies.check.study import MOST_CHANGES
 from shockpc.studies.check.texts import joint_model, order, place_text, strike_text
-from shockpc.text.printed import few, printable
+from shockpc.text.printed import count, few, printable
 
 LIMITS = ("max", "min", "baseline_tolerance", "percentile")
 """Keys of a budget that limit it."""

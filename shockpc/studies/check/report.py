@@ -7,11 +7,11 @@ from shockpc.evaluation.budgets import Budget
 from shockpc.show.document import record
 from shockpc.show.report import Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import count, proof_text
+from shockpc.show.wording import proof_text
 from shockpc.studies.check.ci_formats import github_commands, junit
 from shockpc.studies.check.outcome import Check, Outcome, Status
 from shockpc.studies.check.texts import joint_model, order, place_text, strike_text
-from shockpc.text.printed import cause_lines, causes
+from shockpc.text.printed import cause_lines, causes, count
 
 MOST_CAUSES = 6
 """Different causes of numbers that could not be computed that are shown."""

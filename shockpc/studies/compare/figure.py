@@ -14,7 +14,6 @@ from shockpc.show.figure.plane import draw_row
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import windows_of
-from shockpc.show.wording import count
 from shockpc.studies.compare.study import (
     STANDARD,
     WITH_FRICTION,
@@ -22,7 +21,7 @@ from shockpc.studies.compare.study import (
     Difference,
     Differences,
 )
-from shockpc.text.printed import printable
+from shockpc.text.printed import count, printable
 
 DRAWN_QUANTITIES = (
     "shock",

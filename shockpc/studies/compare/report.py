@@ -10,11 +10,11 @@ from shockpc.show.document import record
 from shockpc.show.header import other_warnings, strike_text, unknown_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import contact_name, count
+from shockpc.show.wording import contact_name
 from shockpc.studies.compare.study import Comparison, Differences
 from shockpc.text.diagnostic import alike
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import few
+from shockpc.text.printed import count, few
 
 Values: TypeAlias = tuple[float | None, ...]
 """A number of each design; None where it does not exist."""

@@ -18,12 +18,12 @@ from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import at_place, count, proof_text, size_at_place
+from shockpc.show.wording import at_place, proof_text, size_at_place
 from shockpc.studies.compare.report import compare_report
 from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, Comparison, compare
 from shockpc.studies.improve.study import Improvement
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import few
+from shockpc.text.printed import count, few
 
 SECTIONS = 4
 """Sections of the comparison that the short report shows."""

@@ -27,9 +27,9 @@ from shockpc.show.figure.silhouette import (
 from shockpc.show.figure.style import INK, shock_levels
 from shockpc.show.figure.window import Window
 from shockpc.show.header import joint_model_text, posture_text
-from shockpc.show.wording import count, robot_name
+from shockpc.show.wording import robot_name
 from shockpc.studies.place.study import PlaceStudy
-from shockpc.text.printed import printable
+from shockpc.text.printed import count, printable
 
 ROOM, FOOT, GAP, PAD = 6.6, 0.85, 0.28, 0.2
 """Largest width and height of the views together, room for coordinates and the colour bar, between

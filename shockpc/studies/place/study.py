@@ -31,7 +31,8 @@ from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.text.shown import brief, counted, shown_by
+from shockpc.text.printed import count
+from shockpc.text.shown import brief, shown_by
 
 NEAREST = 1e-3
 """Smallest distance between alternatives [m]."""
@@ -127,7 +128,7 @@ class PlaceStudy:
 
     def __repr__(self) -> str:
         body = self.robot.bodies[self.body].name
-        return brief(self, f"{self.robot.name}, body {body}", counted(len(self.places), "place"))
+        return brief(self, f"{self.robot.name}, body {body}", count(len(self.places), "place"))
 
     @property
     def table(self) -> Table:

@@ -19,9 +19,8 @@ from shockpc.show.document import record
 from shockpc.show.header import base_text, moving_text
 from shockpc.show.report import Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
-from shockpc.show.wording import count
 from shockpc.text.errors import RobotError
-from shockpc.text.printed import few
+from shockpc.text.printed import count, few
 
 
 def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
-from shockpc.show.wording import contact_name, count, robot_name, varied_text
+from shockpc.show.wording import contact_name, robot_name, varied_text
 from shockpc.studies.sensitivity.report import step_words
 from shockpc.studies.sensitivity.study import Sensitivity
-from shockpc.text.printed import printable
+from shockpc.text.printed import count, printable
 
 MOST_BARS = 16
 """Bars."""

@@ -11,10 +11,10 @@ from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import count, shown_as
+from shockpc.show.wording import shown_as
 from shockpc.studies.sensitivity.study import Effect, Sensitivity
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import listed
+from shockpc.text.printed import count, listed
 
 ROWS = 16
 """Rows of the table on a terminal."""

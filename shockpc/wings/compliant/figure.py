@@ -18,8 +18,8 @@ from shockpc.quantities.of_points import DELTA_V, low_passes
 from shockpc.quantities.peaks import ALONG
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
-from shockpc.show.wording import contact_name, count, robot_name
-from shockpc.text.printed import printable
+from shockpc.show.wording import contact_name, robot_name
+from shockpc.text.printed import count, printable
 from shockpc.wings.compliant.course import CompliantLanding, compliant_landing
 from shockpc.wings.compliant.of_profile import compliant_of
 from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum

@@ -14,8 +14,7 @@ from shockpc.show.document import record
 from shockpc.show.header import scene_lines, shared_warnings, unknown_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
-from shockpc.show.wording import count
-from shockpc.text.printed import cause_lines, causes, few, in_degrees, listed
+from shockpc.text.printed import cause_lines, causes, count, few, in_degrees, listed
 from shockpc.wings.fall.strikes import FallStrike, Tip
 from shockpc.wings.fall.study import EFFORTS, Falls, StrikeResult
 

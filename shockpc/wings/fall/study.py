@@ -32,8 +32,8 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
-from shockpc.text.printed import listed
-from shockpc.text.shown import brief, counted, shown_by
+from shockpc.text.printed import count, listed
+from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 from shockpc.wings.fall.body import Rigid
 from shockpc.wings.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
@@ -130,7 +130,7 @@ class Falls:
     _repr_html_ = shown_by("wings.fall.report:fall_report")
 
     def __repr__(self) -> str:
-        return brief(self, self.robot.name, counted(len(self.results), "strike"))
+        return brief(self, self.robot.name, count(len(self.results), "strike"))
 
     @property
     def landings(self) -> tuple[StrikeResult, ...]:

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import CURVES, INK, MARKERS, faded, new_chart, plain_numbers
-from shockpc.show.wording import count, robot_name, varied_text
-from shockpc.text.printed import printable
+from shockpc.show.wording import robot_name, varied_text
+from shockpc.text.printed import count, printable
 from shockpc.wings.recordings.identify.study import Identification
 
 CLEAR_MINIMUM = 0.2

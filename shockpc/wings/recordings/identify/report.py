@@ -17,8 +17,8 @@ from shockpc.landing.scene_file import scene_text
 from shockpc.robot.elements import IDENTIFIED
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import count, robot_line
-from shockpc.text.printed import cause_lines, causes, few, listed
+from shockpc.show.wording import robot_line
+from shockpc.text.printed import cause_lines, causes, count, few, listed
 from shockpc.text.toml import toml_lines
 from shockpc.wings.recordings.identify.study import ERRORS, Identification
 from shockpc.wings.recordings.identify.uncertainty import Unknown

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import CURVES, INK, MARKERS, histogram, new_chart
-from shockpc.show.wording import count, robot_name
-from shockpc.text.printed import printable
+from shockpc.show.wording import robot_name
+from shockpc.text.printed import count, printable
 from shockpc.wings.recordings.logs.landings import RecordedLandings
 from shockpc.wings.recordings.recorded.study import ALL, FEWEST, Agreement, Validation
 

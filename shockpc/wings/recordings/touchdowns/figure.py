@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart
-from shockpc.show.wording import count, robot_name
-from shockpc.text.printed import printable
+from shockpc.show.wording import robot_name
+from shockpc.text.printed import count, printable
 from shockpc.wings.recordings.touchdowns.study import Touchdown, Touchdowns
 
 PANELS, COLUMNS = 6, 3

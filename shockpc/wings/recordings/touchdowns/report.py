@@ -8,8 +8,8 @@ import numpy as np
 
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import count, robot_line
-from shockpc.text.printed import few
+from shockpc.show.wording import robot_line
+from shockpc.text.printed import count, few
 from shockpc.wings.recordings.touchdowns.study import Touchdowns
 
 ROWS = 12

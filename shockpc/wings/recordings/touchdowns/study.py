@@ -26,8 +26,8 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
-from shockpc.text.printed import few, listed
-from shockpc.text.shown import brief, counted, shown_by
+from shockpc.text.printed import count, few, listed
+from shockpc.text.shown import brief, shown_by
 from shockpc.wings.recordings.logs.detection import FEWEST, foot_landings
 from shockpc.wings.recordings.logs.logged_motion import (
     PARTS,
@@ -124,7 +124,7 @@ class Touchdowns:
     _repr_html_ = shown_by("wings.recordings.touchdowns.report:touchdowns_report", Path("a log"))
 
     def __repr__(self) -> str:
-        return brief(self, self.robot.name, counted(len(self.landings), "touchdown"))
+        return brief(self, self.robot.name, count(len(self.landings), "touchdown"))
 
 
 @study(

@@ -9,7 +9,7 @@ from shockpc.landing.scene_file import scene_text
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.show.report import Report
 from shockpc.show.tables import Lines, Sheet
-from shockpc.show.wording import count
+from shockpc.text.printed import count
 from shockpc.wings.symbols.export.study import RUNS, Export
 
 LANGUAGES = {"c": "C99", "js": "JavaScript", "casadi": "a function of CasADi"}
