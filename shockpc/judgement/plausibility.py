@@ -1,18 +1,19 @@
-"""What a landing on flat ground cannot be, and numbers that look as if they were meant in another
-unit.
-"""
+"""Warnings of landings that flat ground does not allow, and of numbers in another unit."""
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
 from shockpc.method.constraints import block_point
-from shockpc.quantities.heights import levels, on_ground
+from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
+from shockpc.robot.shapes import Shape
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
 
@@ -27,97 +28,145 @@ robot below the second mass has.
 """
 
 
+class _OnGround(NamedTuple):
+    """The contacts and standing feet on flat ground.
+
+    Attributes:
+        names: (c,) of them; the contacts come first.
+        points: (c, 3) their points, from the base [m].
+        levels: heights of the robot's geometry.
+        along: along what heights are, in words; empty for the vertical.
+    """
+
+    names: list[str]
+    points: Array
+    levels: Levels
+    along: str
+
+
 def heights(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings about geometry below the contacts, and about contacts and standing feet that flat
-    ground cannot touch together.
+    """Warnings about heights over flat ground of contacts, standing feet and other geometry."""
+    landing, state = profile.landing, profile.landing.state
+    numbers = on_ground(landing)
+    if not numbers:
+        return
+    held = [landing.blocks[k] for k in numbers]
+    points = np.stack([block_point(state, one) for one in held], axis=1)
+    ground = _OnGround(
+        names=[one.frame for one in held],
+        points=points[0],
+        levels=levels(landing, state.rotation, state.position, points),
+        along="" if landing.up[2] > 1.0 - 1e-9 else " (along the ground's normal)",
+    )
+    yield from _below_their_points(profile, ground)
+    yield from _uneven(ground)
+    yield from _below_the_contacts(profile, ground)
+
+
+def _below_their_points(profile: ShockProfile, ground: _OnGround) -> Iterator[Diagnostic]:
+    """A warning of contacts whose links reach below the contact point.
 
     A round foot may be struck at its centre: below a contact counts what its link's shapes reach
     without the smallest semi-axis of their ellipsoids.
     """
-    landing = profile.landing
-    state, up = landing.state, landing.up
-    if not (level := on_ground(landing)):
-        return
-    along = "" if up[2] > 1.0 - 1e-9 else " (along the ground's normal)"
-    outline = body_outline(landing.robot)
-    shapes = [shape for carried in outline.shapes for shape in carried]
-    names = [landing.blocks[k].frame for k in level]
-    points = np.stack([block_point(state, landing.blocks[k]) for k in level], axis=1)
-    here = levels(landing, state.rotation, state.position, points)
-    core, surface, lowest = here.core[0], here.surface[0], here.contacts[0].tolist()
-    below = {}
-    for k, name in enumerate(names[: sum(number < len(landing.contacts) for number in level)]):
-        point = float(points[0, k] @ up)
-        if point - min([point, *core[here.of_contact[k]]]) > here.inside:
-            below[name] = point - lowest[k]
+    landing, here = profile.landing, ground.levels
+    contacts = [k for k in on_ground(landing) if k < len(landing.contacts)]
+    below = dict[str, float]()
+    for k, name in enumerate(ground.names[: len(contacts)]):
+        point = float(ground.points[k] @ landing.up)
+        lowest = min([point, *here.core[0][here.of_contact[k]]])
+        if point - lowest > here.inside:
+            below[name] = point - float(here.contacts[0, k])
     if below:
-        low = max(below.values())
+        depth = max(below.values())
+        reach = "reach up to" if len(below) > 1 else "reaches"
         text = (
-            f"{listed(below, 4)} {'reach up to' if len(below) > 1 else 'reaches'} {low:.2g} "
-            f"m{along} below the contact point; "
+            f"{listed(below, 4)} {reach} {depth:.2g} m{ground.along} below the contact point; "
             f"strike the lowest point: {spelled(Contact, 'at', 'lowest')}"
         )
-        yield Diagnostic("height", "+".join(below), low, text)
-    first, last = names[int(np.argmin(lowest))], names[int(np.argmax(lowest))]
-    low = max(lowest) - min(lowest)
-    if here.uneven[0]:
-        text = f'"{last}" is {low:.2g} m{along} above "{first}", so flat ground cannot touch both; '
-        text += "change the posture, or leave one out"
-        yield Diagnostic("height", last, low, text)
-    if landing.base != "fixed" and here.below[0]:
-        low, others, remedy = (
-            float(here.depth[0]),
-            here.others,
-            "change the posture, or name what strikes",
+        yield Diagnostic("height", "+".join(below), depth, text)
+
+
+def _uneven(ground: _OnGround) -> Iterator[Diagnostic]:
+    """A warning of contacts and standing feet that flat ground cannot touch together."""
+    if ground.levels.uneven[0]:
+        lowest = ground.levels.contacts[0]
+        first = ground.names[int(lowest.argmin())]
+        last = ground.names[int(lowest.argmax())]
+        height = float(lowest.max()) - float(lowest.min())
+        text = (
+            f'"{last}" is {height:.2g} m{ground.along} above "{first}", so flat ground cannot '
+            f"touch both; change the posture, or leave one out"
         )
-        struck = {contact.body for contact in landing.contacts}
-        together = others & np.array(
-            [body in struck for body, carried in enumerate(outline.shapes) for _ in carried]
+        yield Diagnostic("height", last, height, text)
+
+
+def _below_the_contacts(profile: ShockProfile, ground: _OnGround) -> Iterator[Diagnostic]:
+    """A warning of other links that flat ground meets before the contacts."""
+    landing, here = profile.landing, ground.levels
+    if landing.base == "fixed" or not here.below[0]:
+        return
+    struck = {contact.body for contact in landing.contacts}
+    shapes = list[Shape]()
+    of_struck = list[bool]()
+    for body, carried in enumerate(body_outline(landing.robot).shapes):
+        shapes += carried
+        of_struck += [body in struck] * len(carried)
+
+    # The struck body itself is named where it reaches as low as another, on whose posture the
+    # warning then does not depend.
+    surface = here.surface[0]
+    others = here.others
+    remedy = "change the posture, or name what strikes"
+    together = others & np.array(of_struck)
+    lowest = surface[others].min()
+    if surface[together].min(initial=np.inf) <= lowest + here.tolerance:
+        others = together
+        remedy = (
+            f"it moves with the contact, so name it as the contact, with "
+            f"{spelled(Contact, 'at', 'lowest')}"
         )
-        # The struck body itself is named where it reaches as low as another, on whose posture the
-        # warning then does not depend.
-        if surface[together].min(initial=np.inf) <= surface[others].min() + here.tolerance:
-            others = together
-            remedy = (
-                f"it moves with the contact, so name it as the contact, with "
-                f"{spelled(Contact, 'at', 'lowest')}"
-            )
-        k = int(np.argmin(np.where(others, surface, np.inf)))
-        meets = f'so flat ground meets "{shapes[k].link}" first'
-        text = f'"{first}": {low:.2g} m of the robot{along} is below the contact, {meets}; {remedy}'
-        yield Diagnostic("height", first, low, text)
+    link = shapes[int(np.argmin(np.where(others, surface, np.inf)))].link
+    first = ground.names[int(here.contacts[0].argmin())]
+    depth = float(here.depth[0])
+    text = (
+        f'"{first}": {depth:.2g} m of the robot{ground.along} is below the contact, so flat ground '
+        f'meets "{link}" first; {remedy}'
+    )
+    yield Diagnostic("height", first, depth, text)
 
 
 def angles(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of degrees that look like radians, and of radians beyond a whole turn."""
     robot, posture = profile.robot, profile.scene.posture
     turns = {joint.name for joint in robot.single_joints if joint.kind != "prismatic"}
-    given = {
-        name: value
-        for name, value in posture.joints_deg.items()
-        if turns.intersection(robot.match_joints(name))
-    }
-    given |= zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
-    given |= {"strike angle": profile.scene.strike.strike_angle_deg or 0.0}
-    given = {name: value for name, value in given.items() if value}
-    least, most = SMALL_ANGLES
-    if least <= max(map(abs, given.values()), default=0.0) <= most and any(
-        value % 1.0 for value in given.values()
-    ):
-        text = few([f"{name} = {value:g} deg" for name, value in given.items()], 4)
-        meant = few([f"{math.degrees(value):.4g}" for value in given.values()], 4)
-        yield Diagnostic(
-            "unit",
-            "angles",
-            max(given.values(), key=abs),
-            f"{text}: if radians are meant, give {meant} deg",
-        )
+    degrees = dict[str, float]()
+    for name, value in posture.joints_deg.items():
+        if turns.intersection(robot.match_joints(name)):
+            degrees[name] = value
+    degrees.update(zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False))
+    degrees["strike angle"] = profile.scene.strike.strike_angle_deg or 0.0
+    degrees = {name: value for name, value in degrees.items() if value}
+    yield from _looks_like_radians(degrees)
     for name, value in posture.joints.items():
         if abs(value) > 2.0 * math.pi and turns.intersection(robot.match_joints(name)):
             text = (
                 f"{name} = {value:g} rad: if degrees are meant, give {math.radians(value):.4g} rad"
             )
             yield Diagnostic("unit", name, value, text)
+
+
+def _looks_like_radians(degrees: dict[str, float]) -> Iterator[Diagnostic]:
+    """A warning of angles in degrees that are as small as radians, and not all whole."""
+    least, most = SMALL_ANGLES
+    largest = max(degrees.values(), key=abs, default=0.0)
+    whole = not any(value % 1.0 for value in degrees.values())
+    if not least <= abs(largest) <= most or whole:
+        return
+    given = [f"{name} = {value:g} deg" for name, value in degrees.items()]
+    meant = [f"{math.degrees(value):.4g}" for value in degrees.values()]
+    text = f"{few(given, 4)}: if radians are meant, give {few(meant, 4)} deg"
+    yield Diagnostic("unit", "angles", largest, text)
 
 
 def inertias(profile: ShockProfile) -> Iterator[Diagnostic]:

@@ -1,5 +1,6 @@
-"""Whether a robot whose posture nobody chose lands as robots do: it may lie, hang on its base, or
-stand on straight legs.
+"""Warnings of robots that do not land as robots do.
+
+They may lie, hang on their base, or stand on straight legs, in a posture that nobody chose.
 """
 
 import math
@@ -7,6 +8,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.landing.posture import reference_name, set_joints
 from shockpc.landing.scene import Scene
 from shockpc.method.constraints import NO_AXES, row_jacobian
@@ -46,49 +48,64 @@ yaw [deg].
 
 
 def lying(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning where the feet are not below the belly, or do not have the centre of mass above
-    them.
+    """A warning where the feet are not below the belly, or not below the centre of mass.
 
     The belly is the lowest point of the base; without geometry it is its centre of mass. One or two
     feet may have the centre of mass beside them, but not farther than it is above them; a single
     one whose joints are set, as of a leg on a rig, anywhere.
     """
-    landing, robot, posture = profile.landing, profile.robot, profile.landing.scene.posture
+    landing, robot = profile.landing, profile.robot
+    posture = landing.scene.posture
     if not stands(landing):
         return
-    feet, state = standing_feet(robot), landing.state
-    here = support(landing, state)
-    rotation, position = state.rotation[0], state.position[0]
-    places = np.array([rotation[foot.body] @ foot.offset + position[foot.body] for foot in feet])
-    centres = [
-        R @ body.com + p for R, p, body in zip(rotation, position, robot.bodies, strict=True)
-    ]
-    com = robot.masses @ centres / robot.masses.sum()
-    beside, above = float(here.beside[0]), float(here.above[0])
-    ground, belly = float(com[2]) - above, _belly(profile)
+    feet = standing_feet(robot)
+    over = support(landing, landing.state)
+    beside, above = float(over.beside[0]), float(over.above[0])
+    com = _centre_of_mass(profile)
+    ground = float(com[2]) - above
+    belly = _belly(profile)
+    on_a_rig = len(feet) == 1 and bool(posture.joints or posture.joints_deg)
     if ground > belly - landing.scene.ground_tolerance:
-        found = f"lie {max(ground - belly, 0.0):.2g} m above the lowest point of the base"
-    elif beside > above * most_beside(len(feet)) and not (
-        len(feet) == 1 and (posture.joints or posture.joints_deg)
-    ):
-        found = f"have the centre of mass {beside:.2g} m beside their support and {above:.2g} m above it"
+        where = f"lie {max(ground - belly, 0.0):.2g} m above the lowest point of the base"
+    elif beside > above * most_beside(len(feet)) and not on_a_rig:
+        where = f"have the centre of mass {beside:.2g} m beside their support and {above:.2g} m above it"
     else:
         return
-    towards = (places - com) @ rotation[0]
-    axis = int(np.abs(towards.mean(axis=0)).argmax())
-    # of legs that sprawl both, so no turn brings all of them below
-    sides = set(np.sign(towards[:, axis]).tolist())
-    turn = TURNS.get((axis, int(sides.pop()))) if len(sides) == 1 else None
-    remedy = (
-        f"turn it with --base-rpy {turn}"
-        if turn
-        else "set its joints with --set, or turn it with --base-rpy"
-    )
+    turn = _turn_to_feet(profile, com)
+    remedy = "set its joints with --set, or turn it with --base-rpy"
+    if turn is not None:
+        remedy = f"turn it with --base-rpy {turn}"
     text = (
         f"the robot does not stand in this posture; {remedy}: its feet, "
-        f"{listed((foot.name for foot in feet), 4)}, {found}"
+        f"{listed((foot.name for foot in feet), 4)}, {where}"
     )
     yield Diagnostic("standing", robot.bodies[0].name, max(ground - belly, beside), text)
+
+
+def _centre_of_mass(profile: ShockProfile) -> Array:
+    """The centre of mass (3,) of the robot, world axes, from the base [m]."""
+    robot, state = profile.robot, profile.landing.state
+    centres = []
+    for body, R, p in zip(robot.bodies, state.rotation[0], state.position[0], strict=True):
+        centres.append(R @ body.com + p)
+    return np.asarray(robot.masses @ centres / robot.masses.sum())
+
+
+def _turn_to_feet(profile: ShockProfile, com: Array) -> str | None:
+    """The roll, pitch and yaw of the base that turn the feet downward [deg].
+
+    Returns: None for legs that sprawl both ways, as no turn brings all of them below.
+    """
+    robot, state = profile.robot, profile.landing.state
+    places = []
+    for foot in standing_feet(robot):
+        places.append(state.rotation[0, foot.body] @ foot.offset + state.position[0, foot.body])
+    towards = (np.array(places) - com) @ state.rotation[0, 0]
+    axis = int(np.abs(towards.mean(axis=0)).argmax())
+    sides = set(np.sign(towards[:, axis]).tolist())
+    if len(sides) > 1:
+        return None
+    return TURNS.get((axis, int(sides.pop())))
 
 
 def _belly(profile: ShockProfile) -> float:
@@ -103,16 +120,15 @@ def _belly(profile: ShockProfile) -> float:
 
 
 def hanging(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning where the file holds the base of a robot with legs: it hangs in the air, and a
-    strike is no landing.
+    """A warning where the file holds the base of a robot with legs.
+
+    It hangs in the air, and a strike is no landing.
     """
     robot = profile.robot
     if hangs(robot, profile.landing.base):
-        remedy = (
-            "load it with a free base"
-            if robot.source.kind == "pinocchio"
-            else "release it with --base free"
-        )
+        remedy = "release it with --base free"
+        if robot.source.kind == "pinocchio":
+            remedy = "load it with a free base"
         text = (
             f"the file holds the base, so the robot hangs on it, and a strike at its feet is no "
             f"landing; {remedy}"
@@ -121,66 +137,72 @@ def hanging(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 
 def straight(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings of limbs that are straight, or nearly so, in the neutral posture, which was taken as
-    the robot has no other.
+    """Warnings of limbs that are straight, or nearly so, in a posture that nobody chose."""
+    if not _posture_by_default(profile):
+        return
+    robot = profile.robot
+    remedy = "reference postures with --srdf"
+    if robot.source.kind == "mjcf":
+        remedy = "the file a keyframe"
+    others = [name for name in robot.postures if name != BENT]
+    if others:
+        remedy = f"one of its postures with --posture: {listed(others, 4)}"
+    for k in _straight_limbs(profile):
+        name = profile.landing.contacts[k].frame
+        factor = float(profile.value("mitigation", "contact")[k])
+        known = not math.isnan(factor)
+        reference = profile.landing.scene.posture.reference
+        text = f'no standing posture found: {reference}, with a straight limb at "{name}"'
+        if known:
+            text += f"; mitigation {factor:.2g}"
+        text += f"; set joints with --set, or give {remedy}"
+        yield Diagnostic("straight", name, factor if known else None, text)
+
+
+def _posture_by_default(profile: ShockProfile) -> bool:
+    """True if the posture was taken as the robot's file has no other."""
+    robot, landing = profile.robot, profile.landing
+    posture = landing.scene.posture
+    if "neutral" in robot.postures or posture.joints or posture.joints_deg or landing.loops:
+        return False
+    default = reference_name(robot, None)
+    return posture.reference == default and default in ("neutral", BENT)
+
+
+def _straight_limbs(profile: ShockProfile) -> list[int]:
+    """The contacts at the ends of straight limbs.
 
     With the singular values s of the Jacobian of the limb's end, it is straight if fewer of them
     than in a bent posture are above 5 % of the largest one.
     """
-    landing, robot, posture = profile.landing, profile.robot, profile.landing.scene.posture
-    by_default = posture.reference == reference_name(robot, None) and posture.reference in (
-        "neutral",
-        BENT,
-    )
-    if (
-        not by_default
-        or "neutral" in robot.postures
-        or posture.joints
-        or posture.joints_deg
-        or landing.loops
-    ):
-        return
-    bent, single = (
-        landing.q.copy(),
-        [joint for joint in robot.single_joints if joint.axis is not None],
-    )
+    landing, robot = profile.landing, profile.robot
+    bent = landing.q.copy()
+    single = [joint for joint in robot.single_joints if joint.axis is not None]
     set_joints(robot, [(joint, joint.value(bent) + BEND) for joint in single], bent)
     state = dynamics(robot, np.stack([landing.q, bent]))
     limbs = []
-    for k, block in enumerate(landing.contacts):
-        moved = row_jacobian(state, [block._replace(forces=np.eye(3), moments=NO_AXES)])[
-            ..., 6 * robot.free_base :
-        ]
-        size = np.linalg.svd(moved, compute_uv=False)
-        here, elsewhere = np.sum(
-            size > STRAIGHT * size.max(axis=1, initial=0.0, keepdims=True), axis=1
-        )
+    for k, contact in enumerate(landing.contacts):
+        point = contact._replace(forces=np.eye(3), moments=NO_AXES)
+        of_joints = row_jacobian(state, [point])[..., 6 * robot.free_base :]
+        size = np.linalg.svd(of_joints, compute_uv=False)
+        least = STRAIGHT * size.max(axis=1, initial=0.0, keepdims=True)
+        here, elsewhere = np.sum(size > least, axis=1)
         if here < elsewhere:
             limbs.append(k)
-    remedy = (
-        "the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf"
-    )
-    others = [name for name in robot.postures if name != BENT]
-    if others:
-        remedy = f"one of its postures with --posture: {listed(others, 4)}"
-    for k in limbs:
-        name, factor = landing.contacts[k].frame, float(profile.value("mitigation", "contact")[k])
-        text = f'no standing posture found: {posture.reference}, with a straight limb at "{name}"'
-        text += "" if math.isnan(factor) else f"; mitigation {factor:.2g}"
-        text += f"; set joints with --set, or give {remedy}"
-        yield Diagnostic("straight", name, None if math.isnan(factor) else factor, text)
+    return limbs
 
 
 def posture_marks(scene: Scene, warnings: Iterable[Diagnostic]) -> tuple[str, ...]:
-    """Why a landing is another than that of a robot that stands on bent legs, in a few words each;
-    empty if it is not.
+    """Why a landing is another than that of a robot that stands on bent legs, in a few words each.
+
+    It is empty if it is not.
 
     Args:
         scene: of the landing, with every default filled in.
         warnings: of its profile.
     """
     kinds = {warning.kind for warning in warnings}
-    return (
-        *(mark for kind, mark in MARKS.items() if kind in kinds),
-        *["base fixed"] * (scene.base == "fixed"),
-    )
+    marks = [mark for kind, mark in MARKS.items() if kind in kinds]
+    if scene.base == "fixed":
+        marks.append("base fixed")
+    return tuple(marks)
