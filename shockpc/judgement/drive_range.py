@@ -88,26 +88,28 @@ class Range(NamedTuple):
     kind: Kind
 
     def meets(self, least: float | None, most: float | None) -> bool | None:
-        """Whether limits are met whatever the drives, or by none; None where the drives decide.
+        """True or False if limits are met, or missed, whatever the drives; else None.
 
         Args:
             least: smallest value allowed; None for any.
             most: largest value allowed; None for any.
         """
-        least, most = -np.inf if least is None else least, np.inf if most is None else most
-        if least <= self.smallest and self.largest <= most:
+        low = -np.inf if least is None else least
+        high = np.inf if most is None else most
+        if low <= self.smallest and self.largest <= high:
             return True
-        return False if self.smallest > most or self.largest < least else None
+        if self.smallest > high or self.largest < low:
+            return False
+        return None
 
 
 def drives_advice(joints: Sequence[str]) -> str:
     """What to give where the drives of some joints, as `deciding_joints` has them, decide."""
+    names = few([printable(name) for name in joints], 4)
     return (
-        f"the drives of {few([printable(name) for name in joints], 4)} decide: give them more "
-        f"closely with --drives, --rotor or "
+        f"the drives of {names} decide: give them more closely with --drives, --rotor or "
         "--armature (in files joints.drives, joints.rotor and joints.armature), or state that "
-        "there are none: "
-        'joints.model = "free" (--joints free)'
+        'there are none: joints.model = "free" (--joints free)'
     )
 
 
@@ -137,20 +139,21 @@ def ranges_of(
 ) -> list[Range | None]:
     """The ranges of a number of a profile at several places over the drives, each as `range_of`."""
     landing, wanted = profile.landing, selection.quantity
-    found: list[Range | None] = [None] * len(places)
+    ranges: list[Range | None] = [None] * len(places)
     if wanted.evaluation.on != "scene" or not has_range(landing):
-        return found
+        return ranges
     values = profile.numbers(selection, places)
-    reached = [
-        k
-        for k, place in enumerate(places)
-        if not (wanted.of == "point" and place.body < 0) and not np.isnan(values[k])
-    ]
+    reached = []
+    for k, place in enumerate(places):
+        held = wanted.of == "point" and place.body < 0
+        if not held and not np.isnan(values[k]):
+            reached.append(k)
     searched = _searched(landing, selection, [places[k] for k in reached])
     for k, (kind, ends) in zip(reached, searched, strict=True):
-        every = [float(values[k]), *(value for _, value in ends)]
-        found[k] = Range(min(every), max(every), kind) if ends else None
-    return found
+        if ends:
+            every = [float(values[k]), *(value for _, value in ends)]
+            ranges[k] = Range(min(every), max(every), kind)
+    return ranges
 
 
 def effective_mass_range(profile: ShockProfile) -> Range | None:
@@ -161,14 +164,18 @@ def effective_mass_range(profile: ShockProfile) -> Range | None:
     landing, value = profile.landing, profile.effective_mass
     if not has_range(landing) or np.isnan(value):
         return None
-    masses, changes = [value], extreme_changes(landing)
-    for end in (with_inertias(landing, change) for change in changes):
+    masses = [value]
+    changes = extreme_changes(landing)
+    for change in changes:
+        end = with_inertias(landing, change)
         if end is not None:
             impulse = solution_in_doubles(end).impulse[0]
             masses.append(mass_of_contacts(end, impulse))
     known = [mass for mass in masses if np.isfinite(mass)]
-    anew = landing.scene.stops or _other_faces(landing, changes)
-    return Range(min(known), max(known), "samples" if anew else "exact")
+    kind: Kind = "exact"
+    if landing.scene.stops or _other_faces(landing, changes):
+        kind = "samples"
+    return Range(min(known), max(known), kind)
 
 
 def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -> tuple[str, ...]:
@@ -182,22 +189,31 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
     landing = profile.landing
     if not has_range(landing):
         return ()
-    kind, found = _searched(landing, selection, [place])[0]
-    if _linear(landing, selection, place) is None or selection.quantity.of_ground(landing.scene):
+    ((kind, ends),) = _searched(landing, selection, [place])
+    linear = _linear(landing, selection, place)
+    if linear is None or selection.quantity.of_ground(landing.scene):
         selection, place = _jump_beside(landing, selection, place)
-    response, (Y, B) = drive_response(landing), _vectors(landing, selection, place)
-    known = kind == "corners"
-    changes = [one for one, _ in found] if known else _end_changes(landing, selection, place)
-    ends = [change[response.columns] for change in changes]
-    lengths = [np.linalg.norm(Y + B @ response.box.impulses(end)) for end in ends]
-    ways = [abs(float(length - np.linalg.norm(Y))) for length in lengths]
-    decide: list[int] = []
-    for end, way in zip(ends, ways, strict=True):
+    response = drive_response(landing)
+    Y, B = _vectors(landing, selection, place)
+    if kind == "corners":
+        changes = [change for change, _ in ends]
+    else:
+        changes = _end_changes(landing, selection, place)
+
+    # |Y + B λ| at each end, and how far that is from |Y|.
+    drives = [change[response.columns] for change in changes]
+    ways = []
+    for end in drives:
+        length = np.linalg.norm(Y + B @ response.box.impulses(end))
+        ways.append(abs(float(length - np.linalg.norm(Y))))
+    columns: list[int] = []
+    for end, way in zip(drives, ways, strict=True):
         if way > NEARLY * max(ways):
-            decide += response.box.deciding(Y, B, end, NEARLY)
-    joints = landing.robot.single_joints
-    names = {v: joint.name for joint in joints for v in range(joint.v.start, joint.v.stop)}
-    return tuple(dict.fromkeys(names[int(response.columns[i])] for i in decide))
+            columns += response.box.deciding(Y, B, end, NEARLY)
+    names = dict[int, str]()
+    for joint in landing.robot.single_joints:
+        names |= dict.fromkeys(range(joint.v.start, joint.v.stop), joint.name)
+    return tuple(dict.fromkeys(names[int(response.columns[i])] for i in columns))
 
 
 def _jump_beside(
@@ -229,8 +245,10 @@ def _searched(landing: PosedLanding, selection: Selection, places: Sequence[Plac
     """Among what the ends of the ranges of a number are; a landing keeps it, for several readers."""
     kept = _kept(landing)
     new = [place for place in places if _key(selection, place) not in kept]
-    together = [new] if _is_motion(landing, selection) else [[place] for place in new]
-    for group in filter(None, together):
+    groups = [[place] for place in new]
+    if new and _is_motion(landing, selection):
+        groups = [new]
+    for group in groups:
         for place, ends in zip(group, _search(landing, selection, group), strict=True):
             kept[_key(selection, place)] = ends
     return [kept[_key(selection, place)] for place in places]
@@ -281,19 +299,23 @@ def _search(landing: PosedLanding, selection: Selection, places: Sequence[Place]
     # A motion on contacts of finite stiffness takes long, so it is computed of few.
     if kind != "exact" and not _is_motion(landing, selection):
         changes += _end_changes(landing, selection, places[0])
-    faces = (follows or kind == "exact") and _other_faces(landing, changes)
-    if faces:
-        kind, changes = "samples", changes + extreme_changes(landing)
-    if follows and not faces:
+    if (follows or kind == "exact") and _other_faces(landing, changes):
+        kind = "samples"
+        follows = False
+        changes = changes + extreme_changes(landing)
+    if follows:
         values = _followed(landing, selection, places, changes)
     else:
         ends = (with_inertias(landing, change) for change in changes)
         values = [_values_of(end, selection, places) for end in ends]
-    found = []
+    every = []
     for k in range(len(places)):
-        at = [(change, float(value[k])) for change, value in zip(changes, values, strict=True)]
-        found.append(_Ends(kind, [(change, value) for change, value in at if not np.isnan(value)]))
-    return found
+        known = []
+        for change, value in zip(changes, values, strict=True):
+            if not np.isnan(value[k]):
+                known.append((change, float(value[k])))
+        every.append(_Ends(kind, known))
+    return every
 
 
 def _possible_extremes(landing: PosedLanding) -> list[Array]:
@@ -339,11 +361,12 @@ def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
 
 def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linear | None:
     """What a number follows from; None where it is of another kind."""
-    wanted, key = selection.quantity, (selection.quantity.of, selection.quantity.key)
+    wanted = selection.quantity
+    key = wanted.of, wanted.key
     component = selection.axis is not None
+    if wanted.of == "part" and place.joint < 0:
+        return _Linear(quantity("point", "delta_v"), place, selection.axis, component)
     if wanted.of == "part":
-        if place.joint < 0:
-            return _Linear(quantity("point", "delta_v"), place, selection.axis, component)
         joint = next(one for one in joint_places(landing.robot) if one.number == place.joint)
         return _Linear(quantity("joint", "along"), joint, signed=wanted.key == "along")
     if key == ("joint", "rate_after"):
@@ -352,9 +375,9 @@ def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linea
         return _Linear(wanted, place, selection.axis, component or not wanted.vector)
     if key in LENGTHS:
         return _Linear(quantity(wanted.of, LENGTHS[key]), place, selection.axis)
-    return (
-        None if wanted.relations.length_of is None else _Linear(wanted.relations.length_of, place)
-    )
+    if wanted.relations.length_of is not None:
+        return _Linear(wanted.relations.length_of, place)
+    return None
 
 
 def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
@@ -376,9 +399,12 @@ def _sought(landing: PosedLanding, selection: Selection, place: Place) -> list[A
     Y, B = _vectors(landing, selection, place)
     if not (np.isfinite(Y).all() and np.isfinite(B).all()):
         return []
-    response, linear = drive_response(landing), _linear(landing, selection, place)
-    signed = linear is not None and linear.signed
-    ends = response.box.values(Y, B) if signed else response.box.lengths(Y, B)
+    response = drive_response(landing)
+    linear = _linear(landing, selection, place)
+    if linear is not None and linear.signed:
+        ends = response.box.values(Y, B)
+    else:
+        ends = response.box.lengths(Y, B)
     changes = np.zeros((2, len(landing.joint_model.armature)))
     changes[:, response.columns] = ends
     return [read_only(change) for change in changes]
@@ -386,14 +412,16 @@ def _sought(landing: PosedLanding, selection: Selection, place: Place) -> list[A
 
 def _vectors(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Array, Array]:
     """What a number follows from, as a vector (m,), and its response (m, n) to the drives."""
-    response, linear = drive_response(landing), _linear(landing, selection, place)
+    response = drive_response(landing)
+    linear = _linear(landing, selection, place)
     if linear is None:
         jump, beside = _jump_beside(landing, selection, place)
         linear = _Linear(jump.quantity, beside)
     every = response.combined(landing, np.eye(1 + len(response.columns)))
     vectors = evaluate(linear.quantity, every, [linear.place])[0, :, 0]
     vectors = vectors.reshape(len(vectors), -1)
-    vectors = vectors if linear.axis is None else vectors[:, linear.axis, None]
+    if linear.axis is not None:
+        vectors = vectors[:, linear.axis, None]
     return vectors[0], vectors[1:].T
 
 
@@ -402,8 +430,8 @@ def _other_faces(landing: PosedLanding, changes: list[Array]) -> bool:
     asked = zip(landing.asked, landing.scene.contact, strict=False)
     if not landing.lifted and not any(_has_faces(*contacts) for contacts in asked):
         return False
-    found = (with_inertias(landing, change) for change in changes)
-    return any(one is not None and _faces(one) != _faces(landing) for one in found)
+    ends = (with_inertias(landing, change) for change in changes)
+    return any(end is not None and _faces(end) != _faces(landing) for end in ends)
 
 
 def _has_faces(asked: Contact, contact: Contact) -> bool:
@@ -420,23 +448,27 @@ def _values_of(
     landing: PosedLanding | None, selection: Selection, places: Sequence[Place]
 ) -> Array:
     """A number at places (n,), in doubles, or with a proof where doubles do not have it; or NaN."""
-    values, wanted = np.full(len(places), np.nan), selection.quantity
+    wanted = selection.quantity
+    values = np.full(len(places), np.nan)
     if landing is None:
         return values
-    here = [_place_in(landing, selection, place) for place in places]
-    known = [k for k, place in enumerate(here) if place is not None]
-    there = [place for place in here if place is not None]
+    known, there = [], []
+    for k, place in enumerate(places):
+        place_there = _place_in(landing, selection, place)
+        if place_there is not None:
+            known.append(k)
+            there.append(place_there)
     if not there:
         return values
     try:
         equation, solution, jumps = solved(landing)
         in_body = in_body_axes(jumps, equation.state.rotation)
         impact = DoubleImpact(landing, equation, solution, in_body)
-        found = selection.scalar(evaluate(wanted, impact, there))[0, 0]
-        if np.isnan(found).any() and wanted.evaluation.postures != "many":
-            proof = proven(landing)
-            found = selection.scalar(proof.read(wanted.compute, there, size=wanted.size))[0, 0]
-        values[known] = found
+        numbers = selection.scalar(evaluate(wanted, impact, there))[0, 0]
+        if np.isnan(numbers).any() and wanted.evaluation.postures != "many":
+            exact = proven(landing).read(wanted.compute, there, size=wanted.size)
+            numbers = selection.scalar(exact)[0, 0]
+        values[known] = numbers
     except (SceneError, SolveError, SingularError):
         pass
     return values

@@ -170,18 +170,17 @@ def _looks_like_radians(degrees: dict[str, float]) -> Iterator[Diagnostic]:
 
 
 def inertias(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """A warning of links with moments of inertia that no body within the robot has: placeholders,
-    or another unit.
+    """A warning of links with moments of inertia that no body within the robot has.
+
+    They are placeholders, or in another unit.
     """
     links = sorted(inflated_inertias(profile.robot), key=lambda one: -one[1])
     if links:
         radii = few([f'"{name}" ({radius:.3g} m)' for name, radius in links], 4)
         text = (
             f"the radius of gyration of {radii} is too large, as {size_text(profile.robot)}: the "
-            f"inertia is a placeholder, "
-            "or in another unit than kg m². Bodies with such a link turn far too little and every "
-            "shock is wrong: "
-            "correct the file"
+            "inertia is a placeholder, or in another unit than kg m². Bodies with such a link turn "
+            "far too little and every shock is wrong: correct the file"
         )
         yield Diagnostic("inertia", "+".join(name for name, _ in links), links[0][1], text)
 
@@ -195,18 +194,17 @@ def masses(profile: ShockProfile) -> Iterator[Diagnostic]:
             f"{robot.mass / 1000.0:.4g} kg"
         )
         yield Diagnostic("unit", "mass", robot.mass, text)
-    armature = [
-        (joint.name, profile.landing.joint_model.armature[joint.v].max())
-        for joint in robot.single_joints
-        if joint.unit == "rad"
-    ]
-    large = {name: float(inertia) for name, inertia in armature if inertia > ARMATURE}
+    armature = profile.landing.joint_model.armature
+    large = dict[str, float]()
+    for joint in robot.single_joints:
+        inertia = float(armature[joint.v].max())
+        if joint.unit == "rad" and inertia > ARMATURE:
+            large[joint.name] = inertia
     if large and robot.mass < LIGHT:
         most = max(large.values())
         text = (
             f"{listed(large, 4)}: reflected inertia up to {most:g} kg m², on a robot of "
-            f"{robot.mass:.3g} kg; "
-            f"if kg cm² are meant, give {most * 1e-4:g} kg m²"
+            f"{robot.mass:.3g} kg; if kg cm² are meant, give {most * 1e-4:g} kg m²"
         )
         yield Diagnostic("unit", "armature", most, text)
 
@@ -216,10 +214,8 @@ def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
     friction = profile.friction
     for number, size in enumerate(profile.value("tensile_impulse", "contact").tolist()):
         if size > 0.0:
-            name, end = (
-                profile.landing.blocks[number].name,
-                "keep to the ground. A real foot lifts off there: leave it out",
-            )
+            name = profile.landing.blocks[number].name
+            end = "keep to the ground. A real foot lifts off there: leave it out"
             if friction is not None and friction.state[number] != "sticks":
                 end = (
                     f"stick. With the given friction it {friction.state[number]}, so use the "
@@ -231,28 +227,35 @@ def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of contacts and standing feet that need more friction to stick than the scene gives."""
-    if (given := profile.scene.friction) is None:
+    given = profile.scene.friction
+    if given is None:
         return
-    for block, friction in zip(
-        profile.landing.blocks, profile.value("friction_needed", "contact").tolist(), strict=False
-    ):
+    needed = profile.value("friction_needed", "contact").tolist()
+    for contact, friction in zip(profile.landing.blocks, needed, strict=False):
         if friction > given:
-            pairs = ((f"{friction:.{n}g}", f"{given:.{n}g}") for n in range(3, 18))
-            needed_text, given_text = next(pair for pair in pairs if pair[0] != pair[1])
+            of_scene, to_stick = _told_apart(given, friction)
             text = (
-                f"{block.name} needs a friction of {needed_text} to stick and slides at "
-                f"{given_text}. Use the results "
-                "with friction; the others are for contacts that stick"
+                f"{contact.name} needs a friction of {to_stick} to stick and slides at {of_scene}. "
+                "Use the results with friction; the others are for contacts that stick"
             )
-            yield Diagnostic("contact", block.name, friction, text)
+            yield Diagnostic("contact", contact.name, friction, text)
+
+
+def _told_apart(first: float, second: float) -> tuple[str, str]:
+    """Two numbers with as many digits as tell them apart, at least three."""
+    for digits in range(3, 17):
+        texts = f"{first:.{digits}g}", f"{second:.{digits}g}"
+        if texts[0] != texts[1]:
+            return texts
+    return f"{first:.17g}", f"{second:.17g}"
 
 
 def gained(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where restitution would make kinetic energy, which no impact does."""
-    (made,) = profile.value("energy_gained", "robot").tolist()
-    if made > 0.0:
+    (energy,) = profile.value("energy_gained", "robot").tolist()
+    if energy > 0.0:
         text = (
-            f"this impact would gain {made:.3g} J of kinetic energy: contacts have unequal "
+            f"this impact would gain {energy:.3g} J of kinetic energy: contacts have unequal "
             "restitution, or the restitution acts along the normal and the approach is along the "
             "ground. Take less restitution, the same for all contacts, or --restitution-along "
             "directions"

@@ -1,5 +1,6 @@
-"""What a landing takes for granted: drives that nobody gave, what was chosen, and what looks wrong
-in the robot's file.
+"""What a landing takes for granted.
+
+That is drives that nobody gave, what was chosen, and what looks wrong in the robot's file.
 """
 
 import itertools
@@ -39,32 +40,34 @@ def unknowns_of(profile: ShockProfile) -> tuple[Unknown, ...]:
     What is not known comes before what was chosen, and of each the largest effect on the first
     number of the answer.
     """
-    found = [one for cause in CAUSES for one in cause(profile)]
-    return tuple(sorted(found, key=lambda one: (one.known, -one.effect)))
+    every = itertools.chain.from_iterable(cause(profile) for cause in CAUSES)
+    return tuple(sorted(every, key=lambda one: (one.known, -one.effect)))
 
 
 def not_known(profile: ShockProfile) -> tuple[Unknown, ...]:
-    """Those of `unknowns_of` that nobody knows, without the ranges of what is known, which take as
-    long as the landing.
+    """Those of `unknowns_of` that nobody knows.
+
+    The ranges of what is known, which take as long as the landing, are not computed.
     """
-    found = [one for cause in NOBODY_KNOWS for one in cause(profile)]
-    return tuple(sorted(found, key=lambda one: -one.effect))
+    every = itertools.chain.from_iterable(cause(profile) for cause in NOBODY_KNOWS)
+    return tuple(sorted(every, key=lambda one: -one.effect))
 
 
 def merged(landings: Iterable[tuple[Unknown, ...]]) -> list[Unknown]:
-    """What several landings take for granted, one record a cause: that of the largest effect; of
-    contacts with all names.
+    """What several landings take for granted, one record a cause.
+
+    It is that of the largest effect, with the names of all.
     """
     causes: dict[object, list[Unknown]] = {}
     for one in itertools.chain.from_iterable(landings):
-        causes.setdefault(
-            (one.kind, one.status, one.text if one.kind == "contact" else ""), []
-        ).append(one)
-    found = []
+        text = one.text if one.kind == "contact" else ""
+        causes.setdefault((one.kind, one.status, text), []).append(one)
+    records = []
     for alike in causes.values():
-        names = tuple(dict.fromkeys(name for one in alike for name in one.subjects))
-        found.append(max(alike, key=lambda one: one.effect)._replace(subjects=names))
-    return sorted(found, key=lambda one: (one.known, -one.effect))
+        names = dict.fromkeys(itertools.chain.from_iterable(one.subjects for one in alike))
+        largest = max(alike, key=lambda one: one.effect)
+        records.append(largest._replace(subjects=tuple(names)))
+    return sorted(records, key=lambda one: (one.known, -one.effect))
 
 
 def _unknown_drives(profile: ShockProfile) -> Iterator[Unknown]:
@@ -79,40 +82,55 @@ def _known_drives(profile: ShockProfile) -> Iterator[Unknown]:
 
 def _drives(profile: ShockProfile, statuses: Sequence[str]) -> Iterator[Unknown]:
     """Drives of some statuses, a record for each."""
-    model = profile.landing.joint_model
     for status in statuses:
-        sources = [source for source in model.sources if source.status == status]
-        joints = tuple(name for source in sources for name in source.joints)
-        if not joints:
-            continue
-        decide = tuple(name for name in first_deciding(profile) if name in joints)
-        where = some_joints(profile.robot, joints)
-        match status:
-            case "unknown":
-                text = f"the drives of {where} are not known"
-            case "simulation model":
-                text = f"the reflected inertia of {where} is one number, a setting of a simulator"
-            case _:
-                text = f"drives of {where}: {status}, {_interval(profile, joints)}"
-        if status in NOT_KNOWN:
-            hint = effort_hint(profile.robot, joints)
-            text += f" ({hint})" if hint else ""
-            decides = f"; {few(decide, DECIDING)} decide{'s' * (len(decide) == 1)}"
-            text += decides if 0 < len(decide) < len(joints) else ""
-        remedy = "" if status in CATALOGUE else _remedy(profile, joints)
-        yield Unknown(
-            "drives", status, joints, decide, text, remedy, _effect(profile) if decide else 1.0
-        )
+        joints = list[str]()
+        for source in profile.landing.joint_model.sources:
+            if source.status == status:
+                joints += source.joints
+        if joints:
+            yield _drives_of(profile, status, tuple(joints))
+
+
+def _drives_of(profile: ShockProfile, status: str, joints: tuple[str, ...]) -> Unknown:
+    """The drives of one status."""
+    decide = tuple(name for name in first_deciding(profile) if name in joints)
+    where = some_joints(profile.robot, joints)
+    match status:
+        case "unknown":
+            text = f"the drives of {where} are not known"
+        case "simulation model":
+            text = f"the reflected inertia of {where} is one number, a setting of a simulator"
+        case _:
+            text = f"drives of {where}: {status}, {_interval(profile, joints)}"
+    remedy = ""
+    if status in NOT_KNOWN:
+        hint = effort_hint(profile.robot, joints)
+        if hint:
+            text += f" ({hint})"
+        if 0 < len(decide) < len(joints):
+            verb = "decides" if len(decide) == 1 else "decide"
+            text += f"; {few(decide, DECIDING)} {verb}"
+        remedy = _remedy(profile, joints)
+    effect = _effect(profile) if decide else 1.0
+    return Unknown("drives", status, joints, decide, text, remedy, effect)
 
 
 def _effect(profile: ShockProfile) -> float:
-    """Largest over smallest value of the first number over the drives; 1 where all are known
-    exactly.
+    """Largest over smallest value of the first number over the drives.
+
+    It is 1 where all are known exactly, and inf where the smallest is zero.
     """
-    found = first_range(profile)
-    if found is None or found.largest == found.smallest:
+    over_drives = first_range(profile)
+    if over_drives is None or over_drives.largest == over_drives.smallest:
         return 1.0
-    return found.largest / found.smallest if found.smallest > 0.0 else math.inf
+    if not over_drives.smallest > 0.0:
+        return math.inf
+    return over_drives.largest / over_drives.smallest
+
+
+def _other(kind: str, status: str, subjects: tuple[str, ...], text: str, remedy: str) -> Unknown:
+    """What a landing takes for granted besides drives, of which no effect is computed."""
+    return Unknown(kind, status, subjects, (), text, remedy, 1.0)
 
 
 def _interval(profile: ShockProfile, joints: tuple[str, ...]) -> str:
@@ -149,100 +167,67 @@ def _remedy(profile: ShockProfile, joints: tuple[str, ...]) -> str:
 def _springs(profile: ShockProfile) -> Iterator[Unknown]:
     """Drives behind springs, and springs of joints."""
     springs = profile.landing.joint_model.springs
-    if joints := tuple(
-        joint.name for joint in profile.robot.single_joints if springs[joint.v].any()
-    ):
+    joints = [joint.name for joint in profile.robot.single_joints if springs[joint.v].any()]
+    if joints:
         text = (
             f"springs at {some_joints(profile.robot, joints)}: free for an instant; a longer "
             "contact may be different"
         )
-        yield Unknown(
-            "springs",
-            "assumed",
-            joints,
-            (),
-            text,
-            "--contact-stiffness computes a contact that lasts",
-            1.0,
-        )
+        remedy = "--contact-stiffness computes a contact that lasts"
+        yield _other("springs", "assumed", tuple(joints), text, remedy)
 
 
 def _inertias(profile: ShockProfile) -> Iterator[Unknown]:
     """Inertias that look as if they were about the links' origins."""
-    if links := inertias_about_origins(profile.robot):
+    links = inertias_about_origins(profile.robot)
+    if links:
         text = (
             f"the inertias of {listed(links, 3)} look as if they were about the links' origins, "
-            f"but files should give them "
-            "about the centres of mass"
+            "but files should give them about the centres of mass"
         )
-        yield Unknown(
-            "inertia",
-            "implausible",
-            links,
-            (),
-            text,
-            "correct the file; shock is computed from them as they are",
-            1.0,
-        )
+        remedy = "correct the file; shock is computed from them as they are"
+        yield _other("inertia", "implausible", links, text, remedy)
 
 
 def _meshes(profile: ShockProfile) -> Iterator[Unknown]:
     """Geometry that could not be read."""
-    found = body_outline(profile.robot)
-    links = tuple(dict.fromkeys(lost.link for lost in found.unread))
-    for text in found.warnings:
-        yield Unknown(
-            "geometry",
-            "missing",
-            links,
-            (),
-            text,
-            "say where meshes are with --package or --meshes",
-            1.0,
-        )
+    outline = body_outline(profile.robot)
+    links = tuple(dict.fromkeys(lost.link for lost in outline.unread))
+    remedy = "say where meshes are with --package or --meshes"
+    for text in outline.warnings:
+        yield _other("geometry", "missing", links, text, remedy)
 
 
 def _contacts(profile: ShockProfile) -> Iterator[Unknown]:
     """Contact points and soles that were chosen because the scene leaves them open."""
     landing = profile.landing
-    open_ = {contact.frame for contact in landing.asked if "auto" in (contact.at, contact.kind)}
-    chosen: dict[str, list[str]] = {}
-    for contact, block in zip(profile.scene.contact, landing.contacts, strict=True):
-        if block.kind != "stop" and contact.frame in open_:
-            place = "its lowest point" if contact.at == "lowest" else "the origin of its frame"
-            how = CARRIES.get(contact.kind, f"a point at {place}")
-            chosen.setdefault(how, []).append(contact.frame)
-    for how, names in chosen.items():
-        yield Unknown("contact", "chosen", tuple(names), (), how, CONTACT_OPTIONS, 1.0)
+    left_open = {one.frame for one in landing.asked if "auto" in (one.at, one.kind)}
+    frames_by_text: dict[str, list[str]] = {}
+    for contact, constraint in zip(profile.scene.contact, landing.contacts, strict=True):
+        if constraint.kind != "stop" and contact.frame in left_open:
+            point = "its lowest point" if contact.at == "lowest" else "the origin of its frame"
+            text = CARRIES.get(contact.kind, f"a point at {point}")
+            frames_by_text.setdefault(text, []).append(contact.frame)
+    for text, frames in frames_by_text.items():
+        yield _other("contact", "chosen", tuple(frames), text, CONTACT_OPTIONS)
 
 
 def _posture(profile: ShockProfile) -> Iterator[Unknown]:
     """A posture that was chosen because the scene names none."""
     if "posture" in profile.landing.chosen:
         name = str(profile.landing.scene.posture.reference)
-        yield Unknown(
-            "posture",
-            "chosen",
-            (name,),
-            (),
-            f'posture "{name}"',
-            "--posture and --set change it",
-            1.0,
-        )
+        remedy = "--posture and --set change it"
+        yield _other("posture", "chosen", (name,), f'posture "{name}"', remedy)
 
 
 def _base(profile: ShockProfile) -> Iterator[Unknown]:
     """How the base moves, where the limbs of the robot decide that and not its file."""
     if "base" in profile.landing.chosen:
-        held = profile.landing.base == "fixed"
-        text = (
-            "the base is fixed, because the robot is an arm"
-            if held
-            else "the base is freed, because legs hang on it"
-        )
-        yield Unknown(
-            "base", "chosen", (profile.robot.bodies[0].name,), (), text, "--base changes it", 1.0
-        )
+        text = "the base is freed, because legs hang on it"
+        if profile.landing.base == "fixed":
+            text = "the base is fixed, because the robot is an arm"
+        name = profile.robot.bodies[0].name
+        yield _other("base", "chosen", (name,), text, "--base changes it")
 
 
 def _duration(profile: ShockProfile) -> Iterator[Unknown]:
@@ -252,7 +237,7 @@ def _duration(profile: ShockProfile) -> Iterator[Unknown]:
             f"the contact lasts as long as the pulse {profile.scene.pulse}; peaks are in inverse "
             f"proportion to its length"
         )
-        yield Unknown("duration", "assumed", (), (), text, "--contact-stiffness computes it", 1.0)
+        yield _other("duration", "assumed", (), text, "--contact-stiffness computes it")
 
 
 NOBODY_KNOWS: tuple[Callable[[ShockProfile], Iterator[Unknown]], ...] = (
