@@ -1,3 +1,4 @@
+from .evaluation.comparison import Comparison as Comparison
 from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.designs import Design as Design
 from .evaluation.evaluate import Evaluation as Evaluation
@@ -39,7 +40,6 @@ from .studies.batch.rows import Batch as Batch
 from .studies.batch.study import batch as batch
 from .studies.check.outcome import Check as Check
 from .studies.check.study import check_budgets as check_budgets
-from .studies.compare.study import Comparison as Comparison
 from .studies.compare.study import compare as compare
 from .studies.improve.study import Improvement as Improvement
 from .studies.improve.study import improve as improve

@@ -15,6 +15,7 @@ import pytest
 from commands import STICK_WITH_IMU, good, run, says
 from robot_texts import loaded
 
+from shockpc.evaluation.comparison import STANDARD, WITH_FRICTION
 from shockpc.evaluation.designs import Design
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.scene import Contact, Scene
@@ -25,7 +26,7 @@ from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.load import load_robot
 from shockpc.show.report import Picture
 from shockpc.studies.compare.report import compare_report
-from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, compare, design_with
+from shockpc.studies.compare.study import compare, design_with
 from shockpc.text.errors import SolveError, StudyError
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"

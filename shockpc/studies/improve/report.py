@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.evaluation.comparison import STANDARD, WITH_FRICTION, Comparison, compared
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.show.comparison import compare_report
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import at_place, proof_text, size_at_place
-from shockpc.studies.compare.report import compare_report
-from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, Comparison, compare
 from shockpc.studies.improve.study import Improvement
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import count, few
@@ -33,7 +33,7 @@ def improve_report(study: Improvement) -> Report:
     """The optimum."""
     quantity = study.cost.quantity
     worst = {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
-    compared = compare_report(_compared(quantity, worst))
+    comparison = compare_report(_comparison(quantity, worst))
     picture = Picture(
         "runs",
         "the target over the steps of the runs",
@@ -48,17 +48,17 @@ def improve_report(study: Improvement) -> Report:
         if moves:
             yield _drives(study)
         yield picture
-        yield from itertools.islice(compared.body(full), None if full else SECTIONS)
+        yield from itertools.islice(comparison.body(full), None if full else SECTIONS)
         if not full:
             yield Lines(["--out writes how the other numbers change"])
 
     sheets: dict[str, Callable[[], Sheet]] = {
         "variables": lambda: _variables(study),
         "quantities": lambda: _quantities(study),
-        "compare": compared.sheets["compare"],
+        "compare": comparison.sheets["compare"],
     }
-    if "drives" in compared.sheets:
-        sheets["compare_drives"] = compared.sheets["drives"]
+    if "drives" in comparison.sheets:
+        sheets["compare_drives"] = comparison.sheets["drives"]
     if study.ends:
         sheets["drives"] = lambda: _drives(study)
 
@@ -71,7 +71,7 @@ def improve_report(study: Improvement) -> Report:
         title=f"Optimum of {at_place(quantity)}",
         body=body,
         lead=3 + moves,
-        closing=compared.closing,
+        closing=comparison.closing,
         warnings=shared_warnings(study.after),
         sheets=sheets,
         tables=True,
@@ -81,7 +81,7 @@ def improve_report(study: Improvement) -> Report:
     )
 
 
-def _compared(quantity: str, landings: Mapping[str, ShockProfile]) -> Comparison:
+def _comparison(quantity: str, landings: Mapping[str, ShockProfile]) -> Comparison:
     """The worst landing as given and at the optimum, compared in the standard quantities, and in
     the quantity if it is another one.
     """
@@ -90,7 +90,7 @@ def _compared(quantity: str, landings: Mapping[str, ShockProfile]) -> Comparison
     # A place with an offset is one of the scene's points.
     more = [] if is_standard or "," in places else [quantity]
     designs = [Design(label, profile.scene, profile.robot) for label, profile in landings.items()]
-    return compare(designs, more)
+    return compared(designs, more)
 
 
 def _with_unit(study: Improvement, value: float) -> str:

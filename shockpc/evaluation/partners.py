@@ -1,6 +1,4 @@
-"""Which body, joint or point of one design is the partner of which of another: by its name, or as
-it is given.
-"""
+"""Partners of two designs: bodies, joints, points and parts of equal names, or of given pairs."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
@@ -30,15 +28,13 @@ def partners(
             that part.
     """
     by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
-    for pair in pairs:
-        for kind, given in matching(first, other, *pair).items():
-            _add(by_kind[kind], given.items())
+    for mine, theirs in pairs:
+        for kind, known in matching(first, other, mine, theirs).items():
+            _add(by_kind[kind], known.items())
     for kind in KINDS:
-        theirs = {place.name for place in other.places(kind)}
-        _add(
-            by_kind[kind],
-            ((place.name, place.name) for place in first.places(kind) if place.name in theirs),
-        )
+        names = {place.name for place in other.places(kind)}
+        equal = [place.name for place in first.places(kind) if place.name in names]
+        _add(by_kind[kind], zip(equal, equal, strict=True))
     return by_kind
 
 
@@ -56,12 +52,13 @@ def matching(
     such names.
     """
     start, star, end = mine.partition("*")
-    fitting: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
+    by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
     for kind in KINDS:
         names = {place.name for place in other.places(kind)}
         for name in matches(mine, (place.name for place in first.places(kind))):
-            partner = (
-                theirs.replace("*", name[len(start) : len(name) - len(end)]) if star else theirs
-            )
-            fitting[kind] |= {name: partner} if partner in names else {}
-    return fitting
+            partner = theirs
+            if star:
+                partner = theirs.replace("*", name[len(start) : len(name) - len(end)])
+            if partner in names:
+                by_kind[kind][name] = partner
+    return by_kind

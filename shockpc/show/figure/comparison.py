@@ -8,19 +8,19 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.show.figure.layout import LEFT, Page
-from shockpc.show.figure.picture import letter
-from shockpc.show.figure.plane import draw_row
-from shockpc.show.figure.style import CURVES, INK, PAPER
-from shockpc.show.figure.view import View, view_of
-from shockpc.show.figure.window import windows_of
-from shockpc.studies.compare.study import (
+from shockpc.evaluation.comparison import (
     STANDARD,
     WITH_FRICTION,
     Comparison,
     Difference,
     Differences,
 )
+from shockpc.show.figure.layout import LEFT, Page
+from shockpc.show.figure.picture import letter
+from shockpc.show.figure.plane import draw_row
+from shockpc.show.figure.style import CURVES, INK, PAPER
+from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.window import windows_of
 from shockpc.text.printed import count, printable
 
 DRAWN_QUANTITIES = (
