@@ -16,7 +16,7 @@ import shockpc
 PACKAGE = Path(shockpc.__file__).parent
 TOP = PACKAGE.parent
 WINGS = sorted(path.parent.name for path in PACKAGE.glob("wings/*/__init__.py"))
-KEYS: dict[str, set[str]] = {}
+KEYS = {"compliant": {"stiffness", "gravity"}}
 """Keys that documents of the core lose without a wing; none is lost without the others."""
 
 COMMANDS = (

@@ -29,7 +29,8 @@ class Wing(NamedTuple):
             many landings show the worst, by kind and subject.
         variations: `KINDS` of what studies vary, as of `evaluation.variation`; opened at import.
         inputs: `INPUTS`, what the wing's studies read, as of `cli.study_command`.
-        report: what reports of a landing have besides: `tables(profile)`, makers by name;
+        report: what reports of a landing have besides: `TITLES` of columns and `SHOCKS`, as of
+            `studies.analyze.sheets`; `tables(profile)`, makers by name;
             `views(profile)`, each a `View` of `studies.analyze.view`, by name; `lines(profile)`
             below the tables; `pictures(profile, spectrum)`; `document(profile, spectrum)`, keys of
             the JSON document; `charts(profile)` of a page; `overlay(profile)`, lines of the figure

@@ -36,8 +36,6 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "delta_v": "Δv {} [m/s]",
         "peak_g": "peak [g]",
         "range_share": "largest peak along an axis, of the range [%]",
-        "peak_acceleration": "peak with this stiffness [g]",
-        "peak_acceleration_time": "at [ms]",
         "filtered_peak": "reading [g]",
         "filtered_peak_axes": "reading {} [g]",
     },
@@ -46,9 +44,6 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "friction_needed": "friction to stick [-]",
         "impulse_friction": "impulse with friction {} [N s]",
         "slip": "velocity after {} [m/s]",
-        "duration": "99 % of the impulse in [ms]",
-        "peak_force": "peak force [N]",
-        "peak_force_time": "at [ms]",
     },
     "part": {
         "velocity_margin": "margin [-]",
@@ -63,13 +58,10 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "joint_moment": "moment [N m s]",
         "along": "along the axis [N m s, N s]",
         "joint_torque_share": "of the torque limit [-]",
-        "peak_joint_force": "peak force [N]",
-        "peak_joint_moment": "peak moment [N m]",
-        "peak_torque": "peak along the axis [N m, N]",
     },
 }
 """Headings that people read, with {} for the component of a vector; other quantities are headed by
-their keys.
+their keys. Those of wings follow.
 """
 
 ALWAYS: dict[PlaceKind, tuple[str, ...]] = {
@@ -78,16 +70,8 @@ ALWAYS: dict[PlaceKind, tuple[str, ...]] = {
 }
 """Quantities that have a column even if no place has a value."""
 
-MODELS = (
-    "shock_free",
-    "shock",
-    "shock_locked",
-    "shock_springs_free",
-    "shock_friction",
-    "shock_compressed",
-    "shock_separated",
-)
-"""Shocks of the table of these."""
+MODELS = ("shock_free", "shock", "shock_locked", "shock_springs_free", "shock_friction")
+"""Shocks of the table of these, besides those of wings."""
 
 EXTREMES = ("most_severe", "most_severe_direction", "least_severe", "least_severe_direction")
 """Quantities of bodies and points that have a table of their own."""
@@ -131,10 +115,13 @@ def _quantities(
 
     Args: places, all without; keys, the same.
     """
+    titles = dict(TITLES.get(kind, {}))
+    for of_wing in from_wings("report", "TITLES"):
+        titles |= of_wing.get(kind, {})
     columns: dict[Any, Any] = {}
     every = dict.fromkeys(
         [
-            *TITLES.get(kind, ()),
+            *titles,
             *(entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES),
         ]
     )
@@ -144,7 +131,7 @@ def _quantities(
         if np.isnan(values).all() and key not in ALWAYS.get(kind, ()):
             continue
         unit = "" if entry.flag else f" [{'-' if entry.unit == '1' else entry.unit}]"
-        head = TITLES.get(kind, {}).get(key, f"{key}{' {}' * entry.vector}{unit}")
+        head = titles.get(key, f"{key}{' {}' * entry.vector}{unit}")
         for axis, part in (
             dict(zip("xyz", values.T, strict=True)).items() if entry.vector else [("", values)]
         ):
@@ -340,6 +327,7 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
 
     The range over the drives is of the places of the first lines and of the heaviest body.
     """
+    shocks = [*MODELS, *(key for keys in from_wings("report", "SHOCKS") for key in keys)]
     places = profile.bracketed
     names = [place.title for place in places]
     shown = {place.name for place in (places[0], *shown_places(profile))}
@@ -352,5 +340,5 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
         ends["smallest found [-]"] = [None if one is None else one.smallest for one in ranges]
         ends["largest found [-]"] = [None if one is None else one.largest for one in ranges]
     return Sheet.of(
-        "shocks", {"shock at": names, **_quantities(profile, "point", places, *MODELS), **ends}
+        "shocks", {"shock at": names, **_quantities(profile, "point", places, *shocks), **ends}
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
+from shockpc.landing.places import PlaceKind
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
@@ -19,6 +20,27 @@ from shockpc.studies.analyze.view import View
 from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.of_profile import compliant_of, rigid_links
 from shockpc.wings.compliant.texts import stiffness_text
+
+TITLES: dict[PlaceKind, dict[str, str]] = {
+    "point": {
+        "peak_acceleration": "peak with this stiffness [g]",
+        "peak_acceleration_time": "at [ms]",
+    },
+    "contact": {
+        "duration": "99 % of the impulse in [ms]",
+        "peak_force": "peak force [N]",
+        "peak_force_time": "at [ms]",
+    },
+    "joint": {
+        "peak_joint_force": "peak force [N]",
+        "peak_joint_moment": "peak moment [N m]",
+        "peak_torque": "peak along the axis [N m, N]",
+    },
+}
+"""Headings that people read, with {} for the component of a vector."""
+
+SHOCKS = ("shock_compressed", "shock_separated")
+"""Shocks of the table of these."""
 
 
 def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
