@@ -4,7 +4,6 @@ import contextlib
 import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -94,51 +93,76 @@ def contact_block(
     """
     if contact.frame not in robot.frames:
         raise robot.unknown("contact", contact.frame, robot.frames, _feet(robot))
-    frame, name = robot.frames[contact.frame], f'{kind} "{contact.frame}"'
-    refused = partial(SceneError, blocks=[contact.frame])
+    frame = robot.frames[contact.frame]
+    name = f'{kind} "{contact.frame}"'
     if frame.body < 0:
-        raise refused(
-            f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link"
+        raise SceneError(
+            f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link",
+            blocks=[contact.frame],
         )
-    if contact.normal is not None:
-        if not any(contact.normal):
-            raise refused(
-                f"the normal of {name} has no length; give the direction away from the ground, "
-                f"such as 0,0,1"
-            )
-        up = unit_directions(f"the normal of {name}", (contact.normal,))[0]
-    vectors = unit_directions(name, contact.directions)
-    if not np.any(np.abs(vectors @ up) > 1e-9):
-        raise refused(
-            f"{name} keeps only directions along the ground, so nothing stops its fall; "
-            f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
-        )
+    up = _normal(contact, up, name)
+    directions = _directions(contact, up, name)
     point = frame.rotation @ np.asarray(contact.offset or ORIGIN, dtype=float)
     lowest = _shapes(robot, contact.frame) if contact.at == "lowest" else ()
     if not lowest:
         point = frame.offset + point
-    moments = _moments(contact, up, name)
-    rebound = None
-    if contact.restitution_along == "normal":
-        _, s, basis = np.linalg.svd(vectors, full_matrices=False)
-        basis = basis[: int(np.sum(s > s[0] * max(vectors.shape) * np.finfo(float).eps))]
-        rebound = (
-            up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
-        )
     velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
     return ConstraintBlock(
         kind,
         contact.frame,
         frame.body,
         point,
-        vectors,
-        moments,
+        directions,
+        _moments(contact, up, name),
         restitution=contact.restitution,
-        rebound=rebound,
+        rebound=_rebound(directions, up) if contact.restitution_along == "normal" else None,
         normal=up,
         velocity=velocity,
         lowest=lowest,
     )
+
+
+def _normal(contact: Contact, up: Array, name: str) -> Array:
+    """The normal (3,) of the ground at a contact: that of the contact, else up.
+
+    Raises:
+        SceneError: that of the contact has no length.
+    """
+    if contact.normal is None:
+        return up
+    if not any(contact.normal):
+        raise SceneError(
+            f"the normal of {name} has no length; give the direction away from the ground, "
+            f"such as 0,0,1",
+            blocks=[contact.frame],
+        )
+    return np.asarray(unit_directions(f"the normal of {name}", (contact.normal,))[0])
+
+
+def _directions(contact: Contact, up: Array, name: str) -> Array:
+    """The unit vectors (n, 3) along which a contact is stopped.
+
+    Raises:
+        SceneError: one has no length, or all are along the ground.
+    """
+    directions = unit_directions(name, contact.directions)
+    if not np.any(np.abs(directions @ up) > 1e-9):
+        raise SceneError(
+            f"{name} keeps only directions along the ground, so nothing stops its fall; "
+            f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions",
+            blocks=[contact.frame],
+        )
+    return directions
+
+
+def _rebound(directions: Array, up: Array) -> Array:
+    """The direction (3,) of a rebound along the normal: its part in the span of the directions."""
+    _, s, basis = np.linalg.svd(directions, full_matrices=False)
+    rank = int(np.sum(s > s[0] * max(directions.shape) * np.finfo(float).eps))
+    if rank == 3:
+        return up
+    along = basis[:rank].T @ (basis[:rank] @ up)
+    return np.asarray(along / np.linalg.norm(along))
 
 
 def _moments(contact: Contact, up: Array, name: str) -> Array:

@@ -23,9 +23,9 @@ def unit_directions(owner: str, directions: tuple[str | tuple[float, float, floa
         raise SceneError(
             f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors'
         )
-    vectors = np.array(
-        [UNIT_VECTORS[d] if isinstance(d, str) else d for d in directions], dtype=float
-    )
+    vectors = np.zeros((len(directions), 3))
+    for k, direction in enumerate(directions):
+        vectors[k] = UNIT_VECTORS[direction] if isinstance(direction, str) else direction
     lengths = np.linalg.norm(vectors, axis=1)
     if not (np.all(np.isfinite(vectors)) and np.all(lengths > 0.0)):
         raise SceneError(

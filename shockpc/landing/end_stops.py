@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.scene import Contact
-from shockpc.method.approach import Motion, twist_before
+from shockpc.method.approach import Motion, relative_twist
 from shockpc.method.constraints import NO_AXES, ConstraintBlock, block_point
 from shockpc.method.dynamics import Dynamics
 from shockpc.robot.elements import Joint
@@ -47,11 +47,19 @@ def stop_block(
         restitution: of the stop [1].
     """
     assert joint.axis is not None
-    body = next(i for i, one in enumerate(robot.joints) if one is joint)
+    body = next(i for i, carried in enumerate(robot.joints) if carried is joint)
     axis = side * (robot.bodies[body].rotation.T @ joint.axis)[None]
-    forces, moments = (axis, NO_AXES) if joint.kind == "prismatic" else (NO_AXES, axis)
+    slides = joint.kind == "prismatic"
     return ConstraintBlock(
-        "stop", joint.name, body, np.zeros(3), forces, moments, joint.parent, body, restitution
+        kind="stop",
+        frame=joint.name,
+        body=body,
+        point=np.zeros(3),
+        forces=axis if slides else NO_AXES,
+        moments=NO_AXES if slides else axis,
+        other=joint.parent,
+        axes_body=body,
+        restitution=restitution,
     )
 
 
@@ -72,15 +80,12 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
         SceneError: the joint has no stops, does not move, or is not at the stop towards which it
             moves; or the contact has what a stop does not.
     """
-    frame, name = contact.frame, contact.frame.removeprefix(STOP)
-    joint = (
-        robot.joint(name) if name in robot.joint_names else robot.joint(robot.match_joints(name)[0])
-    )
+    frame = contact.frame
+    name = frame.removeprefix(STOP)
+    joint = robot.joint(name if name in robot.joint_names else robot.match_joints(name)[0])
     refused = partial(SceneError, blocks=[frame], joints=[name])
-    if replace(contact, restitution=0.0, restitution_along="normal") not in (
-        Contact(frame=frame),
-        Contact(frame=frame, at="frame", kind="point"),
-    ):
+    bare = replace(contact, restitution=0.0, restitution_along="normal")
+    if bare not in (Contact(frame=frame), Contact(frame=frame, at="frame", kind="point")):
         raise refused(
             f'contact "{frame}" is an end stop, which takes only a restitution; leave the other '
             "keys out"
@@ -96,23 +101,20 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
             f'joint "{name}" does not move, so its end stop is not struck; give its rate, as '
             f"--joint-velocity {name}=-2"
         )
-    side, value = (-1.0 if rate > 0.0 else 1.0), joint.value(q)
-    limit = joint.limits[rate > 0.0]
+    value = joint.value(q)
+    low, high = joint.limits
+    side, limit, direction = (-1.0, high, "up") if rate > 0.0 else (1.0, low, "down")
     if side not in sides_of(joint, value):
         size, unit = (1.0, "m") if joint.kind == "prismatic" else (math.degrees(1.0), "deg")
-        where = (
-            f"its stop is at {size * limit:.6g} {unit}"
-            if math.isfinite(limit)
-            else "no limit is read there from its file"
-        )
+        where = "no limit is read there from its file"
+        if math.isfinite(limit):
+            where = f"its stop is at {size * limit:.6g} {unit}"
         raise refused(
-            f'joint "{name}" is at {size * value:.6g} {unit} and moves '
-            f"{'up' if rate > 0.0 else 'down'}, but {where}; set it there "
-            "with --set, or let it move the other way"
+            f'joint "{name}" is at {size * value:.6g} {unit} and moves {direction}, but {where}; '
+            "set it there with --set, or let it move the other way"
         )
     stop = stop_block(robot, joint, side, contact.restitution)
-    point = robot.bodies[stop.body].com
-    return stop._replace(frame=frame, point=point)
+    return stop._replace(frame=frame, point=robot.bodies[stop.body].com)
 
 
 def missed_stops(robot: Robot, stops: list[ConstraintBlock], Q: Array, rates: Array) -> np.ndarray:
@@ -136,26 +138,16 @@ def velocity_at_stop(state: Dynamics, stop: ConstraintBlock, before: Motion) -> 
     """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint,
     world axes [m/s].
     """
-    point, turning = (
-        block_point(state, stop),
-        before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega),
-    )
-    ends = [twist_before(state, turning, end) for end in (stop.body, stop.other) if end >= 0]
-    relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
-    return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], point))
+    relative = relative_twist(state, stop, before)
+    return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], block_point(state, stop)))
 
 
 def side_of(robot: Robot, stop: ConstraintBlock) -> float:
     """The side of the row of a stop, as of `stop_block`."""
     axis = robot.joints[stop.body].axis
     assert axis is not None
-    return float(
-        np.sign(
-            np.concatenate([stop.forces, stop.moments])[0]
-            @ robot.bodies[stop.body].rotation.T
-            @ axis
-        )
-    )
+    row = np.concatenate([stop.forces, stop.moments])[0]
+    return float(np.sign(row @ robot.bodies[stop.body].rotation.T @ axis))
 
 
 def sides_of(joint: Joint, value: float) -> tuple[float, ...]:
@@ -164,19 +156,23 @@ def sides_of(joint: Joint, value: float) -> tuple[float, ...]:
     Args: value of its coordinate [rad, m].
     """
     low, high = joint.limits
-    return (1.0,) * (value <= low + LIMIT_SLACK) + (-1.0,) * (value >= high - LIMIT_SLACK)
+    sides: list[float] = []
+    if value <= low + LIMIT_SLACK:
+        sides.append(1.0)
+    if value >= high - LIMIT_SLACK:
+        sides.append(-1.0)
+    return tuple(sides)
 
 
 def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, float]]:
     """The joints that are at a stop in a configuration (nq,) and not locked, with the side of it as
     that of `stop_block`.
     """
-    free = [
-        joint
-        for joint in robot.single_joints
-        if has_stops(robot, joint) and not model.locked[joint.v].any()
-    ]
-    return [(joint, side) for joint in free for side in sides_of(joint, joint.value(q))]
+    stops: list[tuple[Joint, float]] = []
+    for joint in robot.single_joints:
+        if has_stops(robot, joint) and not model.locked[joint.v].any():
+            stops += [(joint, side) for side in sides_of(joint, joint.value(q))]
+    return stops
 
 
 def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) -> Array:
@@ -195,8 +191,10 @@ def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) ->
         if stops and not model.locked[joint.v].any():
             low, high = joint.limits
             value = Q[:, joint.q.start]
-            lower, upper = value <= low + LIMIT_SLACK, value >= high - LIMIT_SLACK
-            sides[:, joint.v.start] = np.where(lower & upper, np.nan, lower.astype(float) - upper)
+            at_low = value <= low + LIMIT_SLACK
+            at_high = value >= high - LIMIT_SLACK
+            side = at_low.astype(float) - at_high
+            sides[:, joint.v.start] = np.where(at_low & at_high, np.nan, side)
     return sides
 
 

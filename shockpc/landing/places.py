@@ -86,11 +86,12 @@ def point_places(robot: Robot, points: tuple[Point, ...]) -> tuple[Place, ...]:
     Raises:
         UnknownName: the robot has no frame of that name.
     """
-    named = [
-        point_place(robot, point)
-        for point in (*(Point(frame=name) for name in sensors(robot)), *points)
-    ]
-    return tuple({place.name: place for place in named}.values())
+    of_sensors = [Point(frame=name) for name in sensors(robot)]
+    places: dict[str, Place] = {}
+    for point in (*of_sensors, *points):
+        place = point_place(robot, point)
+        places[place.name] = place
+    return tuple(places.values())
 
 
 def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
@@ -104,27 +105,19 @@ def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
         SceneError: the point is not a single one, or fixed to the world; or two parts have one
             name.
     """
-    places, joints = [], {place.name: place for place in joint_places(robot)}
-    for k, part in enumerate(parts):
+    places: list[Place] = []
+    for number, part in enumerate(parts):
         if part.at is not None:
-            places.append(
-                point_place(robot, point_at(robot, part.at))._replace(name=part.name, number=k)
-            )
+            at = point_place(robot, point_at(robot, part.at))
+            places.append(at._replace(name=part.name, number=number))
         elif part.joint is not None:
-            matched = [joints[name] for name in robot.match_joints(part.joint)]
-            one = len(matched) == 1
-            names = [
-                part.name if one else p.name if part.name == part.joint else f"{part.name}/{p.name}"
-                for p in matched
-            ]
-            places += [
-                Place(name, place.body, number=k, joint=place.number)
-                for name, place in zip(names, matched, strict=True)
-            ]
+            places += _joints_of_part(robot, part, part.joint, number)
     names = [place.name for place in places]
-    if twice := [name for name in names if names.count(name) > 1]:
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
         raise SceneError(f'two parts are called "{printable(twice[0])}"; rename one of them')
-    if fixed := [place.name for place in places if place.body < 0]:
+    fixed = [place.name for place in places if place.body < 0]
+    if fixed:
         raise SceneError(
             f'part "{printable(fixed[0])}" is fixed to the world, so no impact moves it; name a '
             f"frame on a moving link"
@@ -132,12 +125,28 @@ def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
     return tuple(places)
 
 
+def _joints_of_part(robot: Robot, part: Part, pattern: str, number: int) -> list[Place]:
+    """A part of joints at each of those that its pattern means."""
+    joints = {place.name: place for place in joint_places(robot)}
+    matched = [joints[name] for name in robot.match_joints(pattern)]
+    places: list[Place] = []
+    for joint in matched:
+        name = f"{part.name}/{joint.name}"
+        if len(matched) == 1:
+            name = part.name
+        elif part.name == pattern:
+            name = joint.name
+        places.append(Place(name, joint.body, number=number, joint=joint.number))
+    return places
+
+
 @memoized()
 def joint_places(robot: Robot) -> tuple[Place, ...]:
     """The joints between bodies, as the file has them."""
-    carried = (
-        (i, part) for i, joint in enumerate(robot.joints) for part in joint.parts or (joint,)
-    )
-    return tuple(
-        Place(part.name, i, number=part.v.start) for i, part in carried if i or not robot.free_base
-    )
+    places: list[Place] = []
+    for i, joint in enumerate(robot.joints):
+        if i == 0 and robot.free_base:
+            continue
+        for part in joint.parts or (joint,):
+            places.append(Place(part.name, i, number=part.v.start))
+    return tuple(places)

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING
 from typing import Any, Literal, NamedTuple, TypeVar
 
@@ -98,62 +98,63 @@ class Option(NamedTuple):
 
     def stating(self, default: Any) -> "Option":
         """The option whose help states the default, if that is a number or a word."""
-        states = (
-            isinstance(default, int | float | str)
-            and not isinstance(default, bool)
-            and default != ""
-        )
-        return (
-            self._replace(default=f"{default:g}" if isinstance(default, float) else str(default))
-            if states
-            else self
-        )
+        if isinstance(default, bool) or not isinstance(default, int | float | str) or default == "":
+            return self
+        stated = f"{default:g}" if isinstance(default, float) else str(default)
+        return self._replace(default=stated)
 
     def fault(self, value: Any) -> str:
         """Why a number is not valid, or one of a collection of numbers; empty if all are."""
         value = value.tolist() if hasattr(value, "tolist") else value  # of NumPy
         if isinstance(value, Mapping | tuple | list):
-            if self.most is not None and len(value) > self.most:
-                return f"must have at most {self.most} values, got {len(value)}"
-            return next(
-                filter(
-                    None, map(self.fault, value.values() if isinstance(value, Mapping) else value)
-                ),
-                "",
-            )
+            return self._fault_of_several(value)
         if not isinstance(value, int | float) or isinstance(value, bool):
             return ""
-        # An integer may be too large for a double.
         if isinstance(value, int):
-            value = (
-                float(value)
-                if abs(value) < LARGEST_NUMBER**2
-                else math.inf
-                if value > 0
-                else -math.inf
-            )
+            value = _as_float(value)
         if not math.isfinite(value):
             return f"must be finite, got {value:g}"
-        low = (
-            self.least
-            if self.least is not None
-            else -math.inf
-            if self.above is not None
-            else -LARGEST_NUMBER
-        )
-        high = LARGEST_NUMBER if self.greatest is None else self.greatest
-        bounds = (
-            ("≥", low, value >= low, self.least is not None),
-            (">", self.above, self.above is None or value > self.above, self.above is not None),
-            ("≤", high, value <= high, self.greatest is not None),
-        )
-        if all(holds for *_, holds, _ in bounds):
+        # Bounds that are stated are named whichever of them is missed.
+        missed = False
+        wanted: list[str] = []
+        for sign, bound, holds, stated in self._bounds(value):
+            missed |= not holds
+            if stated or not holds:
+                wanted.append(f"{sign} {bound:g}")
+        if not missed:
             return ""
-        wanted = [
-            f"{sign} {bound:g}" for sign, bound, holds, stated in bounds if stated or not holds
-        ]
         unit = "" if self.unit in ("", "1") or ";" in self.unit else f" {self.unit}"
         return f"must be {' and '.join(wanted)}{unit}, got {value:g}"
+
+    def _fault_of_several(self, values: Mapping[Any, Any] | Sequence[Any]) -> str:
+        """Why a collection is too long, or the first of its numbers not valid."""
+        if self.most is not None and len(values) > self.most:
+            return f"must have at most {self.most} values, got {len(values)}"
+        for value in values.values() if isinstance(values, Mapping) else values:
+            fault = self.fault(value)
+            if fault:
+                return fault
+        return ""
+
+    def _bounds(self, value: float) -> Iterator[tuple[str, float, bool, bool]]:
+        """The bounds of a number: sign, bound, whether the number is within, and whether the field
+        states the bound.
+        """
+        if self.least is not None:
+            yield "≥", self.least, value >= self.least, True
+        elif self.above is None:
+            yield "≥", -LARGEST_NUMBER, value >= -LARGEST_NUMBER, False
+        if self.above is not None:
+            yield ">", self.above, value > self.above, True
+        high = LARGEST_NUMBER if self.greatest is None else self.greatest
+        yield "≤", high, value <= high, self.greatest is not None
+
+
+def _as_float(value: int) -> float:
+    """An integer as a double, infinite where it is too large for one."""
+    if abs(value) < LARGEST_NUMBER**2:
+        return float(value)
+    return math.inf if value > 0 else -math.inf
 
 
 def option(

@@ -5,17 +5,19 @@ what has no meaning.
 import itertools
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
+from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
 from shockpc.landing.contact import check_holds_normal, contact_block
 from shockpc.landing.end_stops import is_stop, striking_stop
-from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
@@ -36,6 +38,7 @@ from shockpc.method.base import Base
 from shockpc.method.constraints import ConstraintBlock
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.catalogue import closing_scene
+from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.arguments import checked
@@ -184,112 +187,149 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no
             meaning.
     """
-    by_limbs = scene.base is None and usual_base(robot).reason in ("arm", "legs")
-    chosen = (*["posture"] * (scene.posture == Posture()), *["base"] * by_limbs)
+    chosen = _left_open(scene, robot)
     scene = _complete(scene, robot)
-    pulse, plane = pulse_of(scene), plane_of(scene)
-    velocity = scene.strike.vector(plane)
-    up = ground_normal(plane, velocity)
+    pulse = pulse_of(scene)
+    plane = plane_of(scene)
+    up = ground_normal(plane, scene.strike.vector(plane))
     joints = joint_model(robot, scene.joints)
-    q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
-    contacts = tuple(
-        striking_stop(robot, contact, q, rates_of(robot, scene, joints)[0])
-        if is_stop(robot, contact.frame)
-        else contact_block(robot, contact, up)
-        for contact in scene.contact
-    )
-    standing = [point_at(robot, foot) for foot in scene.stance]
-    stance = tuple(
-        contact_block(robot, Contact(frame=one.frame, offset=one.offset), up, "stance")
-        for one in standing
-    )
+    q = configuration(robot, scene.posture)
+    contacts = _contacts(scene, robot, q, joints, up)
+    stance = _stance(scene, robot, up)
     _check_ground(scene, contacts)
-    normals = np.array([block.normal for block in (*contacts, *stance) if block.kind != "stop"])
-    up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up
+
     loops = all_loops(robot, scene.closure)
+    assembly = None
+    warnings: list[Diagnostic] = []
     if loops:
-        assembly = assemble(
-            robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble)
-        )
-        q, warnings = assembly.q, [*assembly.warnings(robot.name)]
+        fixed = fixed_joints(robot, scene.posture, scene.assemble)
+        assembly = assemble(robot, q, loops, plane, fixed)
+        q = assembly.q
+        warnings += assembly.warnings(robot.name)
     warnings += outside_limits(robot, q)
-    if (
-        scene.joints.model == "rigid"
-        and not joint_model(robot, replace(scene.joints, model=None)).springs.any()
-    ):
+    warnings += _without_effect(scene, robot, loops)
+
+    state = dynamics(robot, q[None], joints)
+    landing = PosedLanding(
+        scene=scene,
+        robot=robot,
+        plane=plane,
+        up=_common_normal((*contacts, *stance), up),
+        contacts=contacts,
+        lifted=(),
+        stance=stance,
+        loops=loops,
+        joint_model=joints,
+        before=motion_of(robot, scene, contacts, loops, joints, plane, state),
+        pulse=pulse,
+        q=np.array(q),
+        state=state,
+        assembly=assembly,
+        warnings=tuple(warnings),
+        asked=scene.contact,
+        asked_rows=contacts,
+        chosen=chosen,
+    )
+    landing = resolve_contacts(landing)
+    _check_landing(landing)
+    return landing
+
+
+def _left_open(scene: Scene, robot: Robot) -> tuple[str, ...]:
+    """What a scene leaves open and its default fills in, as `PosedLanding.chosen`."""
+    chosen: list[str] = []
+    if scene.posture == Posture():
+        chosen.append("posture")
+    if scene.base is None and usual_base(robot).reason in ("arm", "legs"):
+        chosen.append("base")
+    return tuple(chosen)
+
+
+def _contacts(
+    scene: Scene, robot: Robot, q: Array, joints: JointModel, up: Array
+) -> tuple[ConstraintBlock, ...]:
+    """The rows of what strikes: contacts, and end stops that joints run into."""
+    blocks: list[ConstraintBlock] = []
+    for contact in scene.contact:
+        if is_stop(robot, contact.frame):
+            rates, *_ = rates_of(robot, scene, joints)
+            blocks.append(striking_stop(robot, contact, q, rates))
+        else:
+            blocks.append(contact_block(robot, contact, up))
+    return tuple(blocks)
+
+
+def _stance(scene: Scene, robot: Robot, up: Array) -> tuple[ConstraintBlock, ...]:
+    """The rows of the feet that stand."""
+    feet = [point_at(robot, foot) for foot in scene.stance]
+    blocks: list[ConstraintBlock] = []
+    for foot in feet:
+        contact = Contact(frame=foot.frame, offset=foot.offset)
+        blocks.append(contact_block(robot, contact, up, "stance"))
+    return tuple(blocks)
+
+
+def _common_normal(blocks: tuple[ConstraintBlock, ...], up: Array) -> Array:
+    """The normal (3,) of the ground at contacts and standing feet, where all have one; else up."""
+    normals = np.array([block.normal for block in blocks if block.kind != "stop"])
+    is_common = len(normals) and np.ptp(normals, axis=0).max() <= 1e-12
+    return np.asarray(normals[0]) if is_common else up
+
+
+def _without_effect(scene: Scene, robot: Robot, loops: tuple[Loop, ...]) -> Iterator[Diagnostic]:
+    """Warnings of parts of a scene that have no effect, and of a loop that is open."""
+    joints = scene.joints
+    if joints.model == "rigid":
+        springs = joint_model(robot, replace(joints, model=None)).springs
+        if not springs.any():
+            text = (
+                "the springs are to be rigid, but no joint has a spring, so nothing changes; give "
+                "a spring by its stiffness or behind a rotor"
+            )
+            yield Diagnostic("scene", robot.name, None, text)
+    if joints.model == "free" and joints.drives not in (None, "none"):
         text = (
-            "the springs are to be rigid, but no joint has a spring, so nothing changes; give a "
-            "spring by its stiffness or behind a rotor"
-        )
-        warnings.append(Diagnostic("scene", robot.name, None, text))
-    if scene.joints.model == "free" and scene.joints.drives not in (None, "none"):
-        text = (
-            f"free joints have no drives, so the drives of {scene.joints.drives} have no effect; "
+            f"free joints have no drives, so the drives of {joints.drives} have no effect; "
             "leave out the drives, or the model free"
         )
-        warnings.append(Diagnostic("scene", robot.name, None, text))
+        yield Diagnostic("scene", robot.name, None, text)
     along = [
         contact.frame for contact in scene.contact if contact.restitution_along == "directions"
     ]
-    if (
-        along
-        and not any(contact.restitution for contact in scene.contact)
-        and scene.contact_damping is None
-    ):
+    restitution = any(contact.restitution for contact in scene.contact)
+    if along and not restitution and scene.contact_damping is None:
         text = (
             f"the restitution of {listed(along)} is along its directions, but no contact has a "
             "restitution, so nothing changes; give a restitution"
         )
-        warnings.append(Diagnostic("scene", "+".join(along), None, text))
-    if scene.assemble and not loops:
-        named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
-        warnings.append(
-            Diagnostic(
-                "scene",
-                "",
-                None,
-                f"{named} may move to close loops, but nothing closes one, so nothing moved",
-            )
-        )
-    if not loops and (closing := closing_scene(robot.source.path)) is not None:
+        yield Diagnostic("scene", "+".join(along), None, text)
+    if loops:
+        return
+    if scene.assemble:
+        names: list[str] = []
+        for pattern in scene.assemble:
+            names += robot.match_joints(pattern)
+        text = f"{listed(names)} may move to close loops, but nothing closes one, so nothing moved"
+        yield Diagnostic("scene", "", None, text)
+    closing = closing_scene(robot.source.path)
+    if closing is not None:
         text = (
             f"the loop of this robot is open here, so its ends are not held together; {closing} "
             f"closes it"
         )
-        warnings.append(Diagnostic("scene", robot.name, None, text))
-    state = dynamics(robot, q[None], joints)
-    before = motion_of(robot, scene, contacts, loops, joints, plane, state)
-    landing = resolve_contacts(
-        PosedLanding(
-            scene,
-            robot,
-            plane,
-            up,
-            contacts,
-            (),
-            stance,
-            loops,
-            joints,
-            before,
-            pulse,
-            np.array(q),
-            state,
-            assembly,
-            tuple(warnings),
-            asked=scene.contact,
-            asked_rows=contacts,
-            chosen=chosen,
-        )
-    )
-    check_parts(scene.part)
-    torque_limits(robot, scene.part)
-    for place in landing.parts:
-        if place.joint < 0:
-            strength(scene.part[place.number])
+        yield Diagnostic("scene", robot.name, None, text)
+
+
+def _check_landing(landing: PosedLanding) -> None:
+    """Refuse parts without a strength, points that coincide, and what wings refuse."""
+    parts = landing.scene.part
+    check_parts(parts)
+    torque_limits(landing.robot, parts)
+    for place in landing.mounted:
+        strength(parts[place.number])
     _refuse_twice(landing.blocks)
     for check_landing in from_wings("landing", "check_landing"):
         check_landing(landing)
-    return landing
 
 
 def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
@@ -317,37 +357,38 @@ def close_loops(scene: Scene, near: PosedLanding) -> Scene:
     robot, posture = near.robot, scene.posture
     fixed = fixed_joints(robot, posture, scene.assemble)
     q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, fixed)
-    values = [
-        (joint, joint.value(q)) for joint in robot.independent_joints if not fixed[joint.v].any()
-    ]
-    given = {
-        joint.name: value if joint.kind == "prismatic" else math.degrees(value)
-        for joint, value in values
-    }
-    balls = [
-        joint for joint in robot.single_joints if joint.kind == "ball" and not fixed[joint.v].any()
-    ]
-    turned = {ball.name: tuple(q[ball.q].tolist()) for ball in balls}
-    others = {name: value for name, value in posture.joints_deg.items() if name not in given}
+    values: dict[str, float] = {}
+    for joint in robot.independent_joints:
+        if not fixed[joint.v].any():
+            value = joint.value(q)
+            values[joint.name] = value if joint.kind == "prismatic" else math.degrees(value)
+    turned: dict[str, tuple[float, ...]] = {}
+    for joint in robot.single_joints:
+        if joint.kind == "ball" and not fixed[joint.v].any():
+            turned[joint.name] = tuple(q[joint.q].tolist())
+    kept = {name: value for name, value in posture.joints_deg.items() if name not in values}
     posture = replace(
         posture,
-        joints_deg={**others, **given},
+        joints_deg={**kept, **values},
         joint_quaternions={**posture.joint_quaternions, **turned},
     )
-    return replace(scene, posture=posture, assemble=(*given, *turned))
+    return replace(scene, posture=posture, assemble=(*values, *turned))
 
 
 def _refuse_twice(blocks: tuple[ConstraintBlock, ...]) -> None:
-    for one, other in itertools.combinations(
-        [block for block in blocks if block.kind != "closure"], 2
-    ):
-        if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
-            raise SceneError(
-                f"{one.name} and {other.name} coincide: they are the same point of the same body; "
-                "remove one"
-                + (", or move it by an offset" if "contact" in (one.kind, other.kind) else ""),
-                blocks=[one.frame, other.frame],
-            )
+    """Refuse contacts and standing feet that are the same point of the same body."""
+    points = [block for block in blocks if block.kind != "closure"]
+    for first, second in itertools.combinations(points, 2):
+        if first.body != second.body or np.linalg.norm(first.point - second.point) > 1e-9:
+            continue
+        remedy = "remove one"
+        if "contact" in (first.kind, second.kind):
+            remedy += ", or move it by an offset"
+        raise SceneError(
+            f"{first.name} and {second.name} coincide: they are the same point of the same body; "
+            f"{remedy}",
+            blocks=[first.frame, second.frame],
+        )
 
 
 def _refuse_separation(landing: PosedLanding) -> None:
@@ -357,13 +398,13 @@ def _refuse_separation(landing: PosedLanding) -> None:
     approach = np.stack(
         [contact_velocity(landing, landing.state, block)[0] for block in landing.contacts]
     )
+    fastest_rate = float(np.abs(landing.before.joint_rates).max())
     parting = separating(approach, landing.contacts).tolist()
     for contact, block, velocity, parts in zip(
         landing.scene.contact, landing.contacts, approach, parting, strict=True
     ):
-        if block.kind == "stop" and not np.linalg.norm(velocity) > 1e-9 * float(
-            np.abs(landing.before.joint_rates).max()
-        ):
+        moves = np.linalg.norm(velocity) > 1e-9 * fastest_rate
+        if block.kind == "stop" and not moves:
             raise SceneError(
                 f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the '
                 f'axis of "{block.frame}", so its '

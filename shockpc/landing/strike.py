@@ -85,13 +85,10 @@ class Strike(Record):
         """
         if self.velocity is None:
             return replace(self, strike_angle_deg=angle, forward_speed=None)
-        velocity, theta = self.vector(plane), math.radians(angle)
+        velocity = self.vector(plane)
         within = velocity - (velocity @ plane.normal) * plane.normal
-        turned = (
-            velocity
-            - within
-            + math.hypot(*within) * (math.sin(theta) * plane.forward - [0.0, 0.0, math.cos(theta)])
-        )
+        direction = _direction(math.radians(angle), plane)
+        turned = velocity - within + math.hypot(*within) * direction
         return replace(self, velocity=tuple(turned.tolist()))
 
     def vector(self, plane: "Plane") -> "Array":
@@ -106,8 +103,22 @@ class Strike(Record):
         """
         import numpy as np
 
+        self._refuse_two_ways()
+        if self.velocity is not None:
+            _refuse_out_of_range(max(map(abs, self.velocity)))
+            return np.array(self.velocity, dtype=float)
+        speed, theta = self._after_fall() if self.drop_height is not None else self._stated()
+        if theta and plane.level:
+            raise SceneError(
+                "no strike angle is defined in a horizontal plane; give the strike's velocity"
+            )
+        _refuse_out_of_range(speed)
+        return np.asarray(speed * _direction(theta, plane))
+
+    def _refuse_two_ways(self) -> None:
+        """Refuse a velocity that is given in two ways, or in a part of one."""
         ways = [self.speed is not None, self.velocity is not None, self.drop_height is not None]
-        angles = self.strike_angle_deg is not None, self.forward_speed is not None
+        angles = [self.strike_angle_deg is not None, self.forward_speed is not None]
         if sum(ways) > 1 or all(angles) or (self.velocity is not None and any(angles)):
             raise SceneError(
                 "the contact velocity is given in two ways; keep one of: speed with strike angle, "
@@ -117,44 +128,58 @@ class Strike(Record):
             raise SceneError(
                 "a forward speed is given without a drop height; give both, or the velocity"
             )
-        theta = math.radians(self.strike_angle_deg or 0.0)
-        if self.velocity is not None:
-            speed = max(map(abs, self.velocity))
-        else:
-            what, unit, size = "strike speed", "m/s", 1.0 if self.speed is None else self.speed
-            if self.drop_height is not None:
-                what, unit, size = "drop height", "m", self.drop_height
-            if not size > 0.0:
-                raise SceneError(
-                    f"a {what} of {size:g} {unit} gives no impact; it has to be above zero"
-                )
-            speed = size if self.drop_height is None else math.sqrt(2.0 * GRAVITY * size)
-            if not abs(theta) <= math.pi:
-                raise SceneError(
-                    f"a strike angle of {self.strike_angle_deg:g} deg is not valid; it must lie in "
-                    f"[-180, 180] deg"
-                )
-            if self.drop_height is not None:
-                theta = math.atan2(self.forward_speed, speed) if self.forward_speed else theta
-                if not abs(theta) < math.pi / 2.0 * (1.0 - 1e-9):
-                    raise SceneError(
-                        f"after a fall the strike angle has to lie between -90 and 90 deg, and it "
-                        f"is {math.degrees(theta):g} deg"
-                    )
-                speed = speed / math.cos(theta)
-            if theta and plane.level:
-                raise SceneError(
-                    "no strike angle is defined in a horizontal plane; give the strike's velocity"
-                )
-        if not (speed == 0.0 or SLOWEST <= speed <= FASTEST):
+
+    def _stated(self) -> tuple[float, float]:
+        """The speed [m/s] and the angle θ [rad] that are stated."""
+        speed = 1.0 if self.speed is None else self.speed
+        _refuse_no_impact("strike speed", speed, "m/s")
+        return speed, self._angle()
+
+    def _after_fall(self) -> tuple[float, float]:
+        """The speed [m/s] and the angle θ [rad] after a fall, v = √(2 g h) / cos θ.
+
+        θ is given, or follows from the forward speed.
+        """
+        height = self.drop_height or 0.0
+        _refuse_no_impact("drop height", height, "m")
+        vertical = math.sqrt(2.0 * GRAVITY * height)
+        theta = self._angle()
+        if self.forward_speed:
+            theta = math.atan2(self.forward_speed, vertical)
+        if not abs(theta) < math.pi / 2.0 * (1.0 - 1e-9):
             raise SceneError(
-                f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between "
-                f"{SLOWEST:g} and {FASTEST:g} m/s"
+                f"after a fall the strike angle has to lie between -90 and 90 deg, and it "
+                f"is {math.degrees(theta):g} deg"
             )
-        if self.velocity is not None:
-            return np.array(self.velocity, dtype=float)
-        return np.asarray(
-            speed * (math.sin(theta) * plane.forward - math.cos(theta) * np.array([0.0, 0.0, 1.0]))
+        return vertical / math.cos(theta), theta
+
+    def _angle(self) -> float:
+        """The strike angle [rad]; 0 by default."""
+        theta = math.radians(self.strike_angle_deg or 0.0)
+        if not abs(theta) <= math.pi:
+            raise SceneError(
+                f"a strike angle of {self.strike_angle_deg:g} deg is not valid; it must lie in "
+                f"[-180, 180] deg"
+            )
+        return theta
+
+
+def _direction(theta: float, plane: "Plane") -> "Array":
+    """The unit vector sin θ · forward − cos θ · z (3,), world axes."""
+    down = [0.0, 0.0, math.cos(theta)]
+    return math.sin(theta) * plane.forward - down
+
+
+def _refuse_no_impact(what: str, size: float, unit: str) -> None:
+    if not size > 0.0:
+        raise SceneError(f"a {what} of {size:g} {unit} gives no impact; it has to be above zero")
+
+
+def _refuse_out_of_range(speed: float) -> None:
+    if not (speed == 0.0 or SLOWEST <= speed <= FASTEST):
+        raise SceneError(
+            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between "
+            f"{SLOWEST:g} and {FASTEST:g} m/s"
         )
 
 

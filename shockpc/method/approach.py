@@ -23,16 +23,33 @@ class Motion(NamedTuple):
     omega: Array
     joint_rates: Array
 
+    @property
+    def of_joints(self) -> "Motion":
+        """The motion of the joints without that of the base."""
+        return self._replace(velocity=0.0 * self.velocity, omega=0.0 * self.omega)
+
 
 def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world
     axes [rad/s, m/s].
     """
-    whole = np.concatenate([before.omega, before.velocity], axis=-1)
+    of_base = np.concatenate([before.omega, before.velocity], axis=-1)
     if not before.joint_rates.any():
-        return np.broadcast_to(whole, (len(state.J), 6))
+        return np.broadcast_to(of_base, (len(state.J), 6))
     rates = np.where(state.ancestors[body], before.joint_rates, 0.0)
-    return np.asarray(whole + (state.J @ rates[..., None])[..., 0])
+    return np.asarray(of_base + (state.J @ rates[..., None])[..., 0])
+
+
+def relative_twist(state: Dynamics, stop: ConstraintBlock, before: Motion) -> Array:
+    """Twist (N, 6) before the impact of the body of an end stop relative to the body before its
+    joint.
+
+    Both turn alike with the base, so only the rates of joints are included.
+    """
+    twist = twist_before(state, before.of_joints, stop.body)
+    if stop.other < 0:
+        return twist
+    return np.asarray(twist - twist_before(state, before.of_joints, stop.other))
 
 
 def approach_speeds(
@@ -52,23 +69,29 @@ def approach_speeds(
         wrenches = block_wrenches(state, block)
         speeds = np.zeros((*wrenches.shape[:2], 3 if before is None else 4), dtype=wrenches.dtype)
         if block.kind == "contact":
-            rows, n = _undone(state, block, wrenches), len(block.forces)
-            if block.velocity is None:
-                speeds[..., :3] = rows[..., 3:]
-            if before is not None:
-                speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
-                if block.velocity is not None:
-                    speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
+            _set_contact_speeds(speeds, state, block, wrenches, before)
         elif block.kind == "stop" and before is not None:
-            # The bodies on both sides turn alike, so only their joint's rate is included.
-            turning = before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
-            ends = [
-                twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0
-            ]
-            relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
-            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ relative[..., None])
+            twist = relative_twist(state, block, before)
+            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ twist[..., None])
         b.append(speeds)
     return np.concatenate(b, axis=1)
+
+
+def _set_contact_speeds(
+    speeds: Array, state: Dynamics, block: ConstraintBlock, wrenches: Array, before: Motion | None
+) -> None:
+    """Set the speeds (N, k, 4 or 3) that an impact undoes along the rows of a contact.
+
+    A contact with a velocity of its own is not moved by unit strikes of the robot.
+    """
+    rows = _undone(state, block, wrenches)
+    n = len(block.forces)
+    if block.velocity is None:
+        speeds[..., :3] = rows[..., 3:]
+    if before is not None:
+        speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
+        if block.velocity is not None:
+            speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
 
 
 def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array) -> Array:
@@ -79,23 +102,27 @@ def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array)
     for block in blocks:
         wrenches = block_wrenches(state, block)
         undone = _undone(state, block, wrenches) if block.kind == "contact" else 0.0 * wrenches
-        b.append(undone @ (state.J @ np.where(state.ancestors[block.body], qd, 0.0)[..., None]))
+        moving = np.where(state.ancestors[block.body], qd, 0.0)
+        b.append(undone @ (state.J @ moving[..., None]))
     return np.concatenate(b, axis=1)
 
 
 def _undone(state: Dynamics, block: ConstraintBlock, wrenches: Array) -> Array:
     """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a
     contact.
+
+    Without a direction n of rebound they are (1 + e) W. With it, the wrench of a force along a gains
+    e (a·n) times that of a force along n, and that of a moment e times its part across n.
     """
     e, n = block.restitution, block.rebound
     if not e:
         return wrenches
     if n is None:
         return np.asarray(wrenches + e * wrenches)
-    m, share = len(block.forces), (block_axes(state, block) @ n)[..., None]
-    normal = block_wrenches(state, block._replace(forces=n[None], moments=NO_AXES))
-    turning = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
-    rebound = np.concatenate(
-        [share[:, :m] * normal, wrenches[:, m:] - share[:, m:] * turning], axis=1
-    )
-    return np.asarray(wrenches + e * rebound)
+    m = len(block.forces)
+    share = (block_axes(state, block) @ n)[..., None]
+    along_n = block_wrenches(state, block._replace(forces=n[None], moments=NO_AXES))
+    about_n = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
+    of_forces = share[:, :m] * along_n
+    of_moments = wrenches[:, m:] - share[:, m:] * about_n
+    return np.asarray(wrenches + e * np.concatenate([of_forces, of_moments], axis=1))
