@@ -2,14 +2,18 @@
 first, and what has no partner.
 """
 
+import itertools
 import math
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple, TypeAlias
 
 from shockpc.evaluation.comparison import Comparison, Differences
+from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND, MOVED, End
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import other_warnings, strike_text, unknown_lines
-from shockpc.show.report import Picture, Report
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import contact_name
 from shockpc.text.diagnostic import alike
@@ -23,64 +27,82 @@ ROUNDED = 1e-12
 """Difference of numbers that rounding leaves, in their units."""
 
 
+ROWS = 8
+"""Rows of each table in the short report."""
+
+
 def compare_report(comparison: Comparison) -> Report:
     """Designs side by side."""
-    designs, profiles = comparison.designs, comparison.profiles
-    letters = comparison.letters
-    header = [
-        (
-            letter,
-            f"{design.label}: on {contact_name(profile)}, {strike_text(profile)}, joints "
-            f"{profile.joint_model}, "
-            f"{float(profile.value('mass', 'robot')[0]):.4g} kg",
-        )
-        for letter, design, profile in zip(letters, designs, profiles, strict=True)
-    ]
+    header = _header(comparison)
+    picture = Picture(
+        "compare",
+        "what changes between the designs",
+        "show.figure.comparison:draw_comparison",
+        (comparison, header),
+    )
+    profiles: dict[str, ShockProfile] = {}
+    for letter, design, profile in _designs(comparison):
+        profiles[f"{letter}: {design.label}"] = profile
+
+    def body(full: bool) -> list[Section]:
+        most = None if full else ROWS
+        sections: list[Section] = [Lines([*header, *_unknowns(comparison)]), picture]
+        for differences in comparison.quantities:
+            sections.append(_sheet(comparison, differences, most))
+        if _moved(comparison):
+            sections.append(_drives(comparison, most))
+        return sections
+
+    sheets: dict[str, Callable[[], Sheet]] = {"compare": lambda: sheet_of(comparison.table)}
+    if comparison.ends:
+        sheets["drives"] = lambda: _drives(comparison)
     return Report(
         name="compare",
         title="Comparison",
-        body=lambda full: [
-            Lines([*header, *_unknowns(comparison)]),
-            Picture(
-                "compare",
-                "what changes between the designs",
-                "show.figure.comparison:draw_comparison",
-                (comparison, header),
-            ),
-            *(
-                _sheet(comparison, differences, None if full else 8)
-                for differences in comparison.quantities
-            ),
-            *([_drives(comparison, None if full else 8)] if _moved(comparison) else []),
-        ],
+        body=body,
         lead=2,
         closing=[
             *_over_drives(comparison),
-            *_joint_models(comparison, letters),
-            *_paired(comparison, letters),
-            *_unmatched(comparison, letters),
+            *_joint_models(comparison),
+            *_paired(comparison),
+            *_unmatched(comparison),
             *_unproven(comparison),
         ],
-        warnings=_warnings(comparison, letters),
-        sheets={"compare": lambda: sheet_of(comparison.table)}
-        | ({"drives": lambda: _drives(comparison)} if comparison.ends else {}),
+        warnings=_warnings(comparison),
+        sheets=sheets,
         document=lambda: _document(comparison),
         tables=True,
-        landings={
-            f"{k}: {design.label}": profile
-            for k, design, profile in zip(letters, designs, profiles, strict=True)
-        },
+        landings=profiles,
     )
+
+
+def _designs(comparison: Comparison) -> Iterator[tuple[str, Design, ShockProfile]]:
+    """The letter, the design and the profile of each."""
+    return zip(comparison.letters, comparison.designs, comparison.profiles, strict=True)
+
+
+def _header(comparison: Comparison) -> list[tuple[str, str]]:
+    """The letter of each design, and what it is."""
+    lines = []
+    for letter, design, profile in _designs(comparison):
+        (mass,) = profile.value("mass", "robot").tolist()
+        lines.append(
+            (
+                letter,
+                f"{design.label}: on {contact_name(profile)}, {strike_text(profile)}, joints "
+                f"{profile.joint_model}, {mass:.4g} kg",
+            )
+        )
+    return lines
 
 
 def _unknowns(comparison: Comparison) -> list[tuple[str, str]]:
     """What each design takes for granted."""
-    pairs = zip(comparison.letters, comparison.profiles, strict=True)
-    return [
-        (name, f"{letter}: {text}")
-        for letter, profile in pairs
-        for name, text in unknown_lines([profile])
-    ]
+    lines = []
+    for letter, _, profile in _designs(comparison):
+        for name, text in unknown_lines([profile]):
+            lines.append((name, f"{letter}: {text}"))
+    return lines
 
 
 class _Number(NamedTuple):
@@ -103,69 +125,52 @@ class _Number(NamedTuple):
     @property
     def moves(self) -> bool:
         """Whether the number of a design differs by more than 1 % between the ends."""
-        every = [self.modelled, *self.ends.values()]
-        return any(
-            not math.isclose(a, b, rel_tol=MOVED, abs_tol=ROUNDED)
-            for one in every
-            for a, b in _both(self.modelled, one)
-        )
+        for values in self.ends.values():
+            for modelled, value in zip(self.modelled, values, strict=True):
+                if modelled is not None and value is not None and _order(modelled, value):
+                    return True
+        return False
 
     @property
     def reversed(self) -> bool:
         """Whether a design has more than the first one at one end, and less at another, each by
         more than 1 %.
         """
-        orders = [_order(values) for values in (self.modelled, *self.ends.values())]
-        return any({1, -1} <= set(signs) for signs in zip(*orders, strict=True))
+        first, *others = zip(self.modelled, *self.ends.values(), strict=True)
+        for design in others:
+            orders = {_order(a, b) for a, b in zip(first, design, strict=True)}
+            if {1, -1} <= orders:
+                return True
+        return False
 
 
-def _both(one: Values, another: Values) -> list[tuple[float, float]]:
-    """Pairs of values that both exist."""
-    return [(a, b) for a, b in zip(one, another, strict=True) if a is not None and b is not None]
-
-
-def _order(values: Values) -> list[int]:
-    """Whether each of the other designs has more (1) or less (−1) than the first one; 0 where they
-    differ by at most 1 %.
+def _order(first: float | None, value: float | None) -> int:
+    """Whether a value is more (1) or less (−1) than the first one; 0 where they differ by at most
+    1 %, or one does not exist.
     """
-    first, *others = values
-    signs = []
-    for value in others:
-        if (
-            first is None
-            or value is None
-            or math.isclose(first, value, rel_tol=MOVED, abs_tol=ROUNDED)
-        ):
-            signs.append(0)
-        else:
-            signs.append(1 if value > first else -1)
-    return signs
+    if first is None or value is None:
+        return 0
+    if math.isclose(first, value, rel_tol=MOVED, abs_tol=ROUNDED):
+        return 0
+    return 1 if value > first else -1
 
 
 def _numbers(comparison: Comparison) -> list[_Number]:
     """All numbers, at the ends too."""
-    found: dict[End, dict[tuple[str, str], Values]] = {}
-    for end, one in comparison.ends.items():
-        if isinstance(one, Comparison):
-            found[end] = {
-                (entry.selection.name, row.place): row.values
-                for entry in one.quantities
-                for row in entry.rows
-            }
+    at_ends: dict[End, dict[tuple[str, str], Values]] = {}
+    for end, result in comparison.ends.items():
+        if isinstance(result, Comparison):
+            at_ends[end] = {}
+            for entry in result.quantities:
+                for row in entry.rows:
+                    at_ends[end][entry.selection.name, row.place] = row.values
     numbers = []
     for entry in comparison.quantities:
+        unit = entry.selection.quantity.unit.replace("1", "-")
         for row in entry.rows:
             key = entry.selection.name, row.place
-            ends = {end: values[key] for end, values in found.items() if key in values}
-            numbers.append(
-                _Number(
-                    key[0],
-                    entry.selection.quantity.unit.replace("1", "-"),
-                    row.place,
-                    row.values,
-                    ends,
-                )
-            )
+            ends = {end: values[key] for end, values in at_ends.items() if key in values}
+            numbers.append(_Number(entry.selection.name, unit, row.place, row.values, ends))
     return numbers
 
 
@@ -177,25 +182,23 @@ def _moved(comparison: Comparison) -> bool:
 def _drives(comparison: Comparison, most: int | None = None) -> Sheet:
     """Every number of every design at the ends.
 
-    Args: most, rows to show, those first whose order changes; None for all.
+    Args:
+        comparison: of the designs.
+        most: rows to show, those first whose order changes; None for all.
     """
     letters, numbers = comparison.letters, _numbers(comparison)
-    header = (
-        "quantity",
-        "unit",
-        "place",
-        *(f"{letter} {end}" for letter in letters for end in comparison.ends),
-        "same order",
-    )
+    ends = [f"{letter} {end}" for letter, end in itertools.product(letters, comparison.ends)]
+    nothing: Values = (None,) * len(letters)
     rows: list[Row] = []
-    for one in numbers:
-        nothing: Values = (None,) * len(letters)
-        known = [one.ends.get(end, nothing) for end in comparison.ends]
-        of_designs = [values[k] for k in range(len(letters)) for values in known]
-        rows.append((one.quantity, one.unit, one.place, *of_designs, not one.reversed))
-    sheet = Sheet(AT_BOTH, header, rows, [BEYOND])
+    for number in numbers:
+        by_end = [number.ends.get(end, nothing) for end in comparison.ends]
+        by_design = itertools.chain.from_iterable(zip(*by_end, strict=True))
+        same_order = not number.reversed
+        rows.append((number.quantity, number.unit, number.place, *by_design, same_order))
+    sheet = Sheet(AT_BOTH, ("quantity", "unit", "place", *ends, "same order"), rows, [BEYOND])
     # Numbers whose order changes come first, then those in the order of the tables.
-    sizes = [len(numbers) * (1 + one.reversed) - k for k, one in enumerate(numbers)]
+    n = len(numbers)
+    sizes = [n * (1 + number.reversed) - k for k, number in enumerate(numbers)]
     return sheet.largest(most, "number", sizes)
 
 
@@ -203,22 +206,20 @@ def _over_drives(comparison: Comparison) -> list[str]:
     """Whether which design has less depends on the drives."""
     if not comparison.ends:
         return []
-    lines = [
-        f"with the {end} inertias of the drives there is no answer: {one}"
-        for end, one in comparison.ends.items()
-        if isinstance(one, ShockError)
-    ]
+    lines = []
+    for end, result in comparison.ends.items():
+        if isinstance(result, ShockError):
+            lines.append(f"with the {end} inertias of the drives there is no answer: {result}")
     numbers = _numbers(comparison)
-    if not _moved(comparison):
-        return [*lines, f"drives: from {BETWEEN}, no number changes by more than 1 %"]
-    changing = [f"{one.quantity}@{one.place}" for one in numbers if one.reversed]
-    if not changing:
-        return [
-            *lines,
-            f"drives: numbers change from {BETWEEN}, and the order of the designs stays",
-        ]
-    named = f"{len(changing)} of {len(numbers)} numbers: {few(changing, 4)}"
-    return [*lines, f"drives: from {BETWEEN}, the order of the designs changes for {named}"]
+    changing = [f"{number.quantity}@{number.place}" for number in numbers if number.reversed]
+    if not any(number.moves for number in numbers):
+        lines.append(f"drives: from {BETWEEN}, no number changes by more than 1 %")
+    elif not changing:
+        lines.append(f"drives: numbers change from {BETWEEN}, and the order of the designs stays")
+    else:
+        named = f"{len(changing)} of {len(numbers)} numbers: {few(changing, 4)}"
+        lines.append(f"drives: from {BETWEEN}, the order of the designs changes for {named}")
+    return lines
 
 
 def _document(comparison: Comparison) -> dict[str, Any]:
@@ -247,41 +248,40 @@ def _document(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _paired(comparison: Comparison, letters: list[str]) -> list[str]:
+def _paired(comparison: Comparison) -> list[str]:
     """Partners of different names."""
+    first, *others = comparison.letters
     lines = []
-    for letter, matched in zip(letters[1:], comparison.partners, strict=True):
+    for letter, matched in zip(others, comparison.partners, strict=True):
         bodies = [f"{a} / {b}" for a, b in matched["body"].items() if a != b]
-        lines += (
-            [f"partners by --pair in {letters[0]} / {letter}: {', '.join(bodies)}"]
-            if bodies
-            else []
-        )
+        if bodies:
+            lines.append(f"partners by --pair in {first} / {letter}: {', '.join(bodies)}")
     return lines
 
 
-def _joint_models(comparison: Comparison, letters: list[str]) -> list[str]:
+def _joint_models(comparison: Comparison) -> list[str]:
     """That the designs have different joint models, of which the changes are an effect too."""
     models = [profile.joint_model for profile in comparison.profiles]
     if len(set(models)) == 1:
         return []
-    each = ", ".join(f"{letter} {model}" for letter, model in zip(letters, models, strict=True))
+    pairs = zip(comparison.letters, models, strict=True)
+    each = ", ".join(f"{letter} {model}" for letter, model in pairs)
     return [
         f"the joint models differ ({each}), which is part of the changes; --joints free compares "
         f"the designs without drives"
     ]
 
 
-def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:
+def _unmatched(comparison: Comparison) -> list[str]:
     """What has no partner of its name in every design, by kind and by the designs that have it."""
     groups: dict[tuple[str, tuple[int, ...]], list[str]] = {}
     for place in comparison.unmatched:
         groups.setdefault((place.kind, place.designs), []).append(place.name)
-    return [
-        f"only in {' and '.join(letters[k] for k in designs)}: {count(len(names), kind)}: "
-        f"{', '.join(names)}"
-        for (kind, designs), names in groups.items()
-    ]
+    lines = []
+    for (kind, designs), names in groups.items():
+        letters = " and ".join(comparison.letters[k] for k in designs)
+        lines.append(f"only in {letters}: {count(len(names), kind)}: {', '.join(names)}")
+    return lines
 
 
 def _unproven(comparison: Comparison) -> list[str]:
@@ -296,42 +296,47 @@ def _unproven(comparison: Comparison) -> list[str]:
     return [f"in double precision: {few(names, 6)}"] if names else []
 
 
-def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
+def _warnings(comparison: Comparison) -> list[str]:
     """One line for each cause of warnings, with the designs that have it and the text of the worst."""
-    pairs = zip(letters, comparison.profiles, strict=True)
+    pairs = []
+    for letter, _, profile in _designs(comparison):
+        pairs += [(warning, letter) for warning in other_warnings(profile)]
     lines = []
-    for every in alike(
-        (warning, letter) for letter, profile in pairs for warning in other_warnings(profile)
-    ):
-        where = f" (in {every[0][1]})" if len({str(warning) for warning, _ in every}) > 1 else ""
-        lines.append(
-            f"warning of {' and '.join(sorted({letter for _, letter in every}))}: "
-            f"{every[0][0]}{where}"
-        )
+    for group in alike(pairs):
+        worst, letter = group[0]
+        letters = sorted({letter for _, letter in group})
+        line = f"warning of {' and '.join(letters)}: {worst}"
+        if len({str(warning) for warning, _ in group}) > 1:
+            line += f" (in {letter})"
+        lines.append(line)
     return lines
 
 
 def _sheet(comparison: Comparison, differences: Differences, most: int | None) -> Sheet:
-    """One quantity. Args: most, rows to show, those of the largest changes; None for all."""
+    """The table of one quantity.
+
+    Args:
+        comparison: of the designs.
+        differences: of the quantity.
+        most: rows to show, those of the largest changes; None for all.
+    """
     selection, quantity = differences.selection, differences.selection.quantity
-    sheet = (
-        sheet_of(comparison.table)
-        .where(lambda row: row["quantity"] == selection.name)
-        .without("quantity", "unit")
-    )
-    units = [
-        column._replace(unit=column.unit or quantity.unit.replace("1", "-"))
-        for column in sheet.columns[1:]
-    ]
-    sheet = sheet._replace(
-        title=f"{quantity.title} ({selection.name})", header=[Column("place", quantity.of), *units]
-    )
+    sheet = sheet_of(comparison.table).where(lambda row: row["quantity"] == selection.name)
+    sheet = sheet.without("quantity", "unit")
+    unit = quantity.unit.replace("1", "-")
+    columns = [column._replace(unit=column.unit or unit) for column in sheet.columns[1:]]
+    title = f"{quantity.title} ({selection.name})"
+    sheet = sheet._replace(title=title, header=[Column("place", quantity.of), *columns])
     # Rows are in the order of their sizes, but for those that every table has.
-    sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
+    sizes = [-float(k) for k in range(len(differences.rows))]
+    for k, row in enumerate(differences.rows):
+        if row.always:
+            sizes[k] = math.inf
     sheet = sheet.largest(most, quantity.of, sizes)
-    shared = quantity.scope.shared and any(profile.redundant for profile in comparison.profiles)
-    notes = ["of the contact impulses of minimum norm, because rows are redundant"] * shared
-    notes += [f"ranked by the change of {quantity.relations.reciprocal}"] * bool(
-        quantity.relations.reciprocal
-    )
+    notes = []
+    if quantity.scope.shared and any(profile.redundant for profile in comparison.profiles):
+        notes.append("of the contact impulses of minimum norm, because rows are redundant")
+    reciprocal = quantity.relations.reciprocal
+    if reciprocal:
+        notes.append(f"ranked by the change of {reciprocal}")
     return sheet._replace(notes=(*notes, *sheet.notes))
