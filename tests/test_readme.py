@@ -231,7 +231,7 @@ def test_the_springs_of_the_table_of_drives(capfd, here):
     sentence = (
         r"the springs press the foot on the ground until (\d+) ms after touchdown, though it is "
         r"compressed after ([\d.]+) ms, "
-        r"and they raise the shock; from restitution 0 to 1 it is then ([\d.]+) to ([\d.]+)\."
+        r"and they raise the shock to ([\d.]+) to ([\d.]+) at restitution 0 to 1\."
     )
     ((until, compressed, low, high),) = re.findall(sentence, " ".join(TEXTS[METHOD].split()))
     found = [analyzed(capfd, f"{GO2} {options} --restitution {e}") for e in (0.0, 0.5, 1.0)]
