@@ -23,13 +23,13 @@ def _modules_of_names() -> dict[str, str]:
     """
     here = Path(__file__)
     text = here.with_suffix(".pyi").read_text(encoding="utf-8")
-    names = re.findall(r"^from \.([\w.]+) import (\w+) as \2$", text, re.MULTILINE)
-    installed = {
-        module
-        for module in {module for module, _ in names}
-        if here.parent.joinpath(*module.split(".")).with_suffix(".py").is_file()
-    }
-    return {name: f"{__name__}.{module}" for module, name in names if module in installed}
+    imports = re.findall(r"^from \.([\w.]+) import (\w+) as \2$", text, re.MULTILINE)
+    modules = dict[str, str]()
+    for module, name in imports:
+        file = here.parent.joinpath(*module.split(".")).with_suffix(".py")
+        if file.is_file():
+            modules[name] = f"{__name__}.{module}"
+    return modules
 
 
 _MODULES = _modules_of_names()

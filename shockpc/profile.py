@@ -143,66 +143,91 @@ def shock_maps(
             counts end stops, with which the jumps are not linear in the strike.
         StudyError: an argument is of another type, or the derivatives do not fit into the memory.
     """
-    from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
+    from shockpc.impact.derivatives import derivatives as map_derivatives
+    from shockpc.quantities.maps import CHUNK, ShockMaps
 
     if isinstance(landing, Scene | str):
-        landing = resolve(scene := scene_of(landing), robot_of(scene))
+        scene = scene_of(landing)
+        landing = resolve(scene, robot_of(scene))
     if landing.scene.stops:
         raise SceneError(
             "with end stops the jumps are not linear in the contact velocity, so there are no "
             "maps; leave stops out"
         )
-    Q, nq = doubles("Q", Q), landing.robot.model.nq
-    if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
-        raise SceneError(
-            f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows '
-            f"of {nq} numbers, shape (N, {nq}); "
-            "for one posture give q[None]"
-        )
-    check_rotations(landing.robot, Q)
-    nv, whole, changes = landing.robot.model.nv, list[Array](), None
-    if derivatives:
-        from shockpc.impact.derivatives import derivatives as map_derivatives
-
-        shape = (len(Q), len(landing.robot.bodies), 6, 3, nv)
-        try:
-            changes = np.empty(shape)
-        except MemoryError:
-            raise StudyError(
-                f"the derivatives of all maps in {len(Q)} postures take "
-                f"{math.prod(shape) / 2**27:.3g} GiB; give fewer postures at "
-                "a time, or take the gradient of single numbers by shockpc.symbolic"
-            ) from None
+    Q = _configurations(landing, Q)
+    slopes = _room_for_derivatives(landing, len(Q)) if derivatives else None
+    nv = landing.robot.model.nv
+    arrays = list[Any]()
     with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
-            state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model)
+            chunk = slice(k, k + CHUNK)
+            state = dynamics(landing.robot, Q[chunk], landing.joint_model)
             equation, solution, maps = solved(landing, state, with_strike=False)
             condition, prove = needs_proof(landing, equation, solution)
-            found = maps, state.rotation, state.position, solution.rank, condition, prove, state.J
-            if not k:
-                whole = [part if len(part) == len(Q) else _for(len(Q), part) for part in found]
-            if len(condition) < len(Q):
-                for all_, part in zip(whole, found, strict=True):
-                    all_[k : k + CHUNK] = part
-            if changes is not None:
-                map_derivatives(landing, equation, solution, out=changes[k : k + CHUNK])
-    arrays: Any = whole
-    return ShockMaps(landing, Q, *arrays)._replace(derivatives=changes)
+            ranks, R, p, J = solution.rank, state.rotation, state.position, state.J
+            parts = maps, R, p, ranks, condition, prove, J
+            if len(Q) <= CHUNK:
+                arrays = list(parts)
+            elif not arrays:
+                arrays = [_room_like(part, len(Q)) for part in parts]
+            if len(Q) > CHUNK:
+                for array, part in zip(arrays, parts, strict=True):
+                    array[chunk] = part
+            if slopes is not None:
+                map_derivatives(landing, equation, solution, out=slopes[chunk])
+    return ShockMaps(landing, Q, *arrays)._replace(derivatives=slopes)
 
 
-def _for(n: int, part: Array) -> Array:
-    """An array for n postures in the memory layout of one for fewer."""
+def _configurations(landing: Landing, Q: Any) -> Array:
+    """Configurations (N, nq) as they are given, checked.
+
+    Raises:
+        SceneError: Q has another shape, no row, or a rotation whose length is not 1.
+    """
+    from shockpc.quantities.maps import doubles
+
+    configurations = doubles("Q", Q)
+    shape, nq = configurations.shape, landing.robot.model.nq
+    if len(shape) != 2 or shape[1] != nq or not shape[0]:
+        raise SceneError(
+            f'Q has shape {shape}; the configurations of robot "{landing.robot.name}" are rows of '
+            f"{nq} numbers, shape (N, {nq}); for one posture give q[None]"
+        )
+    check_rotations(landing.robot, configurations)
+    return configurations
+
+
+def _room_for_derivatives(landing: Landing, postures: int) -> Array:
+    """An array for the derivatives of the maps in some postures.
+
+    Raises:
+        StudyError: it does not fit into the memory.
+    """
+    shape = (postures, len(landing.robot.bodies), 6, 3, landing.robot.model.nv)
+    try:
+        return np.empty(shape)
+    except MemoryError:
+        raise StudyError(
+            f"the derivatives of all maps in {postures} postures take "
+            f"{math.prod(shape) / 2**27:.3g} GiB; give fewer postures at a time, or take the "
+            "gradient of single numbers by shockpc.symbolic"
+        ) from None
+
+
+def _room_like(part: Array, postures: int) -> Array:
+    """An array for some postures in the memory layout of one for fewer."""
     last = np.moveaxis(part, 0, -1)
     if last.flags.c_contiguous:
-        return np.moveaxis(np.empty((*last.shape[:-1], n), part.dtype), -1, 0)
-    return np.empty((n, *part.shape[1:]), part.dtype)
+        return np.moveaxis(np.empty((*last.shape[:-1], postures), part.dtype), -1, 0)
+    return np.empty((postures, *part.shape[1:]), part.dtype)
 
 
 def needs_proof(
     landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None
 ) -> tuple[Array, np.ndarray]:
-    """The condition (N,) of a solution of step 1, and whether (N,) it needs a proof, as in
-    `ShockMaps`.
+    """The condition (N,) of a solution of step 1, and where (N,) it needs a proof.
+
+    Both are as in `ShockMaps`.
 
     Args:
         landing: the landing.
@@ -216,14 +241,9 @@ def needs_proof(
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
     limit = ILL_CONDITIONED if trusted is None else trusted
-    prove = (condition > limit) | ~(
-        np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE
-    )
-    prove[
-        [
-            k
-            for k, row_space in solution.row_spaces.items()
-            if trusted is None or row_space.uncertain
-        ]
-    ] = True
+    slow = np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE
+    prove = (condition > limit) | ~slow
+    for k, row_space in solution.row_spaces.items():
+        if trusted is None or row_space.uncertain:
+            prove[k] = True
     return condition, prove

@@ -42,11 +42,9 @@ def assert_shock(
     name = landing.robot if isinstance(scene, Scene) else Path(scene).stem
     budget = Budget(at=at, metric=metric, max=max, min=min)
     check = check_budgets(Budgets(None, (Case(name=name, **vars(landing)),), (budget,), ()))
-    missing = next(
-        (outcome.reason for outcome in check.outcomes if outcome.status == "not computed"), None
-    )
-    if missing is not None:
-        raise StudyError(missing)
+    for outcome in check.outcomes:
+        if outcome.status == "not computed":
+            raise StudyError(outcome.reason)
     if check.exit_code:
         failed = [outcome for outcome in check.outcomes if outcome.fails]
         table = as_text(check_sheet(check, most=len(failed)))

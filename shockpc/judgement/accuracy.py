@@ -208,7 +208,9 @@ def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
     name, most = max(loads, key=lambda load: load[1], default=("", 0.0))
     total = float(np.linalg.norm(profile.total_impulse))
     contact = max(float(contact_impulses(profile).max()), total)
-    if most > STRAIN * contact and not any(one.kind == "size" for one in oversized(profile)):
+    if not most > STRAIN * contact:
+        return
+    if not any(warning.kind == "size" for warning in oversized(profile)):
         text = (
             f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of '
             "the contact, which is not physically plausible. The mechanism is nearly singular or "

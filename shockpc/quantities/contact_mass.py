@@ -21,22 +21,24 @@ def mass_of_contacts(landing: PosedLanding, impulse: Array) -> float:
         impulse: (nc, 3 or 4) impulses along all rows, whose first columns are those for 1 m/s along
             world x, y and z [N s].
     """
-    blocks = landing.contacts
-    ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
-    if len(ends) > 1 or blocks[0].kind == "stop":
+    contacts = landing.contacts
+    ends = {(contact.kind, contact.restitution, *contact.normal.tolist()) for contact in contacts}
+    if len(ends) > 1 or contacts[0].kind == "stop":
         return math.nan
-    up, along = landing.up, impulse[:, :3] @ -landing.up
-    pushed = [
-        (block.forces @ up) @ along[rows][: len(block.forces)]
-        for block, rows in zip(blocks, slices_of(blocks), strict=True)
-    ]
-    return float(sum(pushed)) / (1.0 + blocks[0].restitution)
+    # For a strike of 1 m/s against the normal n: m = Σ n · ι / (1 + e).
+    along = impulse[:, :3] @ -landing.up
+    pushed = 0.0
+    for contact, rows in zip(contacts, slices_of(contacts), strict=True):
+        rising = contact.forces @ landing.up
+        pushed += float(rising @ along[rows][: len(rising)])
+    return pushed / (1.0 + contacts[0].restitution)
 
 
 @memoized()
 def normal_mass(landing: PosedLanding) -> float:
-    """The effective mass of all contacts together if none has friction (Khatib) [kg]; NaN as
-    `mass_of_contacts`.
+    """The effective mass of all contacts together if none has friction (Khatib) [kg].
+
+    It is NaN as `mass_of_contacts`.
     """
     companion = frictionless(landing)
     return mass_of_contacts(companion, solution_in_doubles(companion).impulse[0])

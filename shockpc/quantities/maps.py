@@ -291,7 +291,8 @@ class ShockMaps(NamedTuple):
     def _strike(self, strike: Array | Sequence[float] | None) -> Array:
         if strike is not None:
             v = doubles("strike", strike)
-            if v.shape not in ((3,), (len(self.Q), 3)) or not np.any(v, axis=-1).all():
+            has_shape = v.shape in ((3,), (len(self.Q), 3))
+            if not has_shape or not np.any(v, axis=-1).all():
                 raise SceneError(
                     "a contact velocity is three numbers that are not all zero, or "
                     f"({len(self.Q)}, 3) with a row for each posture"
@@ -316,8 +317,12 @@ def doubles(name: str, values: Any) -> Array:
         array = numbers_from(values)
     except (TypeError, ValueError):
         array = np.array(np.nan)
-    if not np.isfinite(array).all():
-        row = f"row {np.argwhere(~np.isfinite(array))[0, 0]} of " if array.ndim > 1 else ""
+    finite = np.isfinite(array)
+    if not finite.all():
+        row = ""
+        if array.ndim > 1:
+            first, *_ = np.argwhere(~finite)[0]
+            row = f"row {first} of "
         raise SceneError(
             f"{row}{name} holds a number that is not finite, or something else; give finite numbers"
         )

@@ -111,14 +111,10 @@ def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
         still = np.zeros((1, 1, len(places)), dtype=bool)
         return still, still
     omega, v = _split(impact, places)
-    return translation(
-        omega.astype(float),
-        v.astype(float),
-        _normal(impact, places).astype(float),
-        impact.v_in.astype(float)[..., None],
-        impact.landing.length,
-        ROUNDED,
-    )
+    omega, v = omega.astype(float), v.astype(float)
+    normal = _normal(impact, places).astype(float)
+    v_in = impact.v_in.astype(float)[..., None]
+    return translation(omega, v, normal, v_in, impact.landing.length, ROUNDED)
 
 
 @cached

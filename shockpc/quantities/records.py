@@ -170,11 +170,12 @@ class Bracket(NamedTuple):
 
 def point_shocks(profile: LandingValues) -> tuple[PointShock, ...]:
     """The shock at sensors and points of a landing."""
-    bodies = [
-        "world" if p.body < 0 else profile.robot.bodies[p.body].name for p in profile.landing.points
-    ]
+    bodies = []
+    for place in profile.landing.points:
+        is_held = place.body < 0
+        bodies.append("world" if is_held else profile.robot.bodies[place.body].name)
     extremes = directions(profile, "point")
-    each = [ExtremeDirections(*(part[k] for part in extremes)) for k in range(len(bodies))]
+    each = [ExtremeDirections(*parts) for parts in zip(*extremes, strict=True)]
     return _records(PointShock, profile, "point", {"body": bodies, "directions": each})
 
 

@@ -89,14 +89,16 @@ def _affine(proof: LandingProof, values: Array) -> Array:
 def _for_unit_strikes(proof: LandingProof) -> DoubleImpact:
     """The impact for strikes of 1 m/s along x, y and z, and for none."""
     landing, row_space = proof.landing, proof.row_space
+    rank = len(row_space.rows)
+    independent = proof.impulse[row_space.rows]
     solution = Solution(
         proof.delta_qd[None],
         proof.impulse[None],
         np.ones((1, len(proof.impulse))),
-        np.array([len(row_space.rows)]),
+        np.array([rank]),
         np.ones(1),
         {0: row_space},
-        {0: proof.impulse[row_space.rows]},
+        {0: independent},
     )
     equation = landing.equation(landing.state)._replace(G=None)
     strikes = np.concatenate([np.eye(3), np.zeros((1, 3))])

@@ -89,11 +89,12 @@ def support(landing: Landing, state: Dynamics) -> Support:
     beside = np.linalg.norm(towards, axis=1) * (behind < 0.0).all(axis=1)
     outside = beside[:, None] > 0.0
     length = np.where(beside > 0.0, beside, 1.0)[:, None]
+    first, second = np.unravel_index(nearest, (len(feet), len(feet)))
     return Support(
         beside=beside,
         above=com[:, 2] - low[:, 2],
         away=np.where(outside, towards / length, 0.0),
-        ends=np.stack(np.unravel_index(nearest, (len(feet), len(feet))), axis=1),
+        ends=np.stack([first, second], axis=1),
         share=share.reshape(len(com), -1)[every, nearest],
     )
 
@@ -212,6 +213,7 @@ def _lowest_of_feet(landing: Landing, state: Dynamics) -> tuple[Array, np.ndarra
         own = of_shapes == foot.body
         points.append(low[:, own] if own.any() else frames[:, k : k + 1])
         bodies += [foot.body] * points[-1].shape[1]
-    every = np.concatenate(points, axis=1)
-    lowest = every[..., 2].argmin(axis=1)
-    return every[np.arange(len(every)), lowest], np.array(bodies)[lowest]
+    among = np.concatenate(points, axis=1)
+    lowest = among[..., 2].argmin(axis=1)
+    every = np.arange(len(among))
+    return among[every, lowest], np.array(bodies)[lowest]
