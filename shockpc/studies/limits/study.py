@@ -404,7 +404,8 @@ def _varied(
         joints = settable_joints(robot, pattern, StudyError)
         low, high = motion_range(joints)
         missing = "without limits in the file"
-    low, high = given or (low, high)
+    if given is not None:
+        low, high = given
     scale = math.degrees(1.0) if _is_angle(robot, subject) else 1.0
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         if math.isfinite(low + high):
@@ -431,7 +432,7 @@ def _strike_range(landing: PosedLanding, given: Strikes | None, alone: bool) -> 
         given: the range, if one is given.
         alone: whether each landing is computed by itself; the default is then that of the scene.
     """
-    low, high = given or STRIKES
+    low, high = STRIKES if given is None else given
     if given is None and alone:
         low = high = landing.strike_angle
     most = math.radians(STEEPEST) * (1.0 + 1e-12)
