@@ -119,7 +119,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     if landing.scene.friction is not None or landing.scene.yields:
         with (
             one_thread(landing.robot.model.nv),
-            trace.stage("ground: friction, or finite stiffness"),
+            trace.stage("ground: friction, or a landing that lasts"),
         ):
             _ = profile.friction, profile.stiffness
     return profile

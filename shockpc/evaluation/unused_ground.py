@@ -21,11 +21,9 @@ def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE
     Raises:
         StudyError: the scene gives a contact stiffness, or a friction.
     """
-    given = {
-        "contact stiffness": scene.contact_stiffness,
-        "friction": scene.friction if friction else None,
-    }
-    ignored = [name for name, value in given.items() if value is not None]
+    ignored = ["contact stiffness"] if scene.yields else []
+    if friction and scene.friction is not None:
+        ignored.append("friction")
     if ignored:
         raise StudyError(
             f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: all "

@@ -1,3 +1,3 @@
 """Eq. 4 solved: in double precision for many landings, in ball arithmetic for one, with friction
-and on finite stiffness.
+and over time.
 """

@@ -5,8 +5,8 @@ solution that is there, by the law of `core.drive_box`: the largest value over d
 independent of one another is at a corner of their intervals, which a climb finds; the smallest is
 sought. Effective masses and the energy lost only grow with inertia, so their ends are those of the
 smallest and of the largest inertias. Numbers of another kind are computed anew at some corners, and
-so are all where end stops act, friction, or contacts of finite stiffness, and where another face of
-a sole carries: the range is then one of samples.
+so are all where end stops act, friction, or a landing lasts, and where another face of a sole
+carries: the range is then one of samples.
 """
 
 from collections.abc import Sequence
@@ -296,7 +296,7 @@ def _search(landing: PosedLanding, selection: Selection, places: Sequence[Place]
     changes: list[Array] = []
     if kind != "corners":
         changes = _possible_extremes(landing) if follows else extreme_changes(landing)
-    # A motion on contacts of finite stiffness takes long, so it is computed of few.
+    # A landing that lasts takes long, so it is computed of few.
     if kind != "exact" and not _is_motion(landing, selection):
         changes += _end_changes(landing, selection, places[0])
     if (follows or kind == "exact") and _other_faces(landing, changes):
@@ -327,7 +327,7 @@ def _possible_extremes(landing: PosedLanding) -> list[Array]:
 
 
 def _is_motion(landing: PosedLanding, selection: Selection) -> bool:
-    """Whether a number is of the motion on contacts of finite stiffness."""
+    """Whether a number is of a landing that lasts."""
     scene = landing.scene
     return selection.quantity.of_ground(scene) and scene.yields
 

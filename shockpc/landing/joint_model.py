@@ -84,8 +84,8 @@ class JointModel(NamedTuple):
             them.
         unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a
             drive, a spring or a lock.
-        torque: (nv,) of the motors on contacts of finite stiffness [N m, N]; NaN where the scene
-            gives none.
+        torque: (nv,) of the motors in a landing that lasts [N m, N]; NaN where the scene gives
+            none.
         low: (nv,) smallest reflected inertia that what is known allows [kg m², kg]; at most
             `armature`.
         high: (nv,) largest one, at least `armature`; infinite, which is a joint that is held, where

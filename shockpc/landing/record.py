@@ -11,7 +11,7 @@ from dataclasses import MISSING
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from shockpc.text.arguments import LARGEST_NUMBER, default_of, typed
-from shockpc.text.wings import is_here
+from shockpc.text.wings import from_wings, is_here
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
 """How scene files are checked against the records they become: no unknown keys, no numbers that are
@@ -201,6 +201,15 @@ def of_the_core(record: Any) -> Any:
 
 
 R = TypeVar("R", bound=type)
+
+
+def with_wing_options(record: R) -> R:
+    """A record of which the options of wings are fields too, behind its own; before it is frozen."""
+    for options in from_wings("options", "OPTIONS"):
+        for name, (kind, declared) in options.items():
+            record.__annotations__[name] = kind
+            setattr(record, name, declared)
+    return record
 
 
 def documented(record: R) -> R:

@@ -23,6 +23,7 @@ from shockpc.landing.record import (
     documented,
     of_the_core,
     option,
+    with_wing_options,
 )
 from shockpc.landing.strike import Strike
 from shockpc.method.base import Base
@@ -244,6 +245,7 @@ class Part(Record):
 
 @documented
 @frozen(kw_only=True)
+@with_wing_options
 class Scene(Record):
     """One landing of one robot.
 

@@ -139,13 +139,13 @@ def _velocity_margin(impact: Impact, places: Places) -> Any:
 def pulse_of_parts(landing: PosedLanding) -> Pulse | None:
     """The scene's pulse, by which parts and torques are judged.
 
-    Returns: None on contacts of finite stiffness, which give the peaks.
+    Returns: None in a landing that lasts, which gives the peaks.
     """
     return None if landing.scene.yields else landing.pulse
 
 
 def _peak(impact: Impact, places: Places) -> Any:
-    """Peak accelerations (N, S, n) on contacts of finite stiffness, else for the pulse [g]."""
+    """Peak accelerations (N, S, n) of a landing that lasts, else for the pulse [g]."""
     motion = motion_of(impact.landing)
     if motion is None:
         return pulse_peak(impact, places)
@@ -163,7 +163,7 @@ def _largest_peak(impact: Impact, values: Array) -> float:
 
 def _lacks_peak(landing: PosedLanding) -> str:
     """What a landing lacks for a peak of a part."""
-    if landing.pulse or landing.scene.contact_stiffness:
+    if landing.pulse or landing.scene.yields:
         return ""
     return f"{NEEDS_PULSE}, or a contact stiffness"
 
@@ -193,8 +193,8 @@ def _point_margin(impact: Impact, places: Places) -> Any:
 def _torque(impact: Impact, places: Places, durations: Array) -> Any:
     """Torques (N, S, n) along the axes of joints; NaN where they are not known [N m, N].
 
-    The torque is the peak on contacts of finite stiffness; else the impulse along the axis gives
-    the peak of a pulse as the scene has it, or the mean over a duration.
+    The torque is the peak of a landing that lasts; else the impulse along the axis gives the
+    peak of a pulse as the scene has it, or the mean over a duration.
 
     Args:
         impact: the impact.

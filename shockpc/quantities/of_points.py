@@ -100,8 +100,8 @@ def axis_jumps(impact: Impact, places: Places) -> Any:
 def readings(impact: Impact, places: Places, parts: bool = False, along: bool = False) -> Any:
     """Peaks that accelerometers at points read behind their filters [g]; NaN without one.
 
-    On contacts of finite stiffness they are those of the motion, else of the pulse, else the bound
-    for a pulse of any length.
+    In a landing that lasts they are those of the motion, else of the pulse, else the bound for a
+    pulse of any length.
 
     Args:
         impact: the impact.

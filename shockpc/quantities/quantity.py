@@ -46,8 +46,8 @@ class Evaluation(NamedTuple):
         postures: "many" at once in double precision, or one with a proof; "one" at a time, because
             double precision cannot decide it; or "clear": one at a time, and many in double
             precision, NaN where that is not clear.
-        exact: "always"; "rigid", unless the contacts have a finite stiffness, which is computed in
-            one posture at a time and in double precision; or "never", in double precision.
+        exact: "always"; "rigid", unless the landing lasts, which is computed in one posture
+            at a time and in double precision; or "never", in double precision.
     """
 
     on: Literal["scene", "free", "locked", "springs_free", "health"] = "scene"

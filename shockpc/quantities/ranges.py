@@ -1,6 +1,6 @@
 """The peaks that an accelerometer would measure, of its range: each of its axes saturates apart.
 
-On contacts of finite stiffness these are the peaks of the motion, else those of the pulse, else,
+In a landing that lasts these are the peaks of the motion, else those of the pulse, else,
 behind a filter, the bound for a pulse of any length.
 """
 

@@ -21,6 +21,7 @@ class Wing(NamedTuple):
 
     Attributes:
         formats: `FORMATS` of robot files, as of `robot.reading`; opened at import.
+        options: `OPTIONS` of a scene, type and `landing.record.option` by name; opened at import.
         landing: `check_options(scene, constraints)` and `check_landing(landing)`, which refuse what
             has no meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of `impact.motion`,
             or None; `robot_texts(scene)`, what headers say of the robot.
@@ -41,6 +42,7 @@ class Wing(NamedTuple):
     """
 
     formats: str = ""
+    options: str = ""
     landing: str = ""
     quantities: str = ""
     checks: str = ""

@@ -250,9 +250,7 @@ def _scripts(
 
 
 def _scene(number: int, profile: ShockProfile) -> str:
-    """Room for the histories of a landing, if its contacts are of finite stiffness, and its scene
-    with relative paths.
-    """
+    """Room for the histories of a landing, if it lasts, and its scene with relative paths."""
     parts = []
     if profile.scene.yields:
         parts.append('<h2 class="screen">Histories for the contact velocity of the scene</h2>')

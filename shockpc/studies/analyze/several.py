@@ -224,8 +224,8 @@ def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:
 
 
 def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
-    """Peak acceleration at the first place [g], on contacts of finite stiffness or for a pulse;
-    None without either.
+    """Peak acceleration at the first place [g], of a landing that lasts or for a pulse; None without
+    either.
     """
     scene, place = profiles[0].scene, first_place(profiles[0])
     key = "peak_acceleration" if scene.yields else "peak_g" if scene.pulse is not None else ""
