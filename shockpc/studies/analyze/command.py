@@ -1,12 +1,21 @@
 """`shockpc analyze`: from a robot file to a table and a figure."""
 
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from shockpc.cli.declared import command
 from shockpc.cli.options import EXPLAIN, ROBOT, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import scene_file
+
+if TYPE_CHECKING:
+    from shockpc.landing.scene import Scene
+    from shockpc.quantities.shock_profile import ShockProfile
+    from shockpc.robot.robot import Robot
+    from shockpc.text.errors import ShockError
+    from shockpc.text.trace import Trace
 
 
 @command(
@@ -47,15 +56,69 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
-        from shockpc.landing.level_feet import together, whole_feet
         from shockpc.landing.scene_file import scene_text
-        from shockpc.profile import shock_profile
         from shockpc.quantities.shock_profile import ShockProfile
         from shockpc.studies.analyze.closing import accuracy_line
         from shockpc.studies.analyze.report import analyze_report
-        from shockpc.studies.analyze.several import level_text, whole_feet_text
-        from shockpc.text.errors import ShockError, StudyError, traces
+        from shockpc.text.errors import ShockError, traces
     loaded, scenes = scenes_from(robot, options, trace)
+    for pattern in live:
+        loaded.match_joints(pattern)
+    _refuse_without_effect(output, scenes, body, live, save_scene, force, spectrum, all_)
+    bodies: set[int] = set()
+    for pattern in body:
+        bodies.update(loaded.match_bodies(pattern))
+    files = [] if save_scene is None else scene_files(scenes, save_scene, force)
+    names = file_names(scenes)
+    results = _results(names, scenes, loaded, trace)
+    profiles: dict[str, ShockProfile] = {}
+    failures: dict[str, ShockError] = {}
+    for name, result in results.items():
+        if isinstance(result, ShockError):
+            failures[name] = result
+        else:
+            profiles[name] = result
+    if not profiles:
+        # the first, or an error in shockpc itself
+        raise max(failures.values(), key=lambda failure: bool(traces([failure])))
+    saved = {}
+    for name, file in zip(names, files, strict=False):  # no files without --save-scene
+        if name in profiles:
+            saved[file] = scene_text(profiles[name].scene, file.parent)
+    remarks = []
+    if output.out is not None or output.format in ("table", "markdown"):
+        first = next(iter(profiles.values()))
+        remarks = _remarks(first, scenes, trace)
+    with trace.stage("output"):
+        if output.out is None:
+            trace.skip("figure, and matplotlib with it", "no --out")
+        report = analyze_report(
+            profiles, sorted(bodies) or None, spectrum, all_, failures, remarks, live
+        )
+        emit(report, output, saved)
+    if explain:
+        lines = [f"{accuracy_line(profile)}\n" for profile in profiles.values()]
+        sys.stderr.write(trace.text() + "".join(lines))
+    return exit_code(len(failures), len(scenes), strict, traces(failures.values()))
+
+
+def _refuse_without_effect(
+    output: OutputOptions,
+    scenes: "Sequence[Scene]",
+    body: Sequence[str],
+    live: Sequence[str],
+    save_scene: Path | None,
+    force: bool,
+    spectrum: bool,
+    all_: bool,
+) -> None:
+    """Refuse options that change nothing of what is asked for.
+
+    Raises:
+        StudyError: there is one.
+    """
+    from shockpc.text.errors import StudyError
+
     if force and save_scene is None:
         raise StudyError(
             "--force lets --save-scene replace a file; give that too, or leave --force out"
@@ -70,62 +133,55 @@ def analyze(
             "--body chooses the bodies of tables and CSV files, and JSON has every body; leave it "
             "out"
         )
-    shown = output.out is not None or output.format == "json"
-    if spectrum and not (shown and all(scene.yields for scene in scenes)):
-        missing = "--contact-stiffness" if shown else "--out, or --format json,"
+    in_files = output.out is not None or output.format == "json"
+    if spectrum and not (in_files and all(scene.yields for scene in scenes)):
+        missing = "--contact-stiffness" if in_files else "--out, or --format json,"
         raise StudyError(
             f"--spectrum is in the files of a landing on contacts of finite stiffness; give "
             f"{missing} too"
         )
-    for pattern in live:
-        loaded.match_joints(pattern)
     if live and output.out is None:
         raise StudyError("--live is for report.html; give --out too")
-    bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
-    files = [] if save_scene is None else scene_files(scenes, save_scene, force)
-    names = file_names(scenes)
-    if len(scenes) == 1:  # which is not worth the import of what computes many
-        results: dict[str, ShockProfile | ShockError] = {
-            names[0]: shock_profile(scenes[0], loaded, trace)
-        }
-    else:
-        from shockpc.evaluation.profiles import proven
 
-        results = proven(
-            {name: (scene, loaded) for name, scene in zip(names, scenes, strict=True)}, None, trace
-        )
-    profiles = {name: found for name, found in results.items() if isinstance(found, ShockProfile)}
-    failures = {name: found for name, found in results.items() if isinstance(found, ShockError)}
-    if not profiles:
-        # the first, or an error in shockpc itself
-        raise max(failures.values(), key=lambda failure: bool(traces([failure])))
-    # no files without --save-scene
-    file_of = dict(zip(names, files, strict=False))
-    saved = {
-        file: scene_text(profiles[name].scene, file.parent)
-        for name, file in file_of.items()
-        if name in profiles
-    }
-    remarks, first = list[tuple[str, str]](), next(iter(profiles.values()))
-    # the only places of remarks
-    prose = output.out is not None or output.format in ("table", "markdown")
-    if (whole := whole_feet(first.landing) if prose else None) is not None:
+
+def _results(
+    names: Sequence[str], scenes: "Sequence[Scene]", robot: "Robot", trace: "Trace"
+) -> "dict[str, ShockProfile | ShockError]":
+    """Each landing by its name, or why there is none."""
+    if len(scenes) == 1:  # which is not worth the import of what computes many
+        from shockpc.profile import shock_profile
+
+        return {names[0]: shock_profile(scenes[0], robot, trace)}
+    from shockpc.evaluation.profiles import proven
+
+    cases = {name: (scene, robot) for name, scene in zip(names, scenes, strict=True)}
+    return proven(cases, None, trace)
+
+
+def _remarks(
+    profile: "ShockProfile", scenes: "Sequence[Scene]", trace: "Trace"
+) -> list[tuple[str, str]]:
+    """What landings on whole feet and on all level feet give, where they are other landings than
+    that of a profile and of all scenes; each with its heading.
+    """
+    from shockpc.landing.level_feet import together, whole_feet
+    from shockpc.profile import shock_profile
+    from shockpc.studies.analyze.several import level_text, whole_feet_text
+    from shockpc.text.errors import ShockError
+
+    remarks: list[tuple[str, str]] = []
+    of_feet = whole_feet(profile.landing)
+    if of_feet is not None:
         with trace.stage("landing on whole feet"), suppress(ShockError):
-            remarks.append(("whole foot", whole_feet_text(first, shock_profile(whole, loaded))))
-    if (joint := together(first.landing) if prose else None) and not any(
-        {contact.frame for contact in scene.contact} == {contact.frame for contact in joint.contact}
-        for scene in scenes
-    ):
+            text = whole_feet_text(profile, shock_profile(of_feet, profile.robot))
+            remarks.append(("whole foot", text))
+    level = together(profile.landing)
+    if level is not None and _frames(level) not in map(_frames, scenes):
         with trace.stage("landing on all level feet"), suppress(ShockError):
-            remarks.append(("level feet", level_text(first, shock_profile(joint, loaded))))
-    with trace.stage("output"):
-        if output.out is None:
-            trace.skip("figure, and matplotlib with it", "no --out")
-        emit(
-            analyze_report(profiles, bodies, spectrum, all_, failures, remarks, live), output, saved
-        )
-    if explain:
-        sys.stderr.write(
-            trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values())
-        )
-    return exit_code(len(failures), len(scenes), strict, traces(failures.values()))
+            text = level_text(profile, shock_profile(level, profile.robot))
+            remarks.append(("level feet", text))
+    return remarks
+
+
+def _frames(scene: "Scene") -> set[str]:
+    return {contact.frame for contact in scene.contact}

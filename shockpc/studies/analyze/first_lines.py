@@ -33,14 +33,18 @@ ASKED = 3
 
 def drives_text(profile: ShockProfile) -> str:
     """How well the drives are known that decide, and whether some of them are not known."""
-    deciding = first_deciding(profile)
-    of_drives = [one for one in profile.unknowns if one.kind == "drives"]
-    drives = [one for one in of_drives if one.deciding]
-    if not drives:
-        return "whatever the drives" if of_drives else "drives as given"
-    first = min(drives, key=lambda one: deciding.index(one.deciding[0]))
-    some = ", some unknown" if first.known and not all(one.known for one in drives) else ""
-    return STATUS.get(first.status, f"drives {first.status}") + some
+    of_drives = [unknown for unknown in profile.unknowns if unknown.kind == "drives"]
+    if not of_drives:
+        return "drives as given"
+    decisive = [unknown for unknown in of_drives if unknown.deciding]
+    if not decisive:
+        return "whatever the drives"
+    order = first_deciding(profile)
+    first = min(decisive, key=lambda unknown: order.index(unknown.deciding[0]))
+    text = STATUS.get(first.status, f"drives {first.status}")
+    if first.known and not all(unknown.known for unknown in decisive):
+        text += ", some unknown"
+    return text
 
 
 def range_text(profile: ShockProfile, found: Range | None) -> str:
@@ -52,9 +56,8 @@ def ends_text(found: Range | None) -> str:
     """The ends of a range, and whether they are those of samples; empty without a range."""
     if found is None:
         return ""
-    return f"{rounded(found.smallest)} … {rounded(found.largest)}" + ", sampled" * (
-        found.kind == "samples"
-    )
+    text = f"{rounded(found.smallest)} … {rounded(found.largest)}"
+    return f"{text}, sampled" if found.kind == "samples" else text
 
 
 def shock_text(profile: ShockProfile, place: Place) -> str:
@@ -73,38 +76,35 @@ def sliding_friction(profile: ShockProfile) -> float | None:
     """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or
     none is given.
     """
-    return (
-        None
-        if profile.friction is None or profile.friction.impact is None
-        else profile.scene.friction
-    )
+    if profile.friction is None or profile.friction.impact is None:
+        return None
+    return profile.scene.friction
 
 
 def shown_places(profile: ShockProfile) -> list[Place]:
     """The first place, the points that were asked for, and the worst of all sensors and points."""
-    first, worst = first_place(profile), worst_place(profile)
-    asked = {point.label for point in profile.scene.point}
-    points = [place for place in profile.bracketed[1:] if place.name in asked][:ASKED]
-    return list(
-        {
-            place.name: place for place in (first, *points, *([] if worst is None else [worst]))
-        }.values()
-    )
+    asked = asked_names(profile)
+    points = [place for place in profile.bracketed[1:] if place.name in asked]
+    places = [first_place(profile), *points[:ASKED]]
+    worst = worst_place(profile)
+    if worst is not None:
+        places.append(worst)
+    return list({place.name: place for place in places}.values())
 
 
 def shock_line(profile: ShockProfile) -> str:
     """The shock at the first place and at points that were asked for, with ranges, and where it is
     worst.
     """
-    worst, texts = worst_place(profile), list[str]()
+    asked = asked_names(profile)
+    worst = worst_place(profile)
+    texts: list[str] = []
     for place in shown_places(profile):
-        more = (
-            len(texts)
-            and worst is not None
-            and place.name == worst.name
-            and place.name not in asked_names(profile)
-        )
-        texts.append("worst at " * bool(more) + shock_text(profile, place))
+        text = shock_text(profile, place)
+        is_worst = worst is not None and place.name == worst.name
+        if texts and is_worst and place.name not in asked:
+            text = f"worst at {text}"
+        texts.append(text)
     return f"{landing_text(profile)}: {'; '.join(texts)}"
 
 
@@ -117,47 +117,48 @@ def short_names(landings: Sequence[ShockProfile]) -> list[str]:
     """Names of landings: "all four feet", "FL + FR"; what all contacts' names begin or end with is
     left out.
     """
-    robot = landings[0].robot
-    frames = [[contact.frame for contact in profile.scene.contact] for profile in landings]
-    names = dict.fromkeys([*each_foot(robot), *(name for each in frames for name in each)])
+    names = dict.fromkeys(each_foot(landings[0].robot))
+    for profile in landings:
+        names |= dict.fromkeys(contact.frame for contact in profile.scene.contact)
     short = dict(zip(names, without_common(list(names)), strict=True))
     texts = []
-    for profile, each in zip(landings, frames, strict=True):
-        whole = landing_text(profile)
-        on_all = whole.startswith(("all ", "both "))
-        texts.append(
-            whole.removesuffix(" together") if on_all else " + ".join(short[name] for name in each)
-        )
-    return (
-        texts if len(set(texts)) == len(texts) else [contact_name(profile) for profile in landings]
-    )
+    for profile in landings:
+        text = landing_text(profile)
+        if text.startswith(("all ", "both ")):
+            texts.append(text.removesuffix(" together"))
+        else:
+            frames = [short[contact.frame] for contact in profile.scene.contact]
+            texts.append(" + ".join(frames))
+    if len(set(texts)) < len(texts):
+        return [contact_name(profile) for profile in landings]
+    return texts
 
 
 def margin_line(landings: Mapping[str, ShockProfile]) -> str:
     """The smallest margin of all parts with its range and its landing; empty without a margin."""
     profiles = list(landings.values())
-    found = [
-        (margin, k, place, part.governed_by)
-        for k, profile in enumerate(profiles)
-        for place, part in zip(profile.landing.parts, profile.parts, strict=True)
-        if (margin := part.part_margin) is not None
-    ]
-    if not found:
+    margins: list[tuple[float, int, Place, str]] = []
+    for k, profile in enumerate(profiles):
+        for place, part in zip(profile.landing.parts, profile.parts, strict=True):
+            if part.part_margin is not None:
+                margins.append((part.part_margin, k, place, part.governed_by))
+    if not margins:
         return ""
-    margin, k, place, by = min(found, key=lambda one: one[0])
-    where = "" if len(profiles) == 1 else f", {short_names(profiles)[k]}"
-    least = range_text(profiles[k], range_of(profiles[k], select("part.part_margin"), place))
-    return f"{place.name} {rounded(margin)}{least} by {by}{where}"
+    margin, k, place, by = min(margins, key=lambda entry: entry[0])
+    span = range_text(profiles[k], range_of(profiles[k], select("part.part_margin"), place))
+    line = f"{place.name} {rounded(margin)}{span} by {by}"
+    return line if len(profiles) == 1 else f"{line}, {short_names(profiles)[k]}"
 
 
 def worst_margins(profiles: Sequence[ShockProfile]) -> list[tuple[float, str]] | None:
     """The smallest margin of each landing, and its part; None where no landing has one."""
     worst = []
     for profile in profiles:
-        known = [
-            (part.part_margin, part.part) for part in profile.parts if part.part_margin is not None
-        ]
-        worst.append(min(known, default=(np.nan, "")))
+        margins = []
+        for part in profile.parts:
+            if part.part_margin is not None:
+                margins.append((part.part_margin, part.part))
+        worst.append(min(margins, default=(np.nan, "")))
     return worst if any(name for _, name in worst) else None
 
 
@@ -169,10 +170,10 @@ def mass_text(profile: ShockProfile, contact: ContactImpulse, block: ConstraintB
     if len(profile.contacts) == 1 and np.isfinite(profile.effective_mass):
         acting = profile.effective_mass
     text = f"effective mass {rounded(acting)} kg"
-    normal = (
-        f" ({rounded(contact.effective_mass_frictionless)} kg along the normal, without friction)"
-    )
-    return text if slides_freely(block) else text + normal
+    if slides_freely(block):
+        return text
+    normal = rounded(contact.effective_mass_frictionless)
+    return f"{text} ({normal} kg along the normal, without friction)"
 
 
 def slides_freely(block: ConstraintBlock) -> bool:

@@ -226,7 +226,10 @@ def _scene_lines(profile: ShockProfile) -> list[Line]:
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
     """The damage boundaries of the parts with the landings on them; nothing without parts."""
-    if not any(isinstance(one.strength, Strength) for profile in profiles for one in profile.parts):
+    strengths = []
+    for profile in profiles:
+        strengths += [part.strength for part in profile.parts]
+    if not any(isinstance(strength, Strength) for strength in strengths):
         return []
     return [
         Picture(
@@ -243,19 +246,15 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
 
     Args: bodies; None for all.
     """
-    first = profiles[0]
-    shown = [
-        i
-        for i in range(len(first.bodies))
-        if (bodies is None or i in bodies) and any(one.moved[i] for one in profiles)
-    ]
-    rows: list[Row] = [
-        (first.bodies[i], *(profile.shock_com[i] for profile in profiles)) for i in shown
-    ]
-    points = zip(*(profile.points for profile in profiles), strict=True)
-    rows += [(f"at {same[0].frame}", *(point.shock for point in same)) for same in points]
-    header: list[str | Column] = [
-        "shock at",
-        *(Column(name, name, "-") for name in map(contact_name, profiles)),
-    ]
+    rows: list[Row] = []
+    for i, name in enumerate(profiles[0].bodies):
+        moved = any(profile.moved[i] for profile in profiles)
+        if moved and (bodies is None or i in bodies):
+            rows.append((name, *(profile.shock_com[i] for profile in profiles)))
+    for same in zip(*(profile.points for profile in profiles), strict=True):
+        rows.append((f"at {same[0].frame}", *(point.shock for point in same)))
+    header: list[str | Column] = ["shock at"]
+    for profile in profiles:
+        name = contact_name(profile)
+        header.append(Column(name, name, "-"))
     return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)

@@ -57,16 +57,15 @@ def _places(profiles: Sequence[ShockProfile]) -> list[Place]:
     """
     first = profiles[0]
     asked = [place for place in first.bracketed[1:] if place.name in asked_names(first)]
-    worst = [
-        (_shock(profile, place), place)
-        for profile in profiles
-        if (place := worst_place(profile)) is not None
-    ]
-    places = [
-        first_place(first),
-        *asked[: PLACES - 2],
-        *([max(worst, key=lambda one: one[0])[1]] if worst else []),
-    ]
+    places = [first_place(first), *asked[: PLACES - 2]]
+    worst = []
+    for profile in profiles:
+        place = worst_place(profile)
+        if place is not None:
+            worst.append((_shock(profile, place), place))
+    if worst:
+        _, place = max(worst, key=lambda pair: pair[0])
+        places.append(place)
     return list({place.name: place for place in places}.values())
 
 
@@ -89,32 +88,40 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     shocks = np.array([_shock(profile, place) for profile in profiles])
     single = [k for k, profile in enumerate(profiles) if len(profile.scene.contact) == 1]
     worst = _worst(shocks)
-
-    def text(k: int, where: str = "") -> str:
-        ends = ends_text(first_range(profiles[k]))
-        words = filter(None, (where, ends, "" if where or not ends else drives_text(profiles[k])))
-        return f"{rounded(shocks[k])}" + (f" ({'; '.join(words)})" if where or ends else "")
-
-    if len(profiles[0].scene.contact) == 1 or not single:
-        texts = [
-            f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}: {place.title} "
-            f"{text(worst)}"
-        ]
+    named = [rounded(shock) for shock in shocks]
+    if 0 in single or not single:
+        number = named[worst] + _first_range_text(profiles[worst])
+        text = f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}"
+        texts = [f"{text}: {place.title} {number}"]
     else:
         foot = single[_worst(shocks[single])]
+        number = named[0] + _first_range_text(profiles[0])
+        of_foot = _where_text(profiles[foot], contact_name(profiles[foot]))
         texts = [
-            f"{landing_text(profiles[0])}: {place.title} {text(0)}",
-            f"worst single foot {text(foot, contact_name(profiles[foot]))}",
+            f"{landing_text(profiles[0])}: {place.title} {number}",
+            f"worst single foot {named[foot]} ({of_foot})",
         ]
         if worst not in (0, foot):
-            texts.append(f"worst of all {text(worst, landing_text(profiles[worst]))}")
+            of_worst = _where_text(profiles[worst], landing_text(profiles[worst]))
+            texts.append(f"worst of all {named[worst]} ({of_worst})")
     names = short_names(profiles)
     for other in others:
         values = np.array([_shock(profile, other) for profile in profiles])
-        texts.append(
-            f"{other.title} up to {rounded(values[_worst(values)])} ({names[_worst(values)]})"
-        )
+        k = _worst(values)
+        texts.append(f"{other.title} up to {rounded(values[k])} ({names[k]})")
     return "; ".join(texts)
+
+
+def _first_range_text(profile: ShockProfile) -> str:
+    """The range of the first number in brackets, and how well drives are known; may be empty."""
+    ends = ends_text(first_range(profile))
+    return f" ({ends}; {drives_text(profile)})" if ends else ""
+
+
+def _where_text(profile: ShockProfile, name: str) -> str:
+    """A landing's name, and the range of its first number."""
+    ends = ends_text(first_range(profile))
+    return f"{name}; {ends}" if ends else name
 
 
 def level_text(given: ShockProfile, joint: ShockProfile) -> str:
@@ -124,12 +131,12 @@ def level_text(given: ShockProfile, joint: ShockProfile) -> str:
     """
     struck = {block.body for block in given.landing.contacts}
     others = [block.frame for block in joint.landing.contacts if block.body not in struck]
-    found = _first_text(given, joint)
-    low = (
-        f"{few(others, 8)} {'are' if len(others) > 1 else 'is'} as low (within "
-        f"{1e3 * given.scene.ground_tolerance:g} mm)"
+    are, them = ("are", "them") if len(others) > 1 else ("is", "it")
+    within = f"within {1e3 * given.scene.ground_tolerance:g} mm"
+    return (
+        f"{few(others, 8)} {are} as low ({within}); with {them}, {landing_text(joint)}: "
+        f"{_first_text(given, joint)}"
     )
-    return f"{low}; with {'them' if len(others) > 1 else 'it'}, {landing_text(joint)}: {found}"
 
 
 def _first_text(given: ShockProfile, other: ShockProfile) -> str:
@@ -157,94 +164,109 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     joint impulse, masses.
     """
     profiles = list(landings.values())
-    places, mu = _places(profiles), sliding_friction(profiles[0])
+    places = _places(profiles)
     shocks = np.array([[_shock(profile, place) for place in places] for profile in profiles])
     columns: dict[str | Column, Sequence[Cell]] = {
-        "landing": [contact_name(profile) for profile in profiles]
+        "landing": [contact_name(profile) for profile in profiles],
+        "short name": short_names(profiles),
+        "worst at": [_marks(places, shocks, k) for k in range(len(profiles))],
     }
-    columns["short name"] = short_names(profiles)
-    columns["worst at"] = [_marks(places, shocks, k) for k in range(len(profiles))]
     for place, values in zip(places, shocks.T.tolist(), strict=True):
         columns[f"{place.title} [-]"] = values
-    ranges = [first_range(profile) for profile in profiles]
-    if any(found is not None for found in ranges):
-        columns[Column("smallest_found", "smallest", "-")] = [
-            None if one is None else one.smallest for one in ranges
-        ]
-        columns[Column("largest_found", "largest", "-")] = [
-            None if one is None else one.largest for one in ranges
-        ]
-    if (peaks := _peaks(profiles)) is not None:
+    columns |= _range_columns(profiles)
+    peaks = _peaks(profiles)
+    if peaks is not None:
         columns[f"peak at {places[0].title} [g]"] = peaks
-    if (margins := worst_margins(profiles)) is not None:
-        columns["worst margin [-]"], columns["part"] = zip(*margins, strict=True)
-    (
-        columns[Column("largest_joint_impulse", "impulse", "N s")],
-        columns[Column("through", "through joint")],
-    ) = zip(*(_largest(profile) for profile in profiles), strict=True)
-    columns[Column("effective_mass", "mass", "kg")] = [
-        profile.effective_mass for profile in profiles
-    ]
-    columns[Column("normal_mass", "normal", "kg")] = [
-        normal_mass(profile.landing) for profile in profiles
-    ]
+    margins = worst_margins(profiles)
+    if margins is not None:
+        columns["worst margin [-]"] = [margin for margin, _ in margins]
+        columns["part"] = [part for _, part in margins]
+    largest = [_largest(profile) for profile in profiles]
+    columns[Column("largest_joint_impulse", "impulse", "N s")] = [size for size, _ in largest]
+    columns[Column("through", "through joint")] = [joint for _, joint in largest]
+    masses = [profile.effective_mass for profile in profiles]
+    columns[Column("effective_mass", "mass", "kg")] = masses
+    normal_masses = [normal_mass(profile.landing) for profile in profiles]
+    columns[Column("normal_mass", "normal", "kg")] = normal_masses
+    title = "shock |Δv| / v_in, a line for each landing"
+    return Sheet.of(title, columns, _notes(profiles, places))
+
+
+def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Column, Sequence[Cell]]:
+    """The ends of the first number's range over the drives; none where no landing has one."""
+    smallest: list[Cell] = []
+    largest: list[Cell] = []
+    for profile in profiles:
+        found = first_range(profile)
+        smallest.append(None if found is None else found.smallest)
+        largest.append(None if found is None else found.largest)
+    if all(end is None for end in smallest):
+        return {}
+    return {
+        Column("smallest_found", "smallest", "-"): smallest,
+        Column("largest_found", "largest", "-"): largest,
+    }
+
+
+def _notes(profiles: Sequence[ShockProfile], places: Sequence[Place]) -> list[str]:
+    """What the columns are, and how many sensors and points have none."""
     notes = list(mass_notes(profiles))
-    notes += [] if mu is None else [f"shock and joint impulse with friction {mu:g}"]
-    hidden = len(
-        {place.name for profile in profiles for place in profile.bracketed[1:]}
-        - {place.name for place in places}
-    )
-    notes += [f"{hidden} further sensors and points with --all"] if hidden else []
-    return Sheet.of("shock |Δv| / v_in, a line for each landing", columns, notes)
+    friction = sliding_friction(profiles[0])
+    if friction is not None:
+        notes.append(f"shock and joint impulse with friction {friction:g}")
+    hidden: set[str] = set()
+    for profile in profiles:
+        hidden.update(place.name for place in profile.bracketed[1:])
+    hidden -= {place.name for place in places}
+    if hidden:
+        notes.append(f"{len(hidden)} further sensors and points with --all")
+    return notes
 
 
 def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
     """The same with short names of landings; of the places the first and those that were asked for."""
     profiles = list(landings.values())
     shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
-    left = [
-        Column.of(f"{place.title} [-]").key
-        for place in _places(profiles)
-        if place.name not in shown
-    ]
-    sheet = landings_sheet(landings).without("landing", *left)
+    others = [place for place in _places(profiles) if place.name not in shown]
+    left_out = [Column.of(f"{place.title} [-]").key for place in others]
+    sheet = landings_sheet(landings).without("landing", *left_out)
     return sheet._replace(header=[Column("short_name", "landing"), *sheet.header[1:]])
 
 
 def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:
     """The places at which a landing has the largest shock of all."""
-    return few(
-        [
-            place.title
-            for place, values in zip(places, shocks.T, strict=True)
-            if _worst(values) == k
-        ],
-        PLACES,
-    )
+    titles = []
+    for place, values in zip(places, shocks.T, strict=True):
+        if _worst(values) == k:
+            titles.append(place.title)
+    return few(titles, PLACES)
 
 
 def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
     """Peak acceleration at the first place [g], of a landing that lasts or for a pulse; None without
     either.
     """
-    scene, place = profiles[0].scene, first_place(profiles[0])
-    key = "peak_acceleration" if scene.yields else "peak_g" if scene.pulse is not None else ""
-    if not key or not profiles[0].points:
+    first = profiles[0]
+    if first.scene.yields:
+        key = "peak_acceleration"
+    elif first.scene.pulse is not None:
+        key = "peak_g"
+    else:
         return None
+    if not first.points:
+        return None
+    place = first_place(first)
     return [float(profile.values(quantity("point", key), [place])[0]) for profile in profiles]
 
 
 def _largest(profile: ShockProfile) -> tuple[float, str]:
     """The largest impulse through a joint [N s], and its name; none where it is not determined."""
-    places, key = (
-        profile.places("joint"),
-        "joint_impulse" if sliding_friction(profile) is None else "joint_impulse_friction",
-    )
-    if (
-        not places
-        or not profile.row_space.unique.all()
-        or any(one.kind == "size" for one in profile.health.warnings)
-    ):
-        return math.nan, "not determined" if places else "no joint"
-    values = profile.value(key, "joint")
+    places = profile.places("joint")
+    if not places:
+        return math.nan, "no joint"
+    singular = any(warning.kind == "size" for warning in profile.health.warnings)
+    if singular or not profile.row_space.unique.all():
+        return math.nan, "not determined"
+    sticks = sliding_friction(profile) is None
+    values = profile.value("joint_impulse" if sticks else "joint_impulse_friction", "joint")
     return float(values.max()), places[int(values.argmax())].name

@@ -76,6 +76,15 @@ MODELS = ("shock_free", "shock", "shock_locked", "shock_springs_free", "shock_fr
 EXTREMES = ("most_severe", "most_severe_direction", "least_severe", "least_severe_direction")
 """Quantities of bodies and points that have a table of their own."""
 
+CRITICAL = (
+    Column("critical_velocity_change", "critical", "m/s"),
+    Column("critical_acceleration", "critical peak", "g"),
+    Column("both", "both"),
+    Column("momentary_torque", "withstands", "N m, N"),
+    Column("torque_duration", "withstands it for", "s"),
+)
+"""Columns of what parts withstand."""
+
 PARALLEL = math.radians(1.0)
 """Largest angle to the ground of an impact direction that is called parallel to it."""
 
@@ -220,25 +229,25 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
     """The impact directions with the largest and the smallest shock at each body's CoM and each
     point, at the same speed.
     """
-    found = profile.directions
-    rows = [
-        (f"CoM of {name}", *(part[i] for part in found)) for i, name in enumerate(profile.bodies)
-    ]
-    rows += [(point.frame, *point.directions) for point in profile.points]
     header: list[str | Column] = ["place"]
     for key, word in (("most_severe", "most"), ("least_severe", "least")):
         header.append(Column(key, f"{word} severe", "-"))
         header += [Column(f"{key}_direction_{axis}", f"{word} {axis}", "-") for axis in "xyz"]
-    cells: list[Row] = []
-    for place, most, most_shock, least, least_shock in rows:
+    header.append("to the ground")
+    extremes: list[tuple[Any, ...]] = []
+    for name, *of_body in zip(profile.bodies, *profile.directions, strict=True):
+        extremes.append((f"CoM of {name}", *of_body))
+    extremes += [(point.frame, *point.directions) for point in profile.points]
+    rows: list[Row] = []
+    for place, most, most_shock, least, least_shock in extremes:
         way = "parallel" if abs(least @ profile.landing.up) < PARALLEL else "towards"
-        cells.append((place, most_shock, *most, least_shock, *least, way))
+        rows.append((place, most_shock, *most, least_shock, *least, way))
     title = "most and least severe impact direction (unit vector of the velocity, world axes)"
     note = (
         "over all directions towards the ground or parallel to it; an impact parallel to the "
         "ground is no landing"
     )
-    return Sheet(title, (*header, "to the ground"), cells, [note])
+    return Sheet(title, header, rows, [note])
 
 
 def points_sheet(profile: ShockProfile) -> Sheet:
@@ -253,67 +262,58 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
     counts or what is missing.
     """
     parts = profile.parts
-    torques = [one.strength if isinstance(one.strength, TorqueStrength) else None for one in parts]
-    shocks = [
-        one.strength if not isinstance(one.strength, TorqueStrength) else None for one in parts
-    ]
+    critical = [_critical(part) for part in parts]
     return Sheet.of(
         "parts (margin: the part survives a strike up to this many times as fast)",
         {
-            "part": [one.part for one in parts],
-            "body": [one.body for one in parts],
-            "joint": [one.joint or None for one in parts],
-            Column("speed_change", "|Δv|", "m/s"): [one.speed_change for one in parts],
-            Column("critical_velocity_change", "critical", "m/s"): [
-                None if one is None else one.velocity_change for one in shocks
-            ],
-            Column("critical_acceleration", "critical peak", "g"): [
-                None if one is None else one.acceleration for one in shocks
-            ],
-            "both": [None if one is None else one.both for one in shocks],
-            Column("momentary_torque", "withstands", "N m, N"): [
-                None if one is None else one.momentary_torque for one in torques
-            ],
-            Column("torque_duration", "withstands it for", "s"): [
-                None if one is None else one.duration for one in torques
-            ],
-            "basis": list(map(basis_of, parts)),
+            "part": [part.part for part in parts],
+            "body": [part.body for part in parts],
+            "joint": [part.joint or None for part in parts],
+            Column("speed_change", "|Δv|", "m/s"): [part.speed_change for part in parts],
+            **{column: [values[k] for values in critical] for k, column in enumerate(CRITICAL)},
+            "basis": [basis_of(part) for part in parts],
             **_quantities(profile, "part"),
-            Column("governed_by", "by"): [one.governed_by or None for one in parts],
-            "missing": [one.missing or None for one in parts],
+            Column("governed_by", "by"): [part.governed_by or None for part in parts],
+            "missing": [part.missing or None for part in parts],
         },
     )
+
+
+def _critical(part: PartMargin) -> Row:
+    """What a part withstands: velocity change, acceleration and whether both, or torque and time."""
+    strength = part.strength
+    if isinstance(strength, TorqueStrength):
+        return (None, None, None, strength.momentary_torque, strength.duration)
+    return (strength.velocity_change, strength.acceleration, strength.both, None, None)
 
 
 def basis_of(part: PartMargin) -> str | None:
     """Where the critical values of a part are from."""
     if not isinstance(part.strength, TorqueStrength):
         return part.strength.basis
-    known = not math.isnan(part.strength.momentary_torque)
-    return (
-        ("the torque given" if part.strength.given else "the effort limit of the robot's file")
-        if known
-        else None
-    )
+    if math.isnan(part.strength.momentary_torque):
+        return None
+    return "the torque given" if part.strength.given else "the effort limit of the robot's file"
 
 
 def joints_sheet(profile: ShockProfile) -> Sheet:
     """Where each joint stands, as `--set` takes it, and every quantity of it."""
-    places, notes = profile.places("joint"), list[str]()
-    joints = [profile.robot.joint(place.name) for place in places]
+    joints = [profile.robot.joint(place.name) for place in profile.places("joint")]
+    angles: list[float | None] = []
+    distances: list[float | None] = []
+    for joint in joints:
+        value = None if joint.axis is None else joint.value(profile.q)
+        slides = joint.kind == "prismatic"
+        angles.append(None if value is None or slides else math.degrees(value))
+        distances.append(value if slides else None)
     columns: dict[Any, Any] = {
-        "contact": [contact_name(profile)] * len(places),
-        "joint": [one.name for one in places],
+        "contact": [contact_name(profile)] * len(joints),
+        "joint": [joint.name for joint in joints],
+        "position [deg]": angles,
+        "position [m]": distances,
+        **_quantities(profile, "joint"),
     }
-    single = [(joint.axis is not None, joint.kind == "prismatic", joint) for joint in joints]
-    columns["position [deg]"] = [
-        math.degrees(j.value(profile.q)) if axis and not slides else None
-        for axis, slides, j in single
-    ]
-    columns["position [m]"] = [
-        j.value(profile.q) if axis and slides else None for axis, slides, j in single
-    ]
-    columns |= _quantities(profile, "joint")
+    notes = []
     if profile.health.rank < profile.health.rows:
         notes.append(
             "contact or closure rows are redundant: these are the joint loads of minimum norm"
@@ -327,18 +327,22 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
 
     The range over the drives is of the places of the first lines and of the heaviest body.
     """
-    shocks = [*MODELS, *(key for keys in from_wings("report", "SHOCKS") for key in keys)]
+    keys = [*MODELS]
+    for of_wing in from_wings("report", "SHOCKS"):
+        keys += of_wing
     places = profile.bracketed
-    names = [place.title for place in places]
     shown = {place.name for place in (places[0], *shown_places(profile))}
-    ranges = [
-        range_of(profile, shock_of(profile), place) if place.name in shown else None
-        for place in places
-    ]
-    ends: dict[Any, Any] = {}
-    if any(ranges):
-        ends["smallest found [-]"] = [None if one is None else one.smallest for one in ranges]
-        ends["largest found [-]"] = [None if one is None else one.largest for one in ranges]
-    return Sheet.of(
-        "shocks", {"shock at": names, **_quantities(profile, "point", places, *shocks), **ends}
-    )
+    smallest: list[float | None] = []
+    largest: list[float | None] = []
+    for place in places:
+        found = range_of(profile, shock_of(profile), place) if place.name in shown else None
+        smallest.append(None if found is None else found.smallest)
+        largest.append(None if found is None else found.largest)
+    columns: dict[Any, Any] = {
+        "shock at": [place.title for place in places],
+        **_quantities(profile, "point", places, *keys),
+    }
+    if any(end is not None for end in smallest):
+        columns["smallest found [-]"] = smallest
+        columns["largest found [-]"] = largest
+    return Sheet.of("shocks", columns)
