@@ -1,6 +1,5 @@
 """Landings by name: as a study takes them, with default contacts, and their one robot."""
 
-import reprlib
 from collections.abc import Mapping
 
 from shockpc.landing.contact import contact_name
@@ -12,22 +11,16 @@ from shockpc.text.errors import StudyError
 
 
 def named_scenes(landings: Scene | str | Mapping[str, Scene | str]) -> dict[str, Scene]:
-    """One landing, or landings by name, as the latter, each as `scene_of`; the name of a single one
-    is empty.
+    """Landings by name, each as `scene_of`; the name of a single one is empty.
 
     Raises:
-        StudyError: there is no landing, or something else.
+        StudyError: there is no landing.
     """
-    scenes = {"": landings} if isinstance(landings, Scene | str) else landings
-    if not isinstance(scenes, Mapping) or not all(
-        isinstance(scene, Scene | str) for scene in scenes.values()
-    ):
-        raise StudyError(
-            f"landings is {reprlib.repr(landings)}; give a scene or a robot, or several by name"
-        )
-    if not scenes:
+    if isinstance(landings, Scene | str):
+        landings = {"": landings}
+    if not landings:
         raise StudyError("no landing is given; give at least one scene")
-    return {name: scene_of(scene) for name, scene in scenes.items()}
+    return {name: scene_of(scene) for name, scene in landings.items()}
 
 
 def with_default_landings(landings: Mapping[str, Scene], robot: Robot) -> dict[str, Scene]:
@@ -36,11 +29,12 @@ def with_default_landings(landings: Mapping[str, Scene], robot: Robot) -> dict[s
     Raises:
         ShockError: as for `default_landings`.
     """
-    return {
-        name if scene.contact else f"{name} {contact_name(one)}".strip(): one
-        for name, scene in landings.items()
-        for one in with_contacts(scene, robot)
-    }
+    named: dict[str, Scene] = {}
+    for name, scene in landings.items():
+        for landing in with_contacts(scene, robot):
+            full_name = name if scene.contact else f"{name} {contact_name(landing)}".strip()
+            named[full_name] = landing
+    return named
 
 
 def common_robot(landings: Mapping[str, Scene]) -> Robot:
@@ -50,11 +44,11 @@ def common_robot(landings: Mapping[str, Scene]) -> Robot:
         StudyError: there is no landing, or they are of different robots.
     """
     robots = {name: robot_of(scene) for name, scene in named_scenes(landings).items()}
-    (first, robot), *_ = robots.items()
-    other = next((name for name, another in robots.items() if another is not robot), None)
-    if other is not None:
+    first, robot = next(iter(robots.items()))
+    others = [name for name, another in robots.items() if another is not robot]
+    if others:
         raise StudyError(
-            f'the landings "{first}" and "{other}" are of different robots; give scenes that have '
+            f'the landings "{first}" and "{others[0]}" are of different robots; give scenes that have '
             f"the file, xacro arguments, "
             "packages and SRDF in common, and in an MJCF the robot that has the contact"
         )

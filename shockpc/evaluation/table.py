@@ -2,18 +2,17 @@
 ground allows.
 """
 
-import functools
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
 from shockpc.quantities.renamed import current_name
-from shockpc.quantities.selection import selections
+from shockpc.quantities.selection import Selection, selections
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, StudyError
 from shockpc.text.printed import count, listed
@@ -76,61 +75,51 @@ class Table:
 
         Args: header, names with units in brackets.
         """
-        columns = list(zip(*rows, strict=True)) or [()] * len(header)
-        kinds = (
-            object if any(isinstance(cell, str) for cell in cells) else float for cells in columns
-        )
-        return cls(
-            (),
-            {
-                name: np.array(x, dtype=kind)
-                for name, x, kind in zip(header, columns, kinds, strict=True)
-            },
-            messages,
-        )
+        columns: dict[str, np.ndarray] = {}
+        by_column = list(zip(*rows, strict=True)) or [()] * len(header)
+        for name, cells in zip(header, by_column, strict=True):
+            has_texts = any(isinstance(cell, str) for cell in cells)
+            columns[name] = np.array(cells, dtype=object if has_texts else float)
+        return cls((), columns, messages)
 
     @property
     def units(self) -> dict[str, str]:
         """The unit of every column by its heading: "-" for 1; empty of texts, counts, and numbers
         whose rows name theirs.
         """
-        known = {**self.label_units, **{column.name: column.unit for column in self.computed}}
+        known = dict(self.label_units)
+        known |= {column.name: column.unit for column in self.computed}
         return {name: known.get(name, _unit(name)) for name in self.columns}
 
     @classmethod
     def joined(cls, tables: Iterable["Table"]) -> "Table":
         """One table of consecutive ones."""
         parts = list(tables)
-        starts = np.cumsum([0, *map(len, parts)]).tolist()
-
-        return cls(
-            parts[0].computed,
-            {
-                name: np.concatenate([part.columns[name] for part in parts])
-                for name in parts[0].columns
-            },
-            {
-                start + i: text
-                for start, part in zip(starts, parts, strict=False)
-                for i, text in part.messages.items()
-            },
-            cast(
-                tuple[int, int, int],
-                tuple(map(sum, zip(*(part.refused for part in parts), strict=True))),
-            ),
-            tuple(itertools.chain.from_iterable(part.defects for part in parts)),
-            parts[0].first,
-            common=parts[0].common,
+        first = parts[0]
+        columns = {
+            name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns
+        }
+        messages: dict[int, str] = {}
+        defects: list[str] = []
+        start = 0
+        for part in parts:
+            messages |= {start + i: text for i, text in part.messages.items()}
+            defects += part.defects
+            start += len(part)
+        pulled, gained, others = np.sum([part.refused for part in parts], axis=0).tolist()
+        return replace(
+            first,
+            columns=columns,
+            messages=messages,
+            refused=(pulled, gained, others),
+            defects=tuple(defects),
         )
 
     def first_rows(self, count: int) -> "Table":
         """The first rows, at most so many."""
-        columns = {name: self.columns[name][:count] for name in self.columns}
-        return replace(
-            self,
-            columns=columns,
-            messages={i: text for i, text in self.messages.items() if i < count},
-        )
+        columns = {name: values[:count] for name, values in self.columns.items()}
+        messages = {i: text for i, text in self.messages.items() if i < count}
+        return replace(self, columns=columns, messages=messages)
 
     def without_defects(self) -> "Table":
         """The table itself, for a study that does not give its rows on.
@@ -139,9 +128,9 @@ class Table:
             DefectError: in a row an unexpected exception arose.
         """
         if self.defects:
+            last_line = self.defects[0].splitlines()[-1]
             raise DefectError(
-                f"an error in shockpc itself, please report it: {self.defects[0].splitlines()[-1]}",
-                self.defects[0],
+                f"an error in shockpc itself, please report it: {last_line}", self.defects[0]
             )
         return self
 
@@ -158,24 +147,22 @@ class Table:
             for column in self.computed
             if column.selection.name == key and place in ("", column.place.name)
         ]
-        if len(named) != 1:
-            valid = (
-                listed((column.name for column in named or self.computed), 6)
-                or "none of which one value is worse than another"
-            )
-            raise StudyError(
-                f'"{text}" means {valid}; name one of them'
-                if named
-                else f'no column is "{text}"; there are {valid}'
-            )
-        return named[0]
+        if len(named) == 1:
+            return named[0]
+        listed_names = listed((column.name for column in named or self.computed), 6)
+        valid = listed_names or "none of which one value is worse than another"
+        if named:
+            raise StudyError(f'"{text}" means {valid}; name one of them')
+        raise StudyError(f'no column is "{text}"; there are {valid}')
 
     @checked
     def values(self, column: Column | str) -> Array:
         """The values (n,) of a column, of a computed one also by what `column` takes."""
-        if isinstance(column, str) and column in self.columns:
+        if isinstance(column, Column):
+            return self.columns[column.name]
+        if column in self.columns:
             return self.columns[column]
-        return self.columns[(self.column(column) if isinstance(column, str) else column).name]
+        return self.columns[self.column(column).name]
 
     @property
     def main(self) -> tuple[Column, ...]:
@@ -204,26 +191,19 @@ class Table:
         names = [
             column.name for column in self.computed if column.selection.quantity.decided_by_ground
         ]
-        return (
-            np.any([self.columns[name] == 1.0 for name in names], axis=0)
-            if names
-            else np.ones(len(self), dtype=bool)
-        )
+        if not names:
+            return np.ones(len(self), dtype=bool)
+        return np.asarray(np.any([self.columns[name] == 1.0 for name in names], axis=0))
 
     @property
     def tilted(self) -> np.ndarray:
         """Which landings (n,) flat ground allows only if the robot is tilted a little; none, where
         that was not computed.
         """
-        name = next(
-            (
-                column.name
-                for column in self.computed
-                if column.selection.quantity.relations.role == "tilt"
-            ),
-            "",
-        )
-        return self.columns[name] == 1.0 if name else np.zeros(len(self), dtype=bool)
+        for column in self.computed:
+            if column.selection.quantity.relations.role == "tilt":
+                return np.asarray(self.columns[column.name] == 1.0)
+        return np.zeros(len(self), dtype=bool)
 
     @checked
     def ranked(self, column: Column | str) -> np.ndarray:
@@ -236,14 +216,18 @@ class Table:
         Raises:
             StudyError: there is no such column.
         """
-        selection = (
-            selections().get(column.partition("@")[0])
-            if isinstance(column, str) and column in self.columns
-            else None
-        )
-        if selection is None:
-            selection = (self.column(column) if isinstance(column, str) else column).selection
+        selection = self._selection(column)
         return np.argsort(-selection.worse(self.values(column)), kind="stable")
+
+    def _selection(self, column: Column | str) -> Selection:
+        """The quantity of a column, as `ranked` takes it."""
+        if isinstance(column, Column):
+            return column.selection
+        if column in self.columns:
+            selection = selections().get(column.partition("@")[0])
+            if selection is not None:
+                return selection
+        return self.column(column).selection
 
     @checked
     def worst(self, count: int, column: Column | str | None = None) -> list[int]:
@@ -261,14 +245,17 @@ class Table:
         """
         count = max(count, 0)
         columns: Sequence[Column | str] = self.main if column is None else (column,)
-        orders = (
-            [i for i in self.ranked(each)[:count].tolist() if np.isfinite(self.values(each)[i])]
-            for each in columns
-        )
-        rows = dict.fromkeys(
-            i for places in itertools.zip_longest(*orders) for i in places if i is not None
-        )
+        orders = [self._worst_of(each, count) for each in columns]
+        # The worst row of each column, then the next of each, every row once.
+        rows: dict[int, None] = {}
+        for of_rank in itertools.zip_longest(*orders):
+            rows |= dict.fromkeys(row for row in of_rank if row is not None)
         return list(rows)[:count]
+
+    def _worst_of(self, column: Column | str, count: int) -> list[int]:
+        """The rows with the worst values of a column, at most so many, if these are finite."""
+        values = self.values(column)
+        return [row for row in self.ranked(column)[:count].tolist() if np.isfinite(values[row])]
 
     @checked
     def percentile(self, column: Column | str, share: float) -> float:
@@ -295,10 +282,9 @@ class Table:
 
         messages = pyarrow.nulls(len(self), pyarrow.string())
         if self.messages:
-            messages = pyarrow.array(
-                [self.messages.get(i) for i in range(len(self))], pyarrow.string()
-            )
-        arrays = {name: _to_arrow(x) for name, x in self.columns.items()}
+            texts = [self.messages.get(i) for i in range(len(self))]
+            messages = pyarrow.array(texts, pyarrow.string())
+        arrays = {name: _to_arrow(values) for name, values in self.columns.items()}
         return pyarrow.table({**arrays, "message": messages})
 
     def to_pandas(self) -> Any:
@@ -356,13 +342,15 @@ def _to_arrow(values: np.ndarray) -> Any:
     kind = values.dtype.kind
     if kind not in "bif":
         return pyarrow.array(values, from_pandas=True)
-    bits, data = functools.partial(np.packbits, bitorder="little"), np.ascontiguousarray(values)
-    unknown = np.isnan(data) if kind == "f" else np.zeros(0, dtype=bool)
-    buffers = [
-        pyarrow.py_buffer(bits(~unknown)) if unknown.any() else None,
-        pyarrow.py_buffer(bits(data) if kind == "b" else data),
-    ]
-    return pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(data.dtype), len(data), buffers)
+    data = np.ascontiguousarray(values)
+    # Arrow has booleans and the mask of known values as bits.
+    known = None
+    if kind == "f" and np.isnan(data).any():
+        known = pyarrow.py_buffer(np.packbits(~np.isnan(data), bitorder="little"))
+    if kind == "b":
+        data = np.packbits(data, bitorder="little")
+    buffers = [known, pyarrow.py_buffer(data)]
+    return pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(values.dtype), len(values), buffers)
 
 
 def _unit(heading: str) -> str:
@@ -371,10 +359,6 @@ def _unit(heading: str) -> str:
     if bracket:
         return unit.removesuffix("]")
     selection = selections().get(heading.partition("@")[0])
-    return (
-        selection.quantity.unit.replace("1", "-")
-        if selection
-        else "deg"
-        if heading.endswith("_deg")
-        else ""
-    )
+    if selection is not None:
+        return selection.quantity.unit.replace("1", "-")
+    return "deg" if heading.endswith("_deg") else ""

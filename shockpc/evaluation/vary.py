@@ -15,21 +15,8 @@ Vary: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
 
 
 def pairs(vary: Vary) -> list[tuple[str, Any]]:
-    """Subjects with their values, given as a mapping or as pairs.
-
-    Raises:
-        StudyError: they are given in another way.
-    """
-    given: Any = vary.items() if isinstance(vary, Mapping) else vary
-    several = isinstance(given, Iterable) and not isinstance(given, str)
-    listed = list(given) if several else [given]
-    for pair in listed:
-        if not (isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[0], str)):
-            raise StudyError(
-                f'what varies is {pair!r}; give values by subject, such as {{"strike-angle": '
-                f'"0:30"}}, or pairs of both'
-            )
-    return [(subject, values) for subject, values in listed]
+    """Subjects with their values, given as a mapping or as pairs."""
+    return list(vary.items() if isinstance(vary, Mapping) else vary)
 
 
 def variation(
