@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
@@ -30,11 +31,12 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import COMPONENTS
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import link_inertia, links_with_mass
+from shockpc.robot.elements import Joint
 
 STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4
 """First step of a difference as a share of the parameter's size; where its two differences do not
-agree, a step so much finer is
-tried, so many times in all."""
+agree, a step so much finer is tried, so many times in all.
+"""
 
 AGREE = 1e-5
 """How far two differences are apart that agree, as a share of the derivative: what follows from
@@ -53,8 +55,8 @@ differences.
 
 ONE_SIDED = 22.0 / 3.0
 """How much more the rounding of its rows counts in a one-sided derivative: they enter by (1, −12,
-32, −21) / 3, not by
-(−1, 8, −8, 1) / 6, of which the sums are 22 and 3."""
+32, −21) / 3, not by (−1, 8, −8, 1) / 6, of which the sums are 22 and 3.
+"""
 
 CENTRAL, FORWARD = np.array([1.0, 0.5, -0.5, -1.0]), np.array([1.0, 0.5, 0.25, 0.0])
 """The rows of a parameter, as shares of the step; the second where less than none would be left on
@@ -63,7 +65,10 @@ the other side.
 
 EPSILON = float(np.finfo(float).eps)
 
-RADIAN, MILLIMETRE = math.degrees(1.0), 1e-3
+RADIAN = math.degrees(1.0)
+
+ABSOLUTE_STEPS = {"deg": 1.0, "m": 1e-3}
+"""The steps that are shown of angles and lengths [deg, m]; others are 1 % of what they are of."""
 
 UNSETTLED = (
     "the difference does not settle: the number has a kink or a jump near this value, for example "
@@ -98,113 +103,141 @@ class Parameter(NamedTuple):
     lowest: float
 
 
+class _Scale(NamedTuple):
+    """What changes of a parameter are compared with.
+
+    Attributes:
+        size: that of a difference [its unit].
+        amount: of which 1 % is the step that is shown, unless that is an angle or a length [its
+            unit].
+        away: a number with the sign of the direction away from zero.
+    """
+
+    size: float
+    amount: float
+    away: float
+
+
 def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     """What a sweep varies as a parameter of a landing.
 
-    Args: varied, of one link, one joint, or the landing.
+    Args:
+        landing: the landing.
+        varied: of one link, one joint, or the landing.
 
     Raises:
         StudyError: the scene gives it in another way.
     """
-    varied.kind.refuse_scene(landing.scene)
-    robot = landing.robot
     kind = varied.kind
-    value = away = varied.present(landing)
-    lowest = 0.0 if kind.nonnegative or varied.factor else -math.inf
-    relative = varied.unit not in ("deg", "m")
-    size = step = (
-        landing.length
-        if varied.unit == "m"
-        else RADIAN
-        if varied.unit == "deg"
-        else abs(value) or 1.0
-    )
-    if isinstance(kind, LinkProperty):
-        whole, own = (
-            robot.inertias[robot.frames[varied.target].body],
-            link_inertia(robot, varied.target),
-        )
-        if kind in CENTRES:
-            size, away = (
-                float(robot.gyration[robot.frames[varied.target].body]) or size,
-                float(own.lever["xyz".index(kind.word[-1])]),
-            )
-        elif kind in ENTRIES:
-            size, step = float(np.trace(whole)) / 3.0, float(np.trace(own.inertia)) / 3.0
-            away = float(own.inertia["xyz".index(kind.word[-2]), "xyz".index(kind.word[-1])])
-        elif not varied.factor:
-            size = step = own.mass
-            if kind == POINT_MASS:
-                lowest = -own.mass
-    if kind == ARMATURE and not varied.factor:
-        v, H = robot.joint(varied.target).v.start, landing.state.H[0]
-        # the inertia that the joint moves; with all others free it resists by less
-        step = value or float(H[v, v])
-        size = 1.0 / float(np.linalg.inv(H)[v, v])
+    kind.refuse_scene(landing.scene)
+    value = varied.present(landing)
+    scale = _scale(landing, varied, value)
+    lowest = -math.inf
+    if kind.nonnegative or varied.factor:
+        lowest = 0.0
+    elif kind == POINT_MASS:
+        lowest = -link_inertia(landing.robot, varied.target).mass
     if kind == STRIKE_ANGLE and landing.plane.level:
         value = math.nan
-    step = {"deg": 1.0, "m": MILLIMETRE}.get(varied.unit, 0.01 * step)
     return Parameter(
-        varied,
-        value,
-        size or 1.0,
-        step,
-        relative,
-        math.copysign(1.0, away or 1.0),
-        lowest,
+        varied=varied,
+        value=value,
+        size=scale.size or 1.0,
+        step=ABSOLUTE_STEPS.get(varied.unit, 0.01 * scale.amount),
+        relative=varied.unit not in ABSOLUTE_STEPS,
+        away=math.copysign(1.0, scale.away or 1.0),
+        lowest=lowest,
     )
+
+
+def _scale(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
+    """What changes of a parameter with a present value are compared with."""
+    kind = varied.kind
+    is_factor_of_mass = varied.factor and kind not in (*CENTRES, *ENTRIES)
+    if isinstance(kind, LinkProperty) and not is_factor_of_mass:
+        return _scale_of_link(landing, varied, value)
+    if kind == ARMATURE and not varied.factor:
+        v = landing.robot.joint(varied.target).v.start
+        H = landing.state.H[0]
+        # The inertia that the joint moves; with all others free it resists by less.
+        return _Scale(1.0 / float(np.linalg.inv(H)[v, v]), value or float(H[v, v]), value)
+    size = abs(value) or 1.0
+    if varied.unit == "m":
+        size = landing.length
+    elif varied.unit == "deg":
+        size = RADIAN
+    return _Scale(size, size, value)
+
+
+def _scale_of_link(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
+    """What changes of a centre of mass, an entry of an inertia, or a mass are compared with.
+
+    The body's inertia holds all links that are fixed to one another.
+    """
+    robot, kind = landing.robot, varied.kind
+    body = robot.frames[varied.target].body
+    link = link_inertia(robot, varied.target)
+    if kind in CENTRES:
+        size = float(robot.gyration[body]) or landing.length
+        return _Scale(size, size, float(link.lever["xyz".index(kind.word[-1])]))
+    if kind in ENTRIES:
+        row, column = ("xyz".index(axis) for axis in kind.word[-2:])
+        size = float(np.trace(robot.inertias[body])) / 3.0
+        amount = float(np.trace(link.inertia)) / 3.0
+        return _Scale(size, amount, float(link.inertia[row, column]))
+    return _Scale(link.mass, link.mass, value)
 
 
 def _every(landing: PosedLanding) -> Iterator[Variation]:
     """What varies of a landing if nothing is named: of links, then of joints, then the strike."""
-    robot, locked = landing.robot, landing.joint_model.locked
-    with_rotor = {
-        name for pattern in landing.scene.joints.rotor for name in robot.match_joints(pattern)
-    }
+    robot = landing.robot
     for link in links_with_mass(robot, "*"):
-        yield from (
-            Variation(f"{kind.word}:{link}", kind, link, kind.unit)
-            for kind in LINK_PROPERTIES
-            if kind != INERTIA
-        )
-    joints = [
-        joint
-        for name in robot.joint_names
-        if name not in robot.followers
-        for joint in [robot.joint(name)]
-    ]
-    for joint in joints:
-        if not locked[joint.v].all():
-            unit = ARMATURE.unit_of_prismatic
-            if joint.unit == "rad":
-                unit = ARMATURE.unit_of_revolute
-            # A factor keeps the rotor, with its gear and its spring; another inertia would leave
-            # them out.
-            factor = joint.name in with_rotor or bool(landing.joint_model.per_turn[joint.v].any())
-            yield Variation(
-                f"armature:{joint.name}",
-                ARMATURE,
-                joint.name,
-                "-" if factor else unit,
-                factor=factor,
-            )
+        for kind in LINK_PROPERTIES:
+            if kind != INERTIA:
+                yield Variation(f"{kind.word}:{link}", kind, link, kind.unit)
+    joints = [robot.joint(name) for name in robot.joint_names if name not in robot.followers]
+    yield from _armatures(landing, joints)
     for joint in joints:
         if joint.axis is not None:
-            yield Variation(
-                joint.name, JOINT_POSITION, joint.name, joint.unit.replace("rad", "deg")
-            )
+            unit = joint.unit.replace("rad", "deg")
+            yield Variation(joint.name, JOINT_POSITION, joint.name, unit)
         for word in COMPONENTS.get(joint.kind, ()):
             yield Variation(f"{word}:{joint.name}", KINDS[word], joint.name, KINDS[word].unit)
     if not landing.plane.level:
         yield Variation("strike-angle", STRIKE_ANGLE, "", "deg")
 
 
+def _armatures(landing: PosedLanding, joints: Sequence[Joint]) -> Iterator[Variation]:
+    """The reflected inertias of the joints that are not locked.
+
+    A factor keeps the rotor, with its gear and its spring; another inertia would leave them out.
+    """
+    model = landing.joint_model
+    with_rotor: set[str] = set()
+    for pattern in landing.scene.joints.rotor:
+        with_rotor.update(landing.robot.match_joints(pattern))
+    for joint in joints:
+        if model.locked[joint.v].all():
+            continue
+        unit = ARMATURE.unit_of_prismatic
+        if joint.unit == "rad":
+            unit = ARMATURE.unit_of_revolute
+        factor = joint.name in with_rotor or bool(model.per_turn[joint.v].any())
+        if factor:
+            unit = "-"
+        yield Variation(f"armature:{joint.name}", ARMATURE, joint.name, unit, factor=factor)
+
+
 def parameters(landing: PosedLanding, chosen: Sequence[Variation] = ()) -> dict[str, Parameter]:
     """The parameters of a landing by name: those that are chosen, or all; an inertia that a link
     lacks does not change.
     """
-    parameters = (_parameter(landing, varied) for varied in chosen or _every(landing))
-    return {one.varied.subject: one for one in parameters if chosen or one.step > 0.0}
+    parameters = {}
+    for varied in chosen or _every(landing):
+        parameter = _parameter(landing, varied)
+        if chosen or parameter.step > 0.0:
+            parameters[varied.subject] = parameter
+    return parameters
 
 
 class Slope(NamedTuple):
@@ -232,70 +265,117 @@ def slopes_beside(
         wanted: the parameters by name.
         number: the number.
     """
-    names = [name for name, parameter in wanted.items() if math.isfinite(parameter.value)]
-    slopes = {name: Slope(np.nan, reason=NO_VALUE) for name in wanted if name not in names}
-    if not names:
-        return slopes
-    present, size, lowest = np.array(
-        [(p.value, p.size, p.lowest) for p in map(wanted.get, names) if p is not None]
-    ).T
-    here, n = number_of(profile, number), len(names)
-    source = VariedLandings(
-        profile.scene, profile.robot, tuple(wanted[name].varied for name in names), sample=1
-    )
-    evaluation = Evaluation(source, (number,), prove=0, trusted=TRUSTED)
-    # so that a value and its step are added without rounding
-    step = 2.0 ** np.round(np.log2(STEP * size))
-    one_sided = present - step < lowest
-    value, error, noise, todo, messages = (
-        np.full(n, np.nan),
-        np.full(n, np.inf),
-        math.inf,
-        np.arange(n),
-        dict[int, str](),
-    )
-    for k in range(ROUNDS):
-        h, sided, given = step[todo] / FINER**k, one_sided[todo], np.full((len(todo), 4, n), np.nan)
-        shares = np.where(sided[:, None], FORWARD, CENTRAL)
-        given[np.arange(len(todo)), :, todo] = present[todo, None] + h[:, None] * shares
-        table = replace(
-            evaluation, landings=source.at(given.reshape(-1, n))
-        ).table.without_defects()
-        f = table.values(number).reshape(-1, 4).T
-        messages |= {int(todo[i // 4]): text for i, text in table.messages.items()}
-        whole, half, left = _differences(f, here, h, sided)
-        central = np.nan_to_num(left * h)[~sided]
-        if not k or len(central):
-            # Of one-sided differences alone it is seen where nothing changes: the row of the
-            # landing, and its proven number.
-            rounding = float(np.median(central)) if len(central) else np.abs(f[3] - here).max()
-            # What is left with the steps of a few parameters may be more than rounding, and is less
-            # with finer ones.
-            noise = min(noise, ROUNDING * max(EPSILON * abs(here), rounding))
-        rounded = noise / h * np.where(sided, ONE_SIDED, 1.0)
-        apart = np.maximum(np.abs(whole - half), left) + rounded
-        better = apart < error[todo]
-        found = (4.0 * half - whole) / 3.0
-        error[todo[better]], value[todo[better]] = (
-            apart[better],
-            np.where(np.abs(found) > rounded, found, 0.0)[better],
-        )
-        more = (apart > AGREE * np.abs(found) + 2.0 * rounded) | (
-            apart > _settled(found, here, size[todo])
-        )
-        todo = todo[more & better]
-        if not len(todo):
-            break
-    for i, name in enumerate(names):
-        if i in messages:
-            slopes[name] = Slope(
-                np.nan, reason=f"beside this value there is no such number: {messages[i]}"
-            )
-        elif not error[i] <= _settled(value[i], here, size[i]):
-            slopes[name] = Slope(np.nan, float(error[i]), UNSETTLED)
+    slopes: dict[str, Slope] = {}
+    known: dict[str, Parameter] = {}
+    for name, parameter in wanted.items():
+        if math.isfinite(parameter.value):
+            known[name] = parameter
         else:
-            slopes[name] = Slope(float(value[i]), float(error[i]))
+            slopes[name] = Slope(np.nan, reason=NO_VALUE)
+    if known:
+        beside = _Beside(profile, list(known.values()), number)
+        beside.refine()
+        for i, name in enumerate(known):
+            slopes[name] = beside.slope(i)
     return slopes
+
+
+class _Beside:
+    """Differences of a number beside a landing, by n parameters, each refined until it settles.
+
+    Args:
+        profile: the landing.
+        parameters: with present values.
+        number: the number.
+    """
+
+    def __init__(self, profile: ShockProfile, parameters: Sequence[Parameter], number: Column):
+        self._number = number
+        self._here = number_of(profile, number)
+        self._present = np.array([parameter.value for parameter in parameters])
+        self._size = np.array([parameter.size for parameter in parameters])
+        varied = tuple(parameter.varied for parameter in parameters)
+        self._landings = VariedLandings(profile.scene, profile.robot, varied, sample=1)
+        self._evaluation = Evaluation(self._landings, (number,), prove=0, trusted=TRUSTED)
+        # A power of two, so that a value and its step are added without rounding.
+        self._step: Array = np.exp2(np.round(np.log2(STEP * self._size)))
+        lowest = np.array([parameter.lowest for parameter in parameters])
+        self._one_sided = self._present - self._step < lowest
+        # What rounding leaves of second differences of rows.
+        self._noise = math.inf
+        self._value = np.full(len(parameters), np.nan)
+        self._error = np.full(len(parameters), np.inf)
+        self._messages: dict[int, str] = {}
+
+    def slope(self, i: int) -> Slope:
+        """The derivative by a parameter."""
+        value, error = float(self._value[i]), float(self._error[i])
+        if i in self._messages:
+            reason = f"beside this value there is no such number: {self._messages[i]}"
+            return Slope(np.nan, reason=reason)
+        if not error <= _settled(self._value[i], self._here, self._size[i]):
+            return Slope(np.nan, error, UNSETTLED)
+        return Slope(value, error)
+
+    def refine(self) -> None:
+        """Compute the differences with steps that become finer."""
+        todo = np.arange(len(self._present))
+        for k in range(ROUNDS):
+            todo = self._refined(todo, self._step[todo] / FINER**k, first=k == 0)
+            if not len(todo):
+                return
+
+    def _refined(self, todo: NDArray[np.intp], h: Array, *, first: bool) -> NDArray[np.intp]:
+        """Compute the differences of some parameters (m,) with their steps (m,).
+
+        Returns: those that take a finer step.
+        """
+        sided = self._one_sided[todo]
+        f = self._rows(todo, h)
+        whole, half, left = _differences(f, self._here, h, sided)
+        central = np.nan_to_num(left * h)[~sided]
+        if first or len(central):
+            self._note_rounding(central, f)
+        rounded = self._noise / h * np.where(sided, ONE_SIDED, 1.0)
+        # (4 D(h/2) − D(h)) / 3, and how far both are apart.
+        slope = (4.0 * half - whole) / 3.0
+        apart = np.maximum(np.abs(whole - half), left) + rounded
+        better = apart < self._error[todo]
+        self._error[todo[better]] = apart[better]
+        self._value[todo[better]] = np.where(np.abs(slope) > rounded, slope, 0.0)[better]
+        disagree = apart > AGREE * np.abs(slope) + 2.0 * rounded
+        unsettled = apart > _settled(slope, self._here, self._size[todo])
+        return todo[(disagree | unsettled) & better]
+
+    def _rows(self, todo: NDArray[np.intp], h: Array) -> Array:
+        """The number (4, m) in four rows beside the landing, for each parameter."""
+        m, n = len(todo), len(self._present)
+        shares = np.where(self._one_sided[todo, None], FORWARD, CENTRAL)
+        # NaN leaves a parameter as it is.
+        values = np.full((m, 4, n), np.nan)
+        values[np.arange(m), :, todo] = self._present[todo, None] + h[:, None] * shares
+        landings = self._landings.at(values.reshape(-1, n))
+        table = replace(self._evaluation, landings=landings).table.without_defects()
+        for row, text in table.messages.items():
+            self._messages[int(todo[row // 4])] = text
+        return table.values(self._number).reshape(-1, 4).T
+
+    def _note_rounding(self, central: Array, f: Array) -> None:
+        """Note what rounding leaves: the median of what is left of central second differences.
+
+        Of one-sided differences alone it is seen where nothing changes: the row of the landing, and
+        its proven number. What is left with the steps of a few parameters may be more than
+        rounding, and is less with finer ones.
+
+        Args:
+            central: (c,) what is left.
+            f: (4, m) rows, of which the last has no change if there are no central differences.
+        """
+        if len(central):
+            rounding = float(np.median(central))
+        else:
+            rounding = np.abs(f[3] - self._here).max()
+        self._noise = min(self._noise, ROUNDING * max(EPSILON * abs(self._here), rounding))
 
 
 def _differences(
@@ -315,23 +395,34 @@ def _differences(
         h: (m,) their steps.
         one_sided: (m,) which have rows on one side only.
     """
-    central = (f[0] - f[3]) / (2.0 * h), (f[1] - f[2]) / h
-    forward = (4.0 * f[1] - f[0] - 3.0 * f[3]) / h, 2.0 * (4.0 * f[2] - f[1] - 3.0 * f[3]) / h
-    whole, half = (np.where(one_sided, *pair) for pair in zip(forward, central, strict=True))
-    bend, kink = (f[0] - 2.0 * here + f[3]) / h, 2.0 * (f[1] - 2.0 * here + f[2]) / h
-    return whole, half, np.where(one_sided, 0.0, np.abs(2.0 * kink - bend))
+    f_0, f_1, f_2, f_3 = f
+    # D(h) = (f(h) − f(−h)) / 2h,  D(h/2) = (f(h/2) − f(−h/2)) / h
+    central = (f_0 - f_3) / (2.0 * h)
+    central_half = (f_1 - f_2) / h
+    # D(h) = (4 f(h/2) − f(h) − 3 f(0)) / h,  D(h/2) = 2 (4 f(h/4) − f(h/2) − 3 f(0)) / h
+    forward = (4.0 * f_1 - f_0 - 3.0 * f_3) / h
+    forward_half = 2.0 * (4.0 * f_2 - f_1 - 3.0 * f_3) / h
+    # h f'' with both steps: halved for a smooth function, equal at a kink.
+    bend = (f_0 - 2.0 * here + f_3) / h
+    kink = 2.0 * (f_1 - 2.0 * here + f_2) / h
+    left = np.where(one_sided, 0.0, np.abs(2.0 * kink - bend))
+    whole = np.where(one_sided, forward, central)
+    half = np.where(one_sided, forward_half, central_half)
+    return whole, half, left
 
 
 def _settled(slope: Array, number: float, size: Array) -> Array:
     """Largest error with which differences are derivatives.
 
-    Args: slope, them; number, of the landing; size, of the parameters.
+    Args:
+        slope: the differences.
+        number: of the landing.
+        size: of the parameters.
     """
     return np.maximum(SETTLED * np.abs(slope), SMALL * abs(number) / size)
 
 
 def number_of(profile: ShockProfile, number: Column) -> float:
     """A number of a landing, as proven [its unit]."""
-    return float(
-        number.selection.scalar(profile.values(number.selection.quantity, [number.place]))[0]
-    )
+    values = profile.values(number.selection.quantity, [number.place])
+    return float(number.selection.scalar(values)[0])
