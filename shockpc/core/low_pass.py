@@ -15,11 +15,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from shockpc.core.number import number_from
+from shockpc.core.number import number_within
 from shockpc.core.pulse import SHAPES, Pulse, peak_acceleration
 from shockpc.core.spatial import Array
 
 ComplexArray: TypeAlias = np.ndarray[Any, np.dtype[np.complex128]]
+
+FREQUENCY = {"Hz": 1.0, "kHz": 1e3}
+"""Units of frequencies [Hz]."""
 
 LOWEST, HIGHEST = 1e-3, 1e9
 """Frequency of a filter [Hz]."""
@@ -90,10 +93,11 @@ def low_pass_from(text: str) -> LowPass:
     """
     frequency, colon, order = text.partition(":")
     try:
-        hertz = number_from(frequency, {"Hz": 1.0, "kHz": 1e3})
+        hertz = number_within(frequency, FREQUENCY, LOWEST, HIGHEST)
+        valid = not colon or order in ("1", "2")
     except ValueError:
-        hertz = math.nan
-    if (colon and order not in ("1", "2")) or not LOWEST <= hertz <= HIGHEST:
+        valid = False
+    if not valid:
         raise ValueError(
             f'"{text}" is not a bandwidth; give a frequency from {LOWEST:g} to {HIGHEST:g} Hz, and '
             f":2 for a filter of second order "

@@ -46,6 +46,18 @@ def number_from(text: str, units: Mapping[str, float] = NO_UNIT) -> float:
     return value
 
 
+def number_within(text: str, units: Mapping[str, float], least: float, most: float) -> float:
+    """The number that a text gives, as `number_from`, from `least` to `most`.
+
+    Raises:
+        ValueError: it is not a number, has another unit, or is not within the bounds.
+    """
+    value = number_from(text, units)
+    if not least <= value <= most:
+        raise ValueError(f'"{text}" is not from {least:g} to {most:g}')
+    return value
+
+
 def factor_texts(texts: Sequence[str]) -> tuple[list[str], bool]:
     """Texts of numbers, and whether they are factors: each then has an x behind it, left out here."""
     stripped = [text.strip() for text in texts]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.number import number_from
+from shockpc.core.number import NO_UNIT, number_within
 from shockpc.core.pulse import SHAPES, UNITS, Pulse, pulse_from, velocity_change
 from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
@@ -33,6 +33,15 @@ IMPULSIVE = 0.3
 
 CHANGES = {"half-sine": "2AT/π", "saw-tooth": "AT/2", "haversine": "AT/2", "rectangle": "AT"}
 """Velocity change of each shape with peak A and length T."""
+
+
+_ABOVE_ZERO = 1.0 / LARGEST_NUMBER, LARGEST_NUMBER
+"""Bounds of a number that has to be above zero."""
+
+_TIME = r"(\S+?\s*(?:us|µs|ms|s))"
+_TORQUE = re.compile(rf"(\S+?)\s*(N\s*m|N)(?:\s+{_TIME})?")
+_PULSE = re.compile(r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?\s*(?:us|µs|ms|s))")
+_WITH_BANDWIDTH = re.compile(r"(.*s)\s+(\S+\s*Hz\S*)")
 
 
 class Strength(NamedTuple):
@@ -128,41 +137,30 @@ def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
 
 
 def part_from(robot: Robot, at: str, rating: str) -> Part:
-    """A part as it is typed: a frame and a pulse, or joints and the torque that they withstand,
-    such as "50 N m" or "50 N m 20 ms".
+    """A part as it is typed: a frame and a pulse, or joints and the torque that they withstand.
 
-    Behind a pulse may stand the bandwidth of a part that is an accelerometer, as in "half-sine 1500
-    g 0.5 ms 200Hz:2".
+    A torque is such as "50 N m" or "50 N m 20 ms". Behind a pulse may stand the bandwidth of a part
+    that is an accelerometer, as in "half-sine 1500 g 0.5 ms 200Hz:2".
 
     Raises:
         UnknownName: a torque is given, and the robot has no such joint.
         SceneError: the torque is no number above zero, or has the unit of another kind of joint.
     """
-    matched = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
+    matched = _TORQUE.fullmatch(rating.strip())
     if matched is None:
-        read = re.fullmatch(r"(.*s)\s+(\S+\s*Hz\S*)", rating.strip())
-        return (
-            Part(name=at, at=at, rating=read[1], imu_bandwidth=read[2])
-            if read
-            else Part(name=at, at=at, rating=rating)
-        )
-    torque, unit, length, of_time = matched.groups()
+        return _part_at_frame(at, rating)
+    torque, unit, length = matched.groups()
+    duration = None
     try:
-        values = (
-            number_from(torque),
-            None if length is None else number_from(length) * UNITS[of_time],
-        )
-        valid = all(
-            1.0 / LARGEST_NUMBER <= value <= LARGEST_NUMBER for value in values if value is not None
-        )
+        momentary_torque = number_within(torque, NO_UNIT, *_ABOVE_ZERO)
+        if length is not None:
+            duration = number_within(length, UNITS, *_ABOVE_ZERO)
     except ValueError:
-        valid = False
-    if not valid:
         raise SceneError(
             f'part "{printable(at)}": torque "{printable(rating, 60)}" cannot be read; give '
-            f"numbers above zero, such as "
-            '"50 N m", or "50 N m 20 ms" with the duration for which the joint withstands it'
-        )
+            'numbers above zero, such as "50 N m", or "50 N m 20 ms" with the duration for which '
+            "the joint withstands it"
+        ) from None
     for name in robot.match_joints(at):
         right = "N" if robot.joint(name).kind == "prismatic" else "N m"
         if unit.replace(" ", "") != right.replace(" ", ""):
@@ -170,7 +168,15 @@ def part_from(robot: Robot, at: str, rating: str) -> Part:
                 f'part "{printable(at)}": the load of joint "{name}" is in {right}, and "{rating}" '
                 f"is in {unit}"
             )
-    return Part(name=at, joint=at, momentary_torque=values[0], torque_duration=values[1])
+    return Part(name=at, joint=at, momentary_torque=momentary_torque, torque_duration=duration)
+
+
+def _part_at_frame(at: str, rating: str) -> Part:
+    """A part at a frame: a pulse, and the bandwidth of a sensor if one stands behind it."""
+    matched = _WITH_BANDWIDTH.fullmatch(rating.strip())
+    if matched is None:
+        return Part(name=at, at=at, rating=rating)
+    return Part(name=at, at=at, rating=matched[1], imu_bandwidth=matched[2])
 
 
 def _efforts(robot: Robot) -> Array:
@@ -238,19 +244,14 @@ def _rating(part: Part) -> tuple[Pulse, float]:
         f"({', '.join(SHAPES)}), a peak in g and a length in s, ms or µs, both above zero, such as "
         f'"half-sine 1500 g 0.5 ms"'
     )
-    matched = re.fullmatch(
-        r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?)\s*(us|µs|ms|s)", (part.rating or "").strip()
-    )
+    matched = _PULSE.fullmatch((part.rating or "").strip())
     if matched is None:
         raise refusal
-    shape, peak, length, unit = matched.groups()
+    shape, peak, length = matched.groups()
     try:
-        pulse, size = pulse_from(f"{shape}:{length}{unit}"), number_from(peak)
+        return pulse_from(f"{shape}:{length}"), number_within(peak, NO_UNIT, *_ABOVE_ZERO)
     except ValueError:
         raise refusal from None
-    if not 1.0 / LARGEST_NUMBER <= size <= LARGEST_NUMBER:
-        raise refusal
-    return pulse, size
 
 
 def _check(part: Part, *keys: str) -> None:
