@@ -31,6 +31,9 @@ SCHEMA = "shockpc.baseline/2"
 FILES = ("robot", "srdf", "packages")
 """Keys of a scene that say where files are, which differs from computer to computer."""
 
+SHOWN = 3
+"""Keys of another scene that a message lists."""
+
 READ_OUT = ("point", "part", "range_g", "ground_tolerance")
 """Keys of a scene that change no value of another place, or only which landings are feasible."""
 
@@ -65,10 +68,8 @@ class Baseline(NamedTuple):
 
     def largest(self, metric: str) -> float:
         """Magnitude of the largest finite value of a metric; 0 where there is none."""
-        return max(
-            (abs(x) for key, x in self.values.items() if key.metric == metric and math.isfinite(x)),
-            default=0.0,
-        )
+        values = [abs(x) for key, x in self.values.items() if key.metric == metric]
+        return max(filter(math.isfinite, values), default=0.0)
 
 
 def case_record(landing: PosedLanding, angle_of_scene: bool) -> dict[str, Any]:
@@ -79,15 +80,13 @@ def case_record(landing: PosedLanding, angle_of_scene: bool) -> dict[str, Any]:
         landing: one landing of the case.
         angle_of_scene: whether the strike angle is the scene's, rather than one of a list.
     """
-    scene = with_paths(landing.scene, lambda path: Path(path).name)
-    table = {
-        key: part for key, part in scene_table(scene).items() if key not in (*FILES, *READ_OUT)
-    }
+    scene = scene_table(with_paths(landing.scene, lambda path: Path(path).name))
+    for key in (*FILES, *READ_OUT):
+        scene.pop(key, None)
     if not angle_of_scene:
-        table["strike"] = {
-            key: part for key, part in table["strike"].items() if key != "strike_angle_deg"
-        }
-    record = {"robot": landing.robot.name, "scene": table, "design": design_record(landing)}
+        scene["strike"] = dict(scene["strike"])
+        scene["strike"].pop("strike_angle_deg", None)
+    record = {"robot": landing.robot.name, "scene": scene, "design": design_record(landing)}
     plain: dict[str, Any] = json.loads(json.dumps(record))
     return plain
 
@@ -99,40 +98,44 @@ def baseline_text(cases: Mapping[str, Any], values: Mapping[OutcomeKey, float]) 
         cases: as `case_record` gives them.
         values: the numbers.
     """
-    designs: list[dict[str, Any]] = []
+    scenes = {}
     for name in sorted(cases):
-        record = {"cases": [name], **cases[name]["design"]}
-        alike = next((design for design in designs if {**design, "cases": [name]} == record), None)
-        if alike is None:
-            designs.append(record)
+        scenes[name] = {"robot": cases[name]["robot"], "scene": cases[name]["scene"]}
+    listed = []
+    for key in sorted(values, key=_rank):
+        value: float | str = six_digits(values[key])
+        if math.isinf(values[key]):
+            value = "inf"
+        listed.append({**key._asdict(), "value": value})
+    document = {
+        "schema": SCHEMA,
+        "shockpc": shockpc.__version__,
+        "pinocchio": PINOCCHIO,
+        "cases": scenes,
+        "designs": _designs(cases),
+        "values": listed,
+    }
+    return json_text(document)
+
+
+def _designs(cases: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The designs of cases, each once, with the names of its cases."""
+    designs: list[dict[str, Any]] = []
+    names: list[list[str]] = []
+    for name in sorted(cases):
+        design = cases[name]["design"]
+        if design in designs:
+            names[designs.index(design)].append(name)
         else:
-            alike["cases"].append(name)
-    order = sorted(
-        values,
-        key=lambda key: (
-            key.case,
-            -math.inf if key.strike_angle_deg is None else key.strike_angle_deg,
-            key.at,
-            key.metric,
-        ),
-    )
-    listed = [
-        {**key._asdict(), "value": "inf" if math.isinf(values[key]) else six_digits(values[key])}
-        for key in order
-    ]
-    return json_text(
-        {
-            "schema": SCHEMA,
-            "shockpc": shockpc.__version__,
-            "pinocchio": PINOCCHIO,
-            "cases": {
-                name: {key: cases[name][key] for key in ("robot", "scene")}
-                for name in sorted(cases)
-            },
-            "designs": designs,
-            "values": listed,
-        }
-    )
+            designs.append(design)
+            names.append([name])
+    return [{"cases": of, **design} for of, design in zip(names, designs, strict=True)]
+
+
+def _rank(key: OutcomeKey) -> tuple[str, float, str, str]:
+    """The place of a value in the file: by case, strike angle (the scene's first), place, metric."""
+    angle = -math.inf if key.strike_angle_deg is None else key.strike_angle_deg
+    return key.case, angle, key.at, key.metric
 
 
 def read_baseline(path: Path) -> Baseline:
@@ -141,7 +144,6 @@ def read_baseline(path: Path) -> Baseline:
     Raises:
         StudyError: it cannot be read, or is none.
     """
-    renew = "write it anew with --update-baseline"
     if not path.exists():
         raise StudyError(
             f'no baseline "{path}" (looked in {Path.cwd()}); write it with --update-baseline'
@@ -151,28 +153,33 @@ def read_baseline(path: Path) -> Baseline:
         document = json.loads(data, object_pairs_hook=_unique, parse_constant=str)
         _refuse_deep(document)
         if document["schema"] != SCHEMA:
+            schema = printable(str(document["schema"]), 60)
             raise StudyError(
-                f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; '
-                f"{renew}"
+                f'"{path}" has schema {schema}, not {SCHEMA}; write it anew with --update-baseline'
             )
-        values = _unique(
-            (
-                _outcome_key(entry),
-                _number(entry["value"], _outcome_key(entry).metric),
-            )
-            for entry in document["values"]
-        )
-        for key in values:
-            _number(key.strike_angle_deg or 0.0, key.metric)
-        cases = dict(document["cases"])
-        designs = {
-            name: read_design(design) for design in document["designs"] for name in design["cases"]
-        }
-        return Baseline(
-            path, str(document["shockpc"]), cases, {name: designs[name] for name in cases}, values
-        )
+        return _baseline(path, document)
     except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError):
-        raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None
+        raise StudyError(
+            f'"{path}" is not a baseline that shockpc check wrote; write it anew with '
+            f"--update-baseline"
+        ) from None
+
+
+def _baseline(path: Path, document: Mapping[str, Any]) -> Baseline:
+    """A baseline from its JSON. Raises ValueError, KeyError or TypeError if it is none."""
+    numbers = []
+    for entry in document["values"]:
+        key = _outcome_key(entry)
+        _number(key.strike_angle_deg or 0.0, key.metric)
+        numbers.append((key, _number(entry["value"], key.metric)))
+    cases = dict(document["cases"])
+    designs = {}
+    for design in document["designs"]:
+        read = read_design(design)
+        for name in design["cases"]:
+            designs[name] = read
+    of_cases = {name: designs[name] for name in cases}
+    return Baseline(path, str(document["shockpc"]), cases, of_cases, _unique(numbers))
 
 
 def _outcome_key(entry: Mapping[str, Any]) -> OutcomeKey:
@@ -196,7 +203,8 @@ def _number(value: Any, metric: str) -> float:
     """
     if value == "inf" and select(metric).quantity.worse == "less":
         return math.inf
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value):
         raise ValueError("not a finite number")
     return float(value)
 
@@ -205,10 +213,11 @@ def _refuse_deep(value: Any, levels: int = 20) -> None:
     """Refuse, by a ValueError, more levels than a scene has."""
     if not levels:
         raise ValueError("nested too deep")
-    for part in (
-        value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    ):
-        _refuse_deep(part, levels - 1)
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        for part in value:
+            _refuse_deep(part, levels - 1)
 
 
 def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any]) -> None:
@@ -222,30 +231,36 @@ def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any])
             f'baseline "{baseline.path}" has no case "{printable(case)}"; write it anew with '
             f"--update-baseline"
         )
-    here, there = (
-        {key: value for key, value in _leaves(table, "") if key.startswith(("robot", "scene"))}
-        for table in (record, baseline.cases[case])
-    )
+    here = _scene_leaves(record)
     # A baseline of an older version has no keys that scenes have had since then: it is of a scene
     # with their defaults.
-    there = {
-        key: value for key, value in _leaves(scene_table(Scene(robot="")), "scene") if key in here
-    } | there
-    differing = [
-        key
-        for key in (*here, *(key for key in there if key not in here))
-        if here.get(key) != there.get(key)
-    ]
-    if differing:
-        listed = "; ".join(
-            f"{key} is {_shown(here.get(key))} here and {_shown(there.get(key))} there"
-            for key in differing[:3]
-        )
-        more = f"; and {len(differing) - 3} more" if len(differing) > 3 else ""
-        raise StudyError(
-            f'baseline "{baseline.path}" is of another scene: {listed}{more}; '
-            "restore the scene, or write the baseline anew with --update-baseline"
-        )
+    there = {}
+    for key, value in _leaves(scene_table(Scene(robot="")), "scene"):
+        if key in here:
+            there[key] = value
+    there |= _scene_leaves(baseline.cases[case])
+    differing = [key for key in dict.fromkeys([*here, *there]) if here.get(key) != there.get(key)]
+    if not differing:
+        return
+    listed = []
+    for key in differing[:SHOWN]:
+        listed.append(f"{key} is {_shown(here.get(key))} here and {_shown(there.get(key))} there")
+    more = ""
+    if len(differing) > SHOWN:
+        more = f"; and {len(differing) - SHOWN} more"
+    raise StudyError(
+        f'baseline "{baseline.path}" is of another scene: {"; ".join(listed)}{more}; '
+        "restore the scene, or write the baseline anew with --update-baseline"
+    )
+
+
+def _scene_leaves(record: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of the robot's name and the scene, by their keys in one line."""
+    leaves = {}
+    for key, value in _leaves(record, ""):
+        if key.startswith(("robot", "scene")):
+            leaves[key] = value
+    return leaves
 
 
 def _leaves(table: Any, key: str) -> Iterator[tuple[str, Any]]:

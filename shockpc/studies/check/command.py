@@ -1,6 +1,7 @@
 """`shockpc check`: compare landings with budgets, for continuous integration."""
 
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -112,39 +113,33 @@ def check(
     from shockpc.cli.output import exit_code, write_report
     from shockpc.cli.progress import progress
     from shockpc.evaluation.budgets import budgets_file, read_budgets
-    from shockpc.show.files import destination, write_file
+    from shockpc.show.files import write_file
     from shockpc.studies.check.baseline import baseline_text
     from shockpc.studies.check.job_summary import append_summary
     from shockpc.studies.check.report import check_report
     from shockpc.studies.check.study import check_budgets
-    from shockpc.text.errors import OutputError, StudyError
+    from shockpc.text.errors import StudyError
 
     formats = format_ or (("table", None),)
-    printed = [name for name, file in formats if file is None]
-    if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
-        listed = " and ".join(printed)
-        raise OutputError(
-            f"standard output holds one document, not {listed}; write files, such as --format "
-            f"{printed[0]}=FILE"
-        )
+    _refuse_two_documents([name for name, file in formats if file is None])
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     baseline = baseline or given.baseline
-    if update_baseline:
-        if baseline is None:
-            raise StudyError(
-                "--update-baseline needs the file to write; name it with --baseline, such as "
-                "--baseline base.json"
-            )
-        writable(baseline, "--baseline")
-    earlier = None if update_baseline else baseline
-    checked = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
-    targets = [
-        destination(file)
-        for file in (*(file for _, file in formats), baseline if update_baseline else None)
-        if file
-    ]
-    if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
-        raise OutputError(f'"{twice[0]}" would be written twice; name another file')
+    if update_baseline and baseline is None:
+        raise StudyError(
+            "--update-baseline needs the file to write; name it with --baseline, such as "
+            "--baseline base.json"
+        )
+    renewed = None
+    if update_baseline and baseline is not None:
+        renewed, baseline = writable(baseline, "--baseline"), None
+    checked = check_budgets(
+        given, baseline, update_baseline, partial(progress, "landings computed")
+    )
+    written = [file for _, file in formats if file is not None]
+    if renewed is not None:
+        written.append(renewed)
+    _refuse_twice(written)
+
     result = check_report(checked)
     if out is not None:
         # before the files, which could replace a mesh that the page has yet to read
@@ -156,9 +151,33 @@ def check(
             sys.stdout.write(result.text(name))
         else:
             write_file(file, result.text(name))
-    if baseline is not None and update_baseline:
+    if renewed is not None:
         if checked.count("not computed"):
-            print_error(f'"{baseline}" is left as it was, because a number could not be computed')
+            print_error(f'"{renewed}" is left as it was, because a number could not be computed')
         else:
-            write_file(baseline, baseline_text(checked.cases, checked.values))
+            write_file(renewed, baseline_text(checked.cases, checked.values))
     return exit_code(0, 0, False, checked.defects) or checked.exit_code
+
+
+def _refuse_two_documents(printed: Sequence[str]) -> None:
+    """Refuse several formats on standard output of which one stands alone there."""
+    from shockpc.text.errors import OutputError
+
+    if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
+        raise OutputError(
+            f"standard output holds one document, not {' and '.join(printed)}; write files, such "
+            f"as --format {printed[0]}=FILE"
+        )
+
+
+def _refuse_twice(files: Sequence[Path]) -> None:
+    """Refuse to write one file twice."""
+    from shockpc.show.files import destination
+    from shockpc.text.errors import OutputError
+
+    targets = set()
+    for file in files:
+        target = destination(file)
+        if target in targets:
+            raise OutputError(f'"{target}" would be written twice; name another file')
+        targets.add(target)

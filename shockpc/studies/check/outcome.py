@@ -152,7 +152,8 @@ class Check:
     def table(self) -> Table:
         """A row for each outcome, in the order of the file of budgets."""
         records = [outcome.record for outcome in self.outcomes]
-        return Table.of_rows(list(records[0]), (tuple(row.values()) for row in records))
+        rows = [tuple(row.values()) for row in records]
+        return Table.of_rows(list(records[0]), rows)
 
     def count(self, status: str) -> int:
         """Number of outcomes of a status."""
