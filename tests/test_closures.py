@@ -31,7 +31,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.studies.analyze.report import landing_report
-from shockpc.studies.sweep.report import _options
+from shockpc.studies.sweep.row_options import row_options
 from shockpc.studies.sweep.study import sweep
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
@@ -560,7 +560,9 @@ def test_a_loop_is_followed_through_a_sweep():
     assert np.all(np.diff(front) < 0.0)
     assert np.abs(np.diff(front)).max() < 0.1
     assert np.all(front * (np.radians(-60.0) - hips) > -1e-12)
-    assert all(f"--set {side}_knee=" in _options(made.landings, 3)[0] for side in ("front", "rear"))
+    assert all(
+        f"--set {side}_knee=" in row_options(made.landings, 3)[0] for side in ("front", "rear")
+    )
 
 
 def test_another_start_closes_a_loop_with_a_warning():

@@ -869,7 +869,6 @@ def test_values_that_differ_by_rounding_alone_are_counted(values):
             {column.name: np.array(values), "proven": np.zeros(len(values), dtype=bool)},
             {},
         ),
-        np.ones(len(values), dtype=bool),
         0,
     )
     assert extent.counts[39:41].sum() == extent.counts.sum() == len(values)

@@ -6,28 +6,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated
 
-from shockpc.evaluation.column import Column, ground_columns, selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.kinds.contacts import CONTACT
 from shockpc.evaluation.varied_landings import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.evaluation.vary import Vary
-from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import scene_of
-from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import StudyError
-
-FEASIBILITY = (
-    "friction_needed",
-    "tensile_impulse",
-    "energy_gained",
-    "depth_below_contacts",
-    "feasible",
-)
-"""Quantities of every row that tell whether flat ground allows the landing."""
+from shockpc.studies.sweep.columns import sweep_columns
 
 
 @study(
@@ -123,9 +110,13 @@ def sweep(
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be
             resolved. A row that cannot be computed is no error: its message is in the table.
     """
-    points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
+    points = []
+    for point in at:
+        if isinstance(point, str):
+            point = Point(frame=point)
+        points.append(point)
     source = varied_landings(
-        replace(scene_of(scene), point=points),
+        replace(scene_of(scene), point=tuple(points)),
         vary,
         robot=robot,
         vary_each=vary_each,
@@ -133,58 +124,5 @@ def sweep(
         lhs=lhs,
         seed=seed,
     )
-    columns = _columns(source, points, bodies, quantities)
+    columns = sweep_columns(source, points, bodies, quantities)
     return Evaluation(source, columns, prove, feasible)
-
-
-def _columns(
-    study: VariedLandings,
-    points: tuple[Point, ...],
-    names: Sequence[str],
-    quantities: Sequence[str],
-) -> tuple[Column, ...]:
-    """The columns of the points and bodies, or of the trunk, what the ground allows, and of the
-    further quantities.
-    """
-    robot, landing = study.robot, study.first
-    places = {place.name: place for place in (moving_point(robot, point) for point in points)}
-    bodies = [i for name in names for i in robot.match_bodies(name)] or (
-        [] if places else [landing.trunk]
-    )
-    severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
-    of_body = ["shock_com", *(f"copc.{axis}" for axis in "xyz"), "ropc"]
-    columns = [
-        Column(select(key), place) for place in places.values() for key in ("shock", *severe)
-    ]
-    for body in dict.fromkeys(bodies):
-        place = body_places(robot)[body]
-        columns += [
-            Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))
-        ]
-    varied = [
-        str(value).split("+")
-        for varied in study.variations
-        if varied.kind == CONTACT
-        for value in varied.values
-    ]
-    for text in (*FEASIBILITY, *quantities):
-        selection, chosen = selected(landing, text)
-        if text in FEASIBILITY and selection.quantity.of == "contact":
-            chosen = chosen[: len(landing.contacts)]
-        if varied and selection.quantity.of == "contact":
-            if "@" in text:
-                raise StudyError(
-                    f'the contact varies, so "{text}" cannot name one; leave out the @ and the name'
-                )
-            chosen = tuple(
-                Place(f"contact {k + 1}", number=k) for k in range(max(map(len, varied)))
-            )
-        if not chosen:
-            raise StudyError(
-                f'"{text}": the robot has no sensor, and no point is given; name a frame: '
-                f"{text}@{robot.links[0]}"
-            )
-        columns += [Column(selection, place, requested=text in quantities) for place in chosen]
-    columns += ground_columns(landing)[1:]
-    # A further quantity replaces a column of the same name.
-    return tuple({column.name: column for column in columns}.values())

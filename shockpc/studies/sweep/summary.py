@@ -2,6 +2,7 @@
 precision was off.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Generic, NamedTuple
 
@@ -58,6 +59,18 @@ class Extent(NamedTuple):
     span: tuple[float, float]
     counts: np.ndarray
     values: Array | None
+
+    @property
+    def most_severe_row(self) -> int:
+        """Row of the most severe value; of the largest one where neither direction is worse."""
+        if self.column.selection.quantity.worse == "less":
+            return self.least_row
+        return self.greatest_row
+
+    @property
+    def has_best(self) -> bool:
+        """Whether flat ground allows a landing with a value, of which one is the best."""
+        return self.best_row >= 0 and self.column.selection.quantity.worse != "neither"
 
 
 class Refused(NamedTuple):
@@ -133,37 +146,55 @@ def summarise(
         keep: whether the values are drawn as a curve or a map.
     """
     messages = causes((int(table.numbers[i]), text) for i, text in table.messages.items())
-    flags, errors = table.columns["proven"].astype(bool), table.columns["double_error"]
-    others = errors[~flags & ~np.isnan(errors)]
-    feasible, rows = table.feasible, evaluation.landings.rows
+    proven = table.columns["proven"].astype(bool)
+    errors = table.columns["double_error"]
+    compared = errors[~proven & ~np.isnan(errors)]
+    rows = evaluation.landings.rows
     columns = [column for column in evaluation.computed if column.shock or column.requested]
-    step = -(-rows // RANKED)
-    drivers = [_whole(table, rows, variation.column)[::step] for variation in varied]
-    extents, effects = [], []
-    for column in columns:
-        effects += [_whole(table, rows, column.name)[::step]] if varied else []
-        extents.append(_extent(column, table, feasible, rows if keep else 0))
-    correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(
-        len(drivers), len(columns)
-    )
+    extents = [_extent(column, table, rows if keep else 0) for column in columns]
+    correlations, ranked = _correlations(table, rows, varied, columns)
     return Summary(
-        evaluation,
-        rows,
-        tuple(extents),
-        tuple(varied),
-        correlations,
-        int(np.sum(~np.isnan(drivers[0]))) if drivers else 0,
-        tuple(messages),
-        sum(cause.rows for cause in messages),
-        Refused(sum(table.refused), *table.refused),
-        int(np.sum(table.tilted)),
-        int(flags.sum()),
-        len(others),
-        float(np.max(others, initial=0.0)),
+        evaluation=evaluation,
+        rows=rows,
+        extents=tuple(extents),
+        varied=tuple(varied),
+        correlations=correlations,
+        ranked=ranked,
+        messages=tuple(messages),
+        failed=sum(cause.rows for cause in messages),
+        refused=Refused(sum(table.refused), *table.refused),
+        tilted=int(np.sum(table.tilted)),
+        proven=int(proven.sum()),
+        compared=len(compared),
+        largest_error=float(np.max(compared, initial=0.0)),
     )
 
 
-def _whole(table: Table, rows: int, name: str) -> Array:
+def _correlations(
+    table: Table, rows: int, varied: Sequence[Variation], columns: Sequence[Column]
+) -> tuple[Array, int]:
+    """Rank correlations (v, e) of what varies with results, and the number of rows that have them.
+
+    Args:
+        table: the rows.
+        rows: number of all rows.
+        varied: what varies.
+        columns: of the results.
+    """
+    correlations = np.full((len(varied), len(columns)), np.nan)
+    if not varied:
+        return correlations, 0
+    # Of more than RANKED rows every step-th one is ranked.
+    step = math.ceil(rows / RANKED)
+    inputs = [_by_row(table, rows, variation.column)[::step] for variation in varied]
+    for k, column in enumerate(columns):
+        results = _by_row(table, rows, column.name)[::step]
+        for i, values in enumerate(inputs):
+            correlations[i, k] = _correlation(values, results)
+    return correlations, int(np.sum(~np.isnan(inputs[0])))
+
+
+def _by_row(table: Table, rows: int, name: str) -> Array:
     """A column (rows,) with NaN in rows that are left out."""
     values = np.full(rows, np.nan)
     values[table.numbers] = table.columns[name]
@@ -175,8 +206,11 @@ def _correlation(x: Array, y: Array) -> float:
     there.
     """
     known = ~(np.isnan(x) | np.isnan(y))
-    a, b = _ranks(x[known]), _ranks(y[known])
-    if not (np.ptp(a) if len(a) else 0.0) or not np.ptp(b):
+    if not known.any():
+        return np.nan
+    a = _ranks(x[known])
+    b = _ranks(y[known])
+    if np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return np.nan
     return float(np.corrcoef(a, b)[0, 1])
 
@@ -190,44 +224,69 @@ def _ranks(x: Array) -> Array:
     return np.asarray((np.cumsum(count) - 0.5 * (count - 1))[number])
 
 
-def _extent(column: Column, table: Table, feasible: np.ndarray, drawn: int) -> Extent:
-    """The range of a column.
-
-    Args: feasible (n,) of the rows; drawn, the number of all rows if the values are drawn.
-    """
-    values, numbers = np.array(table.columns[column.name]), table.numbers
-    missing, whole = np.isnan(values), _whole(table, drawn, column.name) if drawn else None
+def _extent(column: Column, table: Table, drawn: int) -> Extent:
+    """The range of a column. Args: drawn, the number of all rows if the values are drawn."""
+    values = np.array(table.columns[column.name])
+    missing = np.isnan(values)
+    of_rows = None
+    if drawn:
+        of_rows = _by_row(table, drawn, column.name)
     if missing.all():
-        nothing = (np.nan,) * len(PERCENTILES)
-        return Extent(
-            column,
-            np.nan,
-            np.nan,
-            np.nan,
-            nothing,
-            -1,
-            -1,
-            -1,
-            (0.0, 0.0),
-            np.zeros(BINS, dtype=int),
-            whole,
-        )
-    allowed = np.flatnonzero(feasible & ~missing)
-    best = np.argmax if column.selection.quantity.worse == "less" else np.argmin
-    best_row = int(numbers[allowed[best(values[allowed])]]) if allowed.size else -1
+        return _no_extent(column, of_rows)
+    best = _best_row(column, values, np.flatnonzero(table.feasible & ~missing))
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
     least, greatest = float(values[low]), float(values[high])
-    # Of ten million rows no further copy is made: the values are sorted in place.
-    known = values[~missing] if missing.any() else values
-    finite = known if np.isfinite([least, greatest]).all() else known[np.isfinite(known)]
-    span = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    margin = max(CONSTANT * max(map(abs, span)), np.finfo(float).tiny)
-    if span[1] - span[0] < margin:
-        span = (span[0] - margin, span[1] + margin)
+
+    # Of ten million rows no other copy is made: the values are sorted in place.
+    known = values
+    if missing.any():
+        known = values[~missing]
+    finite = known
+    if not (math.isfinite(least) and math.isfinite(greatest)):
+        finite = known[np.isfinite(known)]
+    span = _span(finite)
     counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
-    percentiles = tuple(percentile(known, PERCENTILES).tolist())
-    ends = int(numbers[low]), int(numbers[high])
     return Extent(
-        column, least, median, greatest, percentiles, *ends, best_row, span, counts, whole
+        column=column,
+        least=least,
+        median=median,
+        greatest=greatest,
+        percentiles=tuple(percentile(known, PERCENTILES).tolist()),
+        least_row=int(table.numbers[low]),
+        greatest_row=int(table.numbers[high]),
+        best_row=-1 if best is None else int(table.numbers[best]),
+        span=span,
+        counts=counts,
+        values=of_rows,
     )
+
+
+def _no_extent(column: Column, of_rows: Array | None) -> Extent:
+    """The range of a column without a value."""
+    nothing = (np.nan,) * len(PERCENTILES)
+    counts = np.zeros(BINS, dtype=int)
+    ends = np.nan, np.nan, np.nan
+    return Extent(column, *ends, nothing, -1, -1, -1, (0.0, 0.0), counts, of_rows)
+
+
+def _best_row(column: Column, values: Array, allowed: np.ndarray) -> int | None:
+    """Index of the best of values (n,) in some rows; None without any."""
+    if not allowed.size:
+        return None
+    best = np.argmin
+    if column.selection.quantity.worse == "less":
+        best = np.argmax
+    return int(allowed[best(values[allowed])])
+
+
+def _span(finite: Array) -> tuple[float, float]:
+    """Smallest and largest of some values, wider where they differ only by rounding."""
+    if not finite.size:
+        low = high = 0.0
+    else:
+        low, high = float(finite.min()), float(finite.max())
+    margin = max(CONSTANT * max(abs(low), abs(high)), np.finfo(float).tiny)
+    if high - low < margin:
+        return low - margin, high + margin
+    return low, high

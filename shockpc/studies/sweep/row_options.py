@@ -1,0 +1,51 @@
+"""A row of a sweep as options of `shockpc analyze`."""
+
+import shlex
+
+from shockpc.evaluation.varied_landings import VariedLandings
+from shockpc.landing.scene import Scene
+
+
+def row_text(landings: VariedLandings, row: int) -> str:
+    """What was varied in a row: options of `shockpc analyze`, and what has none."""
+    options, others = row_options(landings, row)
+    if options and others:
+        return f"{options}   (and {others})"
+    return options or others
+
+
+def row_options(landings: VariedLandings, row: int) -> tuple[str, str]:
+    """What was varied in a row as options of `shockpc analyze`, and what has no option."""
+    scene, _ = landings.case(row)
+    options: list[tuple[str, str]] = []
+    others: list[str] = []
+    for varied, value in landings.values_of(row).items():
+        of_value = varied.kind.options(varied, value, scene, landings.scene)
+        if of_value is None:
+            unit = "x" if varied.factor else varied.unit
+            others.append(f"{varied.subject} = {value:g} {unit}")
+        else:
+            options += of_value
+    if landings.separate:
+        options += _closed_loops(scene, landings.scene)
+    words: list[str] = []
+    for option in dict.fromkeys(options):
+        words += option
+    return shlex.join(words), ", ".join(others)
+
+
+def _closed_loops(scene: Scene, base: Scene) -> list[tuple[str, str]]:
+    """Options for the joints that close loops, as they were followed.
+
+    Args: scene, of the row; base, that varies.
+    """
+    options = []
+    for name in scene.assemble:
+        value = scene.posture.joints_deg.get(name)
+        if value is not None:
+            options.append(("--set", f"{name}={value!r}"))
+    # No option takes the rotation of a ball joint, which follows from the other joints.
+    assembled = [name for name in scene.assemble if name in scene.posture.joint_quaternions]
+    if not assembled and not base.assemble:
+        assembled = list(scene.assemble)
+    return options + [("--assemble", name) for name in assembled]
