@@ -47,12 +47,10 @@ def _plain(value: Any) -> Any:
         case list():
             parts = [_plain(part) for part in value]
             return None if parts and all(part is None for part in parts) else parts
+        case tuple() if hasattr(value, "_asdict"):
+            return _plain(value._asdict())
         case tuple():
-            return (
-                _plain(value._asdict())
-                if hasattr(value, "_asdict")
-                else [_plain(part) for part in value]
-            )
+            return [_plain(part) for part in value]
         case Scene():
             return scene_table(value)
         case _:

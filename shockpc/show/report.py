@@ -66,8 +66,11 @@ def table_report(table: "Table", rows: int | None = None) -> "Report":
 
     Args: table; rows, number of all.
     """
-    first, rows = table.first_rows(ROWS), len(table) if rows is None else rows
-    notes = [f"the first {len(first)} of {rows} rows"] if len(first) < rows else []
+    first = table.first_rows(ROWS)
+    total = len(table) if rows is None else rows
+    notes = []
+    if len(first) < total:
+        notes.append(f"the first {len(first)} of {total} rows")
     return Report(
         name="table",
         body=lambda _: [sheet_of(first, notes=notes)],
@@ -223,17 +226,12 @@ class Report(NamedTuple):
         return "\n".join(filter(None, blocks))
 
     def _terminal(self) -> str:
-        blocks = (
-            (*self.body(False), self._end)
-            if self.brief is None
-            else (*self.brief(), Lines(self.warnings))
-        )
-        return "\n".join(
-            filter(
-                None,
-                (as_text(block, self.width) for block in blocks if not isinstance(block, Picture)),
-            )
-        )
+        if self.brief is None:
+            blocks = [*self.body(False), self._end]
+        else:
+            blocks = [*self.brief(), Lines(self.warnings)]
+        texts = [as_text(block, self.width) for block in blocks if not isinstance(block, Picture)]
+        return "\n".join(filter(None, texts))
 
     @property
     def _end(self) -> Lines:
@@ -241,7 +239,7 @@ class Report(NamedTuple):
 
     def _first_sheet(self) -> Sheet:
         """What --format csv prints, of several results with the rows of all."""
-        sheets = [part._first_sheet() for part in self.parts.values()] or [
-            next(iter(self.sheets.values()))()
-        ]
-        return joined(sheets)
+        if self.parts:
+            return joined([part._first_sheet() for part in self.parts.values()])
+        first, *_ = self.sheets.values()
+        return joined([first()])

@@ -73,12 +73,13 @@ class Column(NamedTuple):
         """
         if isinstance(head, Column):
             return head
-        title, bracket, unit = head.partition(" [")
-        unit = unit.removesuffix("]") if bracket else ""
-        key = re.sub(r"[^\w@.:/+-]+", "_", title.replace(" - ", " minus ")).strip("_")
-        return cls(
-            key.removesuffix("_deg") + "_deg" * (unit == "deg"), title.removesuffix("_deg"), unit
-        )
+        title, _, unit = head.partition(" [")
+        unit = unit.removesuffix("]")
+        key = re.sub(r"[^\w@.:/+-]+", "_", title.replace(" - ", " minus "))
+        key = key.strip("_").removesuffix("_deg")
+        if unit == "deg":
+            key += "_deg"
+        return cls(key, title.removesuffix("_deg"), unit)
 
     @property
     def exact_unit(self) -> str:
@@ -92,10 +93,10 @@ class Column(NamedTuple):
 
     def shown(self, cell: Cell) -> str:
         """A cell as people read it."""
-        return rounded(
-            cell / SHOWN[self.unit][1] if self.unit in SHOWN and isinstance(cell, float) else cell,
-            self.zero,
-        )
+        if self.unit in SHOWN and isinstance(cell, float):
+            _, size = SHOWN[self.unit]
+            cell = cell / size
+        return rounded(cell, self.zero)
 
 
 class Sheet(NamedTuple):
@@ -126,10 +127,9 @@ class Sheet(NamedTuple):
         """Those of some columns that it has."""
         names = [column.key for column in self.columns]
         kept = [names.index(key) for key in keys if key in names]
-        return self._replace(
-            header=[self.header[k] for k in kept],
-            rows=[[row[k] for k in kept] for row in self.rows],
-        )
+        header = [self.header[k] for k in kept]
+        rows = [[row[k] for k in kept] for row in self.rows]
+        return self._replace(header=header, rows=rows)
 
     def without(self, *keys: str) -> "Sheet":
         """All columns but some."""
@@ -141,25 +141,23 @@ class Sheet(NamedTuple):
         """
         if not self.rows:
             return self
-        return self.only(
-            *(
-                column.key
-                for k, column in enumerate(self.columns)
-                if not all(_empty(row[k]) for row in self.rows)
-            )
-        )
+        known = []
+        for k, column in enumerate(self.columns):
+            if not all(_empty(row[k]) for row in self.rows):
+                known.append(column.key)
+        return self.only(*known)
 
     def where(self, kept: Callable[[dict[str, Cell]], bool]) -> "Sheet":
         """The rows of which a condition holds. Args: kept, of the cells of a row by key."""
         keys = [column.key for column in self.columns]
-        return self._replace(
-            rows=[row for row in self.rows if kept(dict(zip(keys, row, strict=True)))]
-        )
+        rows = [row for row in self.rows if kept(dict(zip(keys, row, strict=True)))]
+        return self._replace(rows=rows)
 
     def ranked(self, key: str) -> "Sheet":
         """The rows with the largest numbers of a column first."""
         k = [column.key for column in self.columns].index(key)
-        return self._replace(rows=sorted(self.rows, key=lambda row: -float(row[k] or 0.0)))
+        rows = sorted(self.rows, key=lambda row: -float(row[k] or 0.0))
+        return self._replace(rows=rows)
 
     def largest(self, most: int | None, noun: str, sizes: Sequence[float] = ()) -> "Sheet":
         """The rows of the largest sizes in the order of the table, with a note before the others
@@ -172,42 +170,47 @@ class Sheet(NamedTuple):
         """
         if most is None or len(self.rows) <= most:
             return self
-        kept = sorted(range(len(self.rows)), key=lambda k: -sizes[k] if len(sizes) else k)[:most]
-        left = (
-            count(len(self.rows) - most, noun)
-            + " with smaller values" * bool(len(sizes))
-            + " not shown; --out writes all"
-        )
-        return self._replace(rows=[self.rows[k] for k in sorted(kept)], notes=(left, *self.notes))
+        kept = list(range(len(self.rows)))
+        note = count(len(self.rows) - most, noun)
+        if len(sizes):
+            kept.sort(key=lambda k: -sizes[k])
+            note += " with smaller values"
+        note += " not shown; --out writes all"
+        rows = [self.rows[k] for k in sorted(kept[:most])]
+        return self._replace(rows=rows, notes=(note, *self.notes))
 
 
 def joined(sheets: Sequence[Sheet]) -> Sheet:
     """The rows of several tables below one another, with the columns that some of them have."""
-    columns = {column.key: column for sheet in sheets for column in sheet.columns}
-    cells = [
-        dict(zip((column.key for column in sheet.columns), row, strict=True))
-        for sheet in sheets
-        for row in sheet.rows
-    ]
-    return sheets[0]._replace(
-        header=list(columns.values()), rows=[[row.get(key) for key in columns] for row in cells]
-    )
+    columns: dict[str, Column] = {}
+    for sheet in sheets:
+        columns |= {column.key: column for column in sheet.columns}
+    rows = []
+    for sheet in sheets:
+        keys = [column.key for column in sheet.columns]
+        for row in sheet.rows:
+            cells = dict(zip(keys, row, strict=True))
+            rows.append([cells.get(key) for key in columns])
+    return sheets[0]._replace(header=list(columns.values()), rows=rows)
 
 
 def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
     """The columns of a study's table, of the rows without a message; in the units of sheets."""
-    heads = [
-        Column.of(name if " [" in name or not unit else f"{name} [{unit}]")
-        for name, unit in table.units.items()
-    ]
-    columns = (
-        x * SHOWN[head.unit][1] if head.unit in SHOWN else x
-        for head, x in zip(heads, table.columns.values(), strict=True)
-    )
-    rows = list(zip(*(x.tolist() for x in columns), strict=True))
-    return Sheet(
-        title, heads, [row for i, row in enumerate(rows) if i not in table.messages], notes
-    )
+    header = []
+    columns = []
+    for (name, unit), values in zip(table.units.items(), table.columns.values(), strict=True):
+        has_unit = " [" in name or not unit
+        head = Column.of(name if has_unit else f"{name} [{unit}]")
+        if head.unit in SHOWN:
+            _, size = SHOWN[head.unit]
+            values = values * size
+        header.append(head)
+        columns.append(values.tolist())
+    rows = []
+    for i, row in enumerate(zip(*columns, strict=True)):
+        if i not in table.messages:
+            rows.append(row)
+    return Sheet(title, header, rows, notes)
 
 
 class Lines(NamedTuple):
@@ -234,19 +237,23 @@ def as_text(block: Sheet | Lines, width: int | None = None) -> str:
             what is still too wide continues below with the columns that name the rows.
     """
     if isinstance(block, Lines):
-        show = printable if block.whole else message
-        lines = [
-            f"{show(line)}" if isinstance(line, str) else f"{line[0]:<12} {show(line[1])}"
-            for line in block.lines
-        ]
-        return "".join(f"{line}\n" for line in ([block.title] if block.title else []) + lines)
+        return _lines_as_text(block)
     columns = _as_wide(_columns_of(block), width)
-    parts = [_lines_of(group) for group in _side_by_side(columns, width)]
-    text = "\n\n".join("\n".join(lines) for lines in parts)
-    return (
-        "\n".join([printable(block.title), text, *(f"({message(note)})" for note in block.notes)])
-        + "\n"
-    )
+    groups = ["\n".join(_lines_of(group)) for group in _side_by_side(columns, width)]
+    notes = [f"({message(note)})" for note in block.notes]
+    return "\n".join([printable(block.title), "\n\n".join(groups), *notes]) + "\n"
+
+
+def _lines_as_text(block: Lines) -> str:
+    show = printable if block.whole else message
+    lines = [block.title] if block.title else []
+    for line in block.lines:
+        if isinstance(line, str):
+            lines.append(show(line))
+        else:
+            name, text = line
+            lines.append(f"{name:<12} {show(text)}")
+    return "".join(f"{line}\n" for line in lines)
 
 
 class _TextColumn(NamedTuple):
@@ -270,11 +277,16 @@ class _TextColumn(NamedTuple):
 
     def shortened(self, width: int) -> "_TextColumn":
         """The column with names of at most so many characters; numbers and sentences stay whole."""
-        title, *cells = (
-            text if " " in text.replace(", ", "") else printable(text, width)
-            for text in (self.title, *self.cells)
-        )
-        return self._replace(title=title, cells=self.cells if self.right else cells)
+        cells = self.cells
+        if not self.right:
+            cells = [_shortened(cell, width) for cell in cells]
+        return self._replace(title=_shortened(self.title, width), cells=cells)
+
+
+def _shortened(text: str, width: int) -> str:
+    """A name of at most so many characters; a sentence as it is."""
+    is_sentence = " " in text.replace(", ", "")
+    return text if is_sentence else printable(text, width)
 
 
 def _columns_of(sheet: Sheet) -> list[_TextColumn]:
@@ -290,80 +302,95 @@ def _as_wide(columns: list[_TextColumn], width: int | None) -> list[_TextColumn]
     """Columns with the longest names shortened until all have room, as far as `NARROW`; as they are
     where they have none.
     """
-    short, left = list(columns), set(range(len(columns)))
-    while (
-        width is not None
-        and (over := sum(c.width + len(GAP) for c in short) - len(GAP) - width) > 0
-    ):
+    short = list(columns)
+    if width is None:
+        return short
+    left = set(range(len(columns)))
+    over = _width_of(short) - len(GAP) - width
+    while over > 0:
         if not left:
-            alone = max(column.width for column in columns[1:]) + len(GAP) + columns[0].width
-            return columns if alone <= width else short
+            # The widest column may have room beside the first, which names the rows.
+            widest_column = max(column.width for column in columns[1:])
+            fits = columns[0].width + len(GAP) + widest_column <= width
+            return columns if fits else short
         widest = max(left, key=lambda k: short[k].width)
-        wide = short[widest].width
-        short[widest] = short[widest].shortened(max(NARROW, wide - over))
-        if short[widest].width in (wide, NARROW):
+        before = short[widest].width
+        short[widest] = short[widest].shortened(max(NARROW, before - over))
+        if short[widest].width in (before, NARROW):
             left.remove(widest)
+        over = _width_of(short) - len(GAP) - width
     return short
+
+
+def _width_of(columns: Iterable[_TextColumn]) -> int:
+    """Characters of columns beside one another, each with the gap behind it."""
+    return sum(column.width + len(GAP) for column in columns)
 
 
 def _side_by_side(columns: list[_TextColumn], width: int | None) -> list[list[_TextColumn]]:
     """Groups of columns that have room beside one another, each with the columns that name the
     rows.
     """
-    texts = list(itertools.takewhile(lambda column: not column.right or column.counts, columns))
-    named = (
-        texts
-        if texts and width is not None and sum(c.width + len(GAP) for c in texts) <= NAMES * width
-        else columns[:1]
-    )
-    groups = [list(named)]
-    for column in columns[len(named) :]:
-        used = sum(one.width + len(GAP) for one in groups[-1]) + column.width
-        if width is not None and used > width and len(groups[-1]) > len(named):
-            groups.append(list(named))
+    if width is None:
+        return [columns]
+    naming = list(itertools.takewhile(lambda column: not column.right or column.counts, columns))
+    if not naming or _width_of(naming) > NAMES * width:
+        naming = columns[:1]
+    groups = [list(naming)]
+    for column in columns[len(naming) :]:
+        used = _width_of(groups[-1]) + column.width
+        if used > width and len(groups[-1]) > len(naming):
+            groups.append(list(naming))
         groups[-1].append(column)
     return groups
 
 
 def _lines_of(columns: list[_TextColumn]) -> list[str]:
     """The heading, a line, and the rows of columns beside one another."""
+    lines = []
+    for heading in ([c.title for c in columns], [c.unit for c in columns]):
+        if any(heading):
+            lines.append(_line(columns, heading))
+    lines.append(GAP.join("─" * column.width for column in columns))
+    for row in zip(*(column.cells for column in columns), strict=True):
+        lines.append(_line(columns, row))
+    return lines
 
-    def line(parts: Sequence[str]) -> str:
-        placed = [
-            part.rjust(c.width) if c.right else part.ljust(c.width)
-            for part, c in zip(parts, columns, strict=True)
-        ]
-        return GAP.join(placed).rstrip()
 
-    heading = [
-        line(parts)
-        for parts in ([c.title for c in columns], [c.unit for c in columns])
-        if any(parts)
-    ]
-    rows = zip(*(column.cells for column in columns), strict=True)
-    return [*heading, GAP.join("─" * column.width for column in columns), *map(line, rows)]
+def _line(columns: Sequence[_TextColumn], cells: Sequence[str]) -> str:
+    """Cells beside one another, as wide as their columns."""
+    placed = []
+    for column, cell in zip(columns, cells, strict=True):
+        placed.append(cell.rjust(column.width) if column.right else cell.ljust(column.width))
+    return GAP.join(placed).rstrip()
 
 
 def as_markdown(block: Sheet | Lines) -> str:
     """Lines as a list, or a table, for a report."""
     if isinstance(block, Lines):
-        texts = [
-            escaped(line) if isinstance(line, str) else f"**{line[0]}**: {escaped(line[1])}"
-            for line in block.lines
-        ]
-        return _heading(block.title) + "".join(f"- {text}\n" for text in texts)
-    sheet = block
-    rows = [
-        [column.heading() for column in sheet.columns],
-        *(
-            [column.shown(cell) for column, cell in zip(sheet.columns, row, strict=True)]
-            for row in sheet.rows
-        ),
-    ]
+        return _lines_as_markdown(block)
+    columns = block.columns
+    rows = [[column.heading() for column in columns]]
+    for row in block.rows:
+        cells = zip(columns, row, strict=True)
+        rows.append([column.shown(cell) for column, cell in cells])
     lines = ["| " + " | ".join(map(escaped, row)) + " |" for row in rows]
-    lines.insert(1, "|" + "|".join("---:" if right else "---" for right in numeric(sheet)) + "|")
-    notes = [f"\n*{note[0].upper()}{note[1:]}.*" for note in map(escaped, sheet.notes)]
-    return _heading(sheet.title) + "\n".join([*lines, *notes]) + "\n"
+    sides = ["---:" if right else "---" for right in numeric(block)]
+    lines.insert(1, "|" + "|".join(sides) + "|")
+    for note in map(escaped, block.notes):
+        lines.append(f"\n*{note[0].upper()}{note[1:]}.*")
+    return _heading(block.title) + "\n".join(lines) + "\n"
+
+
+def _lines_as_markdown(block: Lines) -> str:
+    text = _heading(block.title)
+    for line in block.lines:
+        if isinstance(line, str):
+            text += f"- {escaped(line)}\n"
+        else:
+            name, value = line
+            text += f"- **{name}**: {escaped(value)}\n"
+    return text
 
 
 def _heading(title: str) -> str:
@@ -378,10 +405,9 @@ def as_csv(sheet: Sheet) -> str:
     An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
     Characters that are not printable are escapes.
     """
-    return csv_text(
-        [exact(cell) for cell in row]
-        for row in ([column.heading(True) for column in sheet.columns], *sheet.rows)
-    )
+    rows: list[Sequence[Cell]] = [[column.heading(exact=True) for column in sheet.columns]]
+    rows += sheet.rows
+    return csv_text([exact(cell) for cell in row] for row in rows)
 
 
 def as_records(sheet: Sheet) -> list[dict[str, Cell]]:
@@ -409,7 +435,10 @@ def _plain(cell: Cell) -> Cell:
     """A cell as JSON holds it; a number that is infinite as text, for which JSON has no other."""
     if cell is None or isinstance(cell, str | int):
         return cell
-    return None if math.isnan(cell) else str(float(cell)) if math.isinf(cell) else float(cell) + 0.0
+    if math.isnan(cell):
+        return None
+    number = float(cell) + 0.0  # no -0.0
+    return str(number) if math.isinf(number) else number
 
 
 def _empty(cell: Cell) -> bool:
@@ -449,19 +478,23 @@ def rounded(cell: Cell, zero: float = 1e-12) -> str:
     if abs(cell) < zero or cell == 0.0:
         return "0"
     exponent = int(f"{cell:.3e}".partition("e")[2])
-    return f"{cell:.{min(4, 3 - exponent)}f}" if -3 <= exponent <= 3 else f"{cell:.2e}"
+    if abs(exponent) > 3:
+        return f"{cell:.2e}"
+    decimals = min(4, 3 - exponent)
+    return f"{cell:.{decimals}f}"
 
 
 def _at_the_point(cells: list[str]) -> list[str]:
     """The cells of a column with blanks after the decimals that some numbers have fewer of."""
-    decimals = [
-        len(cell.partition(".")[2]) if re.fullmatch(r"-?\d+\.\d+", cell) else None for cell in cells
-    ]
+    decimals: list[int | None] = []
+    for cell in cells:
+        number = re.fullmatch(r"-?\d+\.(\d+)", cell)
+        decimals.append(None if number is None else len(number[1]))
     most = max((n for n in decimals if n is not None), default=0)
-    return [
-        cell if n is None else cell + " " * (most - n)
-        for cell, n in zip(cells, decimals, strict=True)
-    ]
+    aligned = []
+    for cell, n in zip(cells, decimals, strict=True):
+        aligned.append(cell if n is None else cell + " " * (most - n))
+    return aligned
 
 
 def exact(cell: Cell) -> str:
@@ -470,14 +503,16 @@ def exact(cell: Cell) -> str:
     """
     if isinstance(cell, str):
         text = printable(cell)
-        return (
-            f"'{text}"
-            if text.lstrip(" ").startswith(_FORMULA) and not _NUMBER.fullmatch(text) and text != "-"
-            else text
-        )
+        return f"'{text}" if _is_formula(text) else text
     if isinstance(cell, int):
         return exact_text(cell)
     return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
+
+
+def _is_formula(text: str) -> bool:
+    """Whether a spreadsheet would compute a text."""
+    begins = text.lstrip(" ").startswith(_FORMULA)
+    return begins and text != "-" and not _NUMBER.fullmatch(text)
 
 
 def exact_text(cell: str | int) -> str:
@@ -486,9 +521,12 @@ def exact_text(cell: str | int) -> str:
 
 
 def numeric(sheet: Sheet) -> list[bool]:
-    """Which columns hold numbers."""
-    kinds = (float, int)
-    return [
-        any(isinstance(row[k], kinds) and not isinstance(row[k], bool) for row in sheet.rows)
-        for k in range(len(sheet.header))
-    ]
+    """Whether each column holds numbers."""
+    columns = []
+    for k in range(len(sheet.header)):
+        columns.append(any(_is_number(row[k]) for row in sheet.rows))
+    return columns
+
+
+def _is_number(cell: Cell) -> bool:
+    return isinstance(cell, float | int) and not isinstance(cell, bool)

@@ -61,14 +61,18 @@ def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> lis
         landings: names of the contacts of each.
         feet: names of the feet of the robot.
     """
-    names = list(dict.fromkeys([*feet, *(name for contacts in landings for name in contacts)]))
-    short = dict(zip(names, without_common(names), strict=True))
-    whole = "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
-    on_all = [len(feet) > 1 and set(contacts) == set(feet) for contacts in landings]
-    return [
-        whole if every else " + ".join(short[name] for name in contacts)
-        for contacts, every in zip(landings, on_all, strict=True)
-    ]
+    names = dict.fromkeys(feet)
+    for contacts in landings:
+        names |= dict.fromkeys(contacts)
+    short = dict(zip(names, without_common(list(names)), strict=True))
+    on_all_feet = "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
+    texts = []
+    for contacts in landings:
+        if len(feet) > 1 and set(contacts) == set(feet):
+            texts.append(on_all_feet)
+        else:
+            texts.append(" + ".join(short[name] for name in contacts))
+    return texts
 
 
 def without_common(names: list[str]) -> list[str]:
@@ -77,16 +81,19 @@ def without_common(names: list[str]) -> list[str]:
     """
     if len(names) < 2:
         return names
-    for turned in (True, False):
-        read = [name[::-1] if turned else name for name in names]
-        same = 0
-        while all(len(name) > same and name[same] == read[0][same] for name in read):
-            same += 1
-        while same and read[0][same - 1] not in SEPARATORS:
-            same -= 1
-        read = [name[same:] for name in read]
-        names = [name[::-1] if turned else name for name in read] if all(read) else names
-    return names
+    ends = _without_common_beginning([name[::-1] for name in names])
+    return _without_common_beginning([name[::-1] for name in ends])
+
+
+def _without_common_beginning(names: list[str]) -> list[str]:
+    """Names without what all of them begin with, up to a separator."""
+    same = 0
+    while all(len(name) > same and name[same] == names[0][same] for name in names):
+        same += 1
+    while same and names[0][same - 1] not in SEPARATORS:
+        same -= 1
+    shorter = [name[same:] for name in names]
+    return shorter if all(shorter) else names
 
 
 def at_place(text: str) -> str:
