@@ -89,59 +89,57 @@ class Mechanism(NamedTuple):
         single = self.base == "free" and len(blocks) == 1 and not self.loops
         if not blocks or single or not np.any(rounding_of(self.robot) > LEAST_ROUNDING):
             return lambda _: (count, 0.0)
-        known, attitude = _known(self.robot), self._attitude(blocks, state)
-        structure = tuple(
-            (b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes())
-            for b in blocks
-        )
-        mechanism = (
-            self.base,
-            self.plane.normal.tobytes(),
-            self.locked.tobytes(),
-            *(loop.name for loop in self.loops),
-        )
+        known = _known(self.robot)
+        attitude = self._attitude(blocks, state)
+        fixed_key = (*self._key(), *map(_structure, blocks))
 
         def most(k: int) -> tuple[int, float]:
-            at = [b._replace(point=b.point if b.point.ndim == 1 else b.point[k]) for b in blocks]
-            # The lowest point of a shape is another one in every posture, so it is not on an axis
-            # in all of them.
-            points = tuple(b"" if b.lowest else b.point.tobytes() for b in at)
+            at = [_in_posture(block, k) for block in blocks]
             # With loops other postures are near by, so that their number depends on where one is.
-            start = state.Q[k] if near is None or np.abs(state.Q[k] - near).max() > BESIDE else near
-            key = (*mechanism, *structure, points, (start if self.loops else attitude[k]).tobytes())
+            q = state.Q[k]
+            if self.loops and near is not None and np.abs(q - near).max() <= BESIDE:
+                q = near
+            depends_on = q if self.loops else attitude[k]
+            key = (*fixed_key, *map(_point_key, at), depends_on.tobytes())
             if key not in known:
                 if len(known) >= MOST_KNOWN:
                     known.clear()
-                q = start if self.loops else state.Q[k]
-                s = self._rows(at, dynamics(self.robot, q[None])).s
-                clear = len(s) == count and s[-1] > CLEAR
-                known[key] = (
-                    (count, 0.0)
-                    if clear
-                    else max(
-                        self._independent(at, other)
-                        for other in [*[q][: len(self.loops)], *self._others(q)]
-                    )
-                )
+                known[key] = self._most_from(at, q, count)
             return known[key]
 
         return most
+
+    def _most_from(
+        self, blocks: Sequence[ConstraintBlock], q: Array, count: int
+    ) -> tuple[int, float]:
+        """The largest number of independent rows, and the effect of rounding on the others, in
+        other postures than q, and with loops in q too. Args: count, of all rows.
+        """
+        s = self._rows(blocks, dynamics(self.robot, q[None])).s
+        if len(s) == count and s[-1] > CLEAR:
+            return count, 0.0
+        postures = self._others(q)
+        if self.loops:
+            postures = [q, *postures]
+        return max(self._independent(blocks, posture) for posture in postures)
 
     def independent_here(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> int:
         """The number of independent rows in one posture (N = 1), without those that rounding of the
         file alone may leave.
         """
-        at = [
-            block._replace(point=block.point if block.point.ndim == 1 else block.point[0])
-            for block in blocks
-        ]
-        return self._independent(at, state.Q[0])[0]
+        rank, _ = self._independent([_in_posture(block, 0) for block in blocks], state.Q[0])
+        return rank
+
+    def _key(self) -> tuple[object, ...]:
+        """What identifies a mechanism of a robot."""
+        loops = tuple(loop.name for loop in self.loops)
+        return self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *loops
 
     def _attitude(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> Array:
         """What of the attitude of the base (N, ...) the number of independent rows depends on."""
         rotation = state.rotation[:, 0]
-        whole = all(len(block.forces) == 3 and not len(block.moments) for block in blocks)
-        if self.base == "free" or not self.robot.free_base or (self.base == "fixed" and whole):
+        all_points = all(len(block.forces) == 3 and not len(block.moments) for block in blocks)
+        if self.base == "free" or not self.robot.free_base or (self.base == "fixed" and all_points):
             return np.zeros((len(rotation), 0))
         part = self.plane.normal @ rotation if self._turns else rotation
         return np.asarray(part.round(9) + 0.0)
@@ -153,60 +151,86 @@ class Mechanism(NamedTuple):
         """
         return self.base == "planar" and not self.loops
 
+    def _columns(self, base_rotation: Array) -> Array:
+        """The columns (nv, ny) of the free joint velocities. Args: base_rotation (1, 3, 3)."""
+        free = free_columns(self.robot, self.base, self.plane, base_rotation, self.locked)
+        return np.eye(self.robot.model.nv) if free is None else np.asarray(free[0])
+
     def _others(self, q: Array) -> list[Array]:
-        """Other postures, loops closed."""
-        free = free_columns(
-            self.robot,
-            self.base,
-            self.plane,
-            dynamics(self.robot, q[None]).rotation[:, 0],
-            self.locked,
-        )
-        rng, nv, model = np.random.default_rng(0), self.robot.model.nv, self.robot.model
-        columns = np.eye(nv) if free is None else free[0]
-        others = []
+        """Other postures, loops closed; q where they do not close."""
+        columns = self._columns(dynamics(self.robot, q[None]).rotation[:, 0])
+        rng = np.random.default_rng(0)
+        held = 0
+        if self.robot.free_base:
+            held = 3 if self._turns else 6
+        postures: list[Array] = []
         for _ in range(POSTURES):
             step = columns @ rng.uniform(-1.0, 1.0, columns.shape[1])
-            step[: (3 if self._turns else 6) * self.robot.free_base] = 0.0
-            other = pin.integrate(model, q, step * (LOOP_STEP if self.loops else JOINT_STEP))
-            others.append(
-                closed_nearby(self.robot, other, self.loops, self.plane, self.locked)
-                if self.loops
-                else other
-            )
-        return [q if other is None else other for other in others]
+            step[:held] = 0.0
+            size = LOOP_STEP if self.loops else JOINT_STEP
+            posture = pin.integrate(self.robot.model, q, step * size)
+            if self.loops:
+                closed = closed_nearby(self.robot, posture, self.loops, self.plane, self.locked)
+                posture = q if closed is None else closed
+            postures.append(posture)
+        return postures
 
     def _independent(self, blocks: Sequence[ConstraintBlock], q: Array) -> tuple[int, float]:
-        """The same in one posture."""
+        """The number of independent rows in one posture, and the effect of rounding on the others."""
         state = dynamics(self.robot, q[None])
-        columns, term_size, size, U, s, Vt = self._rows(blocks, state)
-        rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(term_size))))
-        changes = (
-            row_jacobian(_displaced(self.robot, state), blocks) - row_jacobian(state, blocks)
-        ) @ columns
-        changes = (
-            changes
-            / term_size[:, None]
-            / size
-            * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
-        )
+        rows = self._rows(blocks, state)
+        changes = self._changes_by_rounding(blocks, state, rows)
+        bound = row_tolerance(blocks) * np.sqrt(len(rows.term_size))
+        rank = int(np.sum(rows.s > bound))
         while rank:
             # The part of the change that the rows which are kept do not have already.
-            change = (U[:, rank - 1] @ changes) @ Vt[rank - 1 :].T
-            if s[rank - 1] > SLACK * np.linalg.norm(change, axis=1).sum():
+            change = (rows.U[:, rank - 1] @ changes) @ rows.Vt[rank - 1 :].T
+            by_rounding = SLACK * np.linalg.norm(change, axis=1).sum()
+            if rows.s[rank - 1] > by_rounding:
                 break
             rank -= 1
-        effect = np.linalg.norm(U[:, rank:].T @ changes, axis=-1).sum(axis=0)
+        effect = np.linalg.norm(rows.U[:, rank:].T @ changes, axis=-1).sum(axis=0)
         return rank, SLACK * float(effect.max(initial=0.0))
+
+    def _changes_by_rounding(
+        self, blocks: Sequence[ConstraintBlock], state: Dynamics, rows: "_Rows"
+    ) -> Array:
+        """By how much (6 nb, nc, ny) the rows, in units of their terms, change by the rounding of
+        each body's angles and lengths.
+        """
+        J = row_jacobian(state, blocks)
+        changes = (row_jacobian(_displaced(self.robot, state), blocks) - J) @ rows.columns
+        in_terms_of = changes / rows.term_size[:, None] / rows.size
+        rounding = np.repeat(rounding_of(self.robot), 3) / STEP
+        return np.asarray(in_terms_of * rounding[:, None, None])
 
     def _rows(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> "_Rows":
         """The rows in one posture (N = 1), in units of their terms."""
-        free = free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.locked)
-        columns = np.eye(self.robot.model.nv) if free is None else free[0]
+        columns = self._columns(state.rotation[:, 0])
         terms = row_terms(state, blocks)[0] @ np.abs(columns)
         size = column_sizes(terms)
         term_size, scaled = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
         return _Rows(columns, term_size, size, *np.linalg.svd(scaled))
+
+
+def _in_posture(block: ConstraintBlock, k: int) -> ConstraintBlock:
+    """A constraint with the point (3,) that it has in posture k."""
+    return block if block.point.ndim == 1 else block._replace(point=block.point[k])
+
+
+def _structure(block: ConstraintBlock) -> tuple[object, ...]:
+    """What identifies a constraint, but for its point."""
+    ends = block.kind, block.body, block.other, block.axes_body
+    return *ends, block.forces.tobytes(), block.moments.tobytes()
+
+
+def _point_key(block: ConstraintBlock) -> bytes:
+    """What identifies its point.
+
+    The lowest point of a shape is another one in every posture, so it is not on an axis in all of
+    them.
+    """
+    return b"" if block.lowest else block.point.tobytes()
 
 
 class _Rows(NamedTuple):
@@ -239,27 +263,32 @@ def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
     """The robot (N = 6 nb) with every body, and what it carries, turned about its joint or shifted
     by `STEP`, by axis.
     """
-    nb, J, position = len(robot.bodies), state.J[0], state.position[0]
+    nb = len(robot.bodies)
+    J = state.J[0]
+    position, rotation = state.position[0], state.rotation[0]
     motions = STEP * np.tile(np.eye(6), (nb, 1))
-    omega, shift = motions[:, None, :3], motions[:, None, 3:]
-    which = np.repeat(np.arange(nb), 6)
-    carried = state.ancestors[:, [joint.v.start for joint in robot.joints]].T[which]
+    omega = motions[:, None, :3]
+    body = np.repeat(np.arange(nb), 6)
+
+    # Bodies that body i carries, itself too, and joint velocities behind it.
+    carried = state.ancestors[:, [joint.v.start for joint in robot.joints]].T[body]
     behind = carried[:, np.argmax(state.ancestors, axis=0), None]
-    # of the joint that carries each body
-    origins = np.array([-body.rotation.T @ body.offset for body in robot.bodies])
-    pivot = (position + (state.rotation[0] @ origins[..., None])[..., 0])[which, None]
-    v = shift - np.cross(omega, pivot)
+
+    # The turn is about the joint that carries the body, so that v = shift − ω × pivot.
+    joints = np.array([-body.rotation.T @ body.offset for body in robot.bodies])
+    pivots = position + (rotation @ joints[..., None])[..., 0]
+    v = motions[:, None, 3:] - np.cross(omega, pivots[body, None])
+
+    # dJ = V × J, dp = ω × p + v, dR = ω × R
     angular, linear = J[:3].T, J[3:].T
-    change = (
-        np.concatenate(
-            [np.cross(omega, angular), np.cross(omega, linear) + np.cross(v, angular)], axis=-1
-        )
-        * behind
-    )
+    d_angular = np.cross(omega, angular)
+    d_linear = np.cross(omega, linear) + np.cross(v, angular)
+    d_J = np.concatenate([d_angular, d_linear], axis=-1) * behind
+    d_position = (np.cross(omega, position) + v) * carried[..., None]
+    d_rotation = (cross_matrix(omega) @ rotation) * carried[..., None, None]
     return state._replace(
-        J=J + np.swapaxes(change, -1, -2),
-        position=position + (np.cross(omega, position) + v) * carried[..., None],
-        rotation=state.rotation[0]
-        + (cross_matrix(omega) @ state.rotation[0]) * carried[..., None, None],
+        J=J + np.swapaxes(d_J, -1, -2),
+        position=position + d_position,
+        rotation=rotation + d_rotation,
         origin=np.repeat(state.origin, 6 * nb, axis=0),
     )

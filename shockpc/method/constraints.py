@@ -89,9 +89,8 @@ def world_point(state: Dynamics, body: int, point: Array) -> Array:
     """
     if body < 0:
         return np.asarray(point - state.origin)
-    return np.asarray(
-        state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0]
-    )
+    arm = (state.rotation[:, body] @ point[..., None])[..., 0]
+    return np.asarray(state.position[:, body] + arm)
 
 
 def block_axes(state: Dynamics, block: ConstraintBlock) -> Array:
@@ -118,8 +117,10 @@ def wrenches(point: Array, axes: Array, n: int) -> Array:
     Args: axes (..., n + m, 3) of the forces, then of the moments.
     """
     out = np.zeros((*axes.shape[:-1], 6), dtype=axes.dtype)
-    out[..., :n, 3:], out[..., n:, :3] = axes[..., :n, :], axes[..., n:, :]
-    out[..., :n, :3] = cross(point[..., None, :], axes[..., :n, :])
+    forces = axes[..., :n, :]
+    out[..., :n, :3] = cross(point[..., None, :], forces)
+    out[..., :n, 3:] = forces
+    out[..., n:, :3] = axes[..., n:, :]
     return out
 
 
@@ -127,10 +128,10 @@ def row_jacobian(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the
     power of its wrench.
     """
-    return np.concatenate(
-        [block_wrenches(state, block) @ state.J * row_signs(state, block) for block in blocks],
-        axis=1,
-    )
+    rows = []
+    for block in blocks:
+        rows.append(block_wrenches(state, block) @ state.J * row_signs(state, block))
+    return np.concatenate(rows, axis=1)
 
 
 def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
@@ -141,16 +142,18 @@ def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     vector over all its components, so the speed of a planar robot across its plane is a rounding
     error of the speed in it.
     """
-    angular, linear = (norm(np.swapaxes(part, 1, 2)) for part in (state.J[:, :3], state.J[:, 3:]))
-    # The linear part of a rotating joint is a product of its axis and its place, which may be
+    angular = norm(np.swapaxes(state.J[:, :3], 1, 2))
+    linear = norm(np.swapaxes(state.J[:, 3:], 1, 2))
+    # The linear part of a rotating joint is a product of its axis and its origin, which may be
     # parallel.
-    place = norm(state.position)[:, np.argmax(state.ancestors, axis=0)]
-    linear = larger(linear, angular * place)
+    origin = norm(state.position)[:, np.argmax(state.ancestors, axis=0)]
+    linear = larger(linear, angular * origin)
     terms = []
     for block in blocks:
-        r, moved = norm(block_point(state, block))[:, None], np.abs(row_signs(state, block))
-        of_forces, of_moments = (r * angular + linear) * moved, angular * moved
-        terms += [of_forces] * len(block.forces) + [of_moments] * len(block.moments)
+        r = norm(block_point(state, block))[:, None]
+        moved = np.abs(row_signs(state, block))
+        terms += [(r * angular + linear) * moved] * len(block.forces)
+        terms += [angular * moved] * len(block.moments)
     return np.stack(terms, axis=1)
 
 

@@ -244,27 +244,34 @@ class _Evaluated(NamedTuple):
 def _by_joints(model: pin.Model, Q: Array) -> _Evaluated:
     """A robot that is too large for Pinocchio's `Data`, evaluated joint by joint."""
     n = len(Q)
-    J, placed = np.empty((n, model.nv, 6)), np.empty((n, model.njoints, 12))
+    J = np.empty((n, model.nv, 6))
+    placed = np.empty((n, model.njoints, 12))
+    placed[:, 0] = np.eye(4)[:, :3].ravel()
     joints = list(zip(model.joints, model.jointPlacements, model.parents, strict=True))[1:]
     computed = [joint.createData() for joint, *_ in joints]
-    world = np.eye(4)[:, :3].ravel()
     for k, q in enumerate(Q):
-        places = [pin.SE3.Identity()]
-        placed[k, 0] = world
-        for (joint, rest, parent), data in zip(joints, computed, strict=True):
+        placements = [pin.SE3.Identity()]
+        for i, ((joint, rest, parent), data) in enumerate(zip(joints, computed, strict=True)):
             joint.calc(data, q)
-            place = places[parent] * (rest * data.M)
-            i = len(places)
-            places.append(place)
-            placed[k, i, :9] = place.rotation.T.ravel()
-            placed[k, i, 9:] = place.translation
+            placement = placements[parent] * (rest * data.M)
+            placements.append(placement)
+            placed[k, i + 1, :9] = placement.rotation.T.ravel()
+            placed[k, i + 1, 9:] = placement.translation
+            S = np.reshape(data.S, (6, -1))
             columns = slice(joint.idx_v, joint.idx_v + joint.nv)
-            J[k, columns] = (place.toActionMatrix() @ np.reshape(data.S, (6, -1))).T
-    ends = [-1, *(joint.idx_v + joint.nv - 1 for joint, *_ in joints)]
+            J[k, columns] = (placement.toActionMatrix() @ S).T
+    return _Evaluated(J, placed, _before(joints))
+
+
+def _before(joints: list[tuple[pin.JointModel, pin.SE3, int]]) -> tuple[int, ...]:
+    """The joint velocity before each one, as `_Evaluated.before`. Args: joints, with parents."""
+    last = [-1]
     before: list[int] = []
     for joint, _, parent in joints:
-        before += [ends[parent], *range(joint.idx_v, joint.idx_v + joint.nv - 1)]
-    return _Evaluated(J, placed, tuple(before))
+        end = joint.idx_v + joint.nv - 1
+        before += [last[parent], *range(joint.idx_v, end)]
+        last.append(end)
+    return tuple(before)
 
 
 def spatial_inertias(robot: Robot, state: Dynamics, inertias: Inertias) -> Array:
@@ -275,11 +282,16 @@ def spatial_inertias(robot: Robot, state: Dynamics, inertias: Inertias) -> Array
     and ω_p, take all but a part of the joint's own inertia: c q̇ (a·ω_p) = ½ c (a·ω)² − ½ c
     (a·ω_p)² − ½ c q̇², as a·ω = a·ω_p + q̇.
     """
-    R, mass = state.rotation, inertias.mass[..., None, None]
+    # [ R I Rᵀ − m C C,  m C ]
+    # [ −m C,            m 1 ]
+    R = state.rotation
+    m = inertias.mass[..., None, None]
     C = cross_matrix(state.position + (R @ inertias.com[..., None])[..., 0])
     out = np.zeros((*C.shape[:2], 6, 6))
-    out[..., :3, :3] = R @ inertias.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
-    out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
+    out[..., :3, :3] = R @ inertias.inertia @ np.swapaxes(R, -1, -2) - m * C @ C
+    out[..., :3, 3:] = m * C
+    out[..., 3:, :3] = -m * C
+    out[..., 3:, 3:] = m * np.eye(3)
     for v, body in geared_bodies(robot, inertias.coupling):
         a = state.J[:, :3, v]
         moments = inertias.coupling[:, v, None, None] * a[:, :, None] * a[:, None, :]
@@ -312,28 +324,25 @@ def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias:
     (Featherstone 2008, section 6.2).
     """
     c = position + (rotation @ inertias.com[..., None])[..., 0]
-    mass, first, C = (
-        np.broadcast_to(inertias.mass, c.shape[:2]).copy(),
-        inertias.mass[..., None] * c,
-        cross_matrix(c),
-    )
-    second = rotation @ inertias.inertia @ np.swapaxes(rotation, -1, -2) - inertias.mass[
-        ..., None, None
-    ] * (C @ C)
+    C = cross_matrix(c)
+    about_com = rotation @ inertias.inertia @ np.swapaxes(rotation, -1, -2)
+    m = np.broadcast_to(inertias.mass, c.shape[:2]).copy()
+    mc = inertias.mass[..., None] * c
+    moments = about_com - inertias.mass[..., None, None] * (C @ C)
     for i, parent in reversed(list(enumerate(robot.parents))):
         if parent >= 0:
-            for part in (mass, first, second):
+            for part in (m, mc, moments):
                 part[:, parent] += part[:, i]
-    carried = [
-        i for i, joint in enumerate(robot.joints) for _ in range(joint.v.stop - joint.v.start)
-    ]
-    m, h, omega, v = (
-        mass[:, carried, None],
-        first[:, carried],
-        *np.split(J.swapaxes(1, 2), 2, axis=-1),
-    )
-    angular = (second[:, carried] @ omega[..., None])[..., 0] + np.cross(h, v)
-    return np.concatenate([angular, m * v + np.cross(omega, h)], axis=-1).swapaxes(1, 2)
+
+    # Of each joint velocity, all that its joint moves.
+    moved: list[int] = []
+    for i, joint in enumerate(robot.joints):
+        moved += [i] * (joint.v.stop - joint.v.start)
+    m, mc, moments = m[:, moved, None], mc[:, moved], moments[:, moved]
+    omega, v = np.split(J.swapaxes(1, 2), 2, axis=-1)
+    angular = (moments @ omega[..., None])[..., 0] + np.cross(mc, v)
+    linear = m * v + np.cross(omega, mc)
+    return np.concatenate([angular, linear], axis=-1).swapaxes(1, 2)
 
 
 class _Workspace(NamedTuple):

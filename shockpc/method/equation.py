@@ -96,13 +96,11 @@ class Equation(NamedTuple):
         velocity: little cancels.
         """
         weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
-        length, whole = (
-            np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms())
-        )
-        moves = length > TOLERANCE * whole
-        return np.asarray(
-            np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0)
-        )
+        length = np.linalg.norm(self.J_c * weight, axis=-1)
+        of_terms = np.linalg.norm(self.terms() * weight, axis=-1)
+        moves = length > TOLERANCE * of_terms
+        ratio = np.where(moves, of_terms, 1.0) / np.where(moves, length, 1.0)
+        return np.asarray(np.max(ratio, axis=-1, initial=1.0))
 
     def row_space(self, most: tuple[int, float], scale: Array | None = None) -> RowSpace:
         """Which rows of the first posture are independent, by their singular values in doubles.

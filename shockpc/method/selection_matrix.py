@@ -27,7 +27,8 @@ def free_columns(
     Returns: (..., nv, ny).
     """
     nv = robot.model.nv
-    if not robot.mimics and not locked.any() and (base == "free" or not robot.free_base):
+    base_is_free = base == "free" or not robot.free_base
+    if base_is_free and not robot.mimics and not locked.any():
         return None
     G = np.broadcast_to(np.eye(nv), (*base_rotation.shape[:-2], nv, nv)).copy()
     G[..., locked, :] = 0.0
@@ -47,8 +48,10 @@ def free_columns(
     for mimic in robot.mimics:
         # Substituting the leaders' rows, not their columns, serves chains of followers and
         # followers of a planar base alike.
-        G[..., index[mimic.joint], :] = sum(
-            multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items()
-        )
-        free[index[mimic.joint]] = False
+        follower = index[mimic.joint]
+        row = np.zeros_like(G[..., follower, :])
+        for leader, multiplier in mimic.leaders.items():
+            row += multiplier * G[..., index[leader], :]
+        G[..., follower, :] = row
+        free[follower] = False
     return np.ascontiguousarray(G[..., free])

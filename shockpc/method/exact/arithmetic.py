@@ -139,10 +139,11 @@ class Arithmetic(NamedTuple):
         length: exactly orthogonal.
         """
         x, y, z, w = (self.number(value) for value in quaternion)
-        s = 2 / (x * x + y * y + z * z + w * w)
-        xx, yy, zz, xy, xz, yz, wx, wy, wz = (
-            s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z)
-        )
+        squares = x * x + y * y + z * z + w * w
+        s = 2 / squares
+        xx, yy, zz = s * (x * x), s * (y * y), s * (z * z)
+        xy, xz, yz = s * (x * y), s * (x * z), s * (y * z)
+        wx, wy, wz = s * (w * x), s * (w * y), s * (w * z)
         return self.block(
             [
                 [1 - yy - zz, xy - wz, xz + wy],

@@ -36,10 +36,11 @@ class PrecisionError(ArithmeticError):
 def radii(values: Balls | arb) -> Array:
     """Upper bounds of the radii of some balls, of the same shape; of a double, which is exact, 0."""
     array = np.asarray(values, dtype=object)
-    flat = array.ravel().tolist()
-    return np.array(
-        [0.0 if isinstance(ball, float) else float(ball.rad()) for ball in flat]
-    ).reshape(array.shape)
+    out = np.zeros(array.size)
+    for k, ball in enumerate(array.ravel().tolist()):
+        if not isinstance(ball, float):
+            out[k] = float(ball.rad())
+    return out.reshape(array.shape)
 
 
 def to_double(values: Balls | arb, size: Array | float) -> Array:

@@ -82,49 +82,82 @@ def forward_kinematics(
     """
     q = arithmetic.numbers(q)
     constants = zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
-    axes, zero = (
-        arithmetic.matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1)),
-        arithmetic.number(0),
-    )
-    places: list[tuple[Matrix, Matrix]] = []
+    placements: list[tuple[Matrix, Matrix]] = []
     origins: list[list[Any]] = []
     columns: list[list[Any]] = []
-    for joint in robot.joints:
-        R, p = (
-            places[joint.parent]
-            if joint.parent >= 0
-            else (arithmetic.eye(3), arithmetic.block(3, 1))
-        )
+    for i, joint in enumerate(robot.joints):
+        R, p = arithmetic.eye(3), arithmetic.block(3, 1)
+        if joint.parent >= 0:
+            R, p = placements[joint.parent]
         for part in joint.parts or (joint,):
-            base = robot.free_base and not places
-            turned, moved, slides, spins = _through(arithmetic, part, q[part.q], *next(constants))
-            R, p = R * turned, arithmetic.block(3, 1) if base else p + R * moved
+            passed = _through(arithmetic, part, q[part.q], *next(constants))
+            p = p + R * passed.origin
+            R = R * passed.rotation
+            if i == 0 and robot.free_base:
+                # The base stands at the origin, and moves along and about the plane's axes.
+                p = arithmetic.block(3, 1)
+                slides = spins = arithmetic.matrix(np.stack([plane.e1, plane.e2, plane.normal], 1))
+            else:
+                slides, spins = R * passed.slides, R * passed.spins
             origins.append(p.entries())
-            slides, spins = (axes, axes) if base else (R * slides, R * spins)
-            columns += [[*[zero] * 3, *slide] for slide in slides.transpose().table()]
-            levers = (arithmetic.cross_matrix(p) * spins).transpose().table()
-            columns += [
-                [*spin, *lever]
-                for spin, lever in zip(spins.transpose().table(), levers, strict=True)
-            ]
-        places.append((R, p))
-    frames = places
-    if robot.body_frames is not None:
-        placed = zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
-        frames = [
-            (R * _rotation(arithmetic, turn), p + R * arithmetic.column(r))
-            for (R, p), turn, r in placed
-        ]
+            columns += _twists(arithmetic, p, slides, spins)
+        placements.append((R, p))
+
+    frames = _body_frames(arithmetic, robot, data, placements)
+    rotations = [R.table() for R, _ in frames]
+    positions = [p.entries() for _, p in frames]
     state = Dynamics(
-        np.zeros((1, 0, 0)),
-        np.array(columns, dtype=object).T[None],
-        np.array([R.table() for R, _ in frames], dtype=object)[None],
-        np.array([p.entries() for _, p in frames], dtype=object)[None],
-        (q[:3] if robot.free_base else arithmetic.numbers(np.zeros(3)))[None],
-        robot.ancestors,
-        q[None],
+        inertia=np.zeros((1, 0, 0)),
+        J=np.array(columns, dtype=object).T[None],
+        rotation=np.array(rotations, dtype=object)[None],
+        position=np.array(positions, dtype=object)[None],
+        origin=(q[:3] if robot.free_base else arithmetic.numbers(np.zeros(3)))[None],
+        ancestors=robot.ancestors,
+        Q=q[None],
     )
-    return state, places, np.array(origins, dtype=object)[None]
+    return state, placements, np.array(origins, dtype=object)[None]
+
+
+def _twists(arithmetic: Arithmetic, p: Matrix, slides: Matrix, spins: Matrix) -> list[list[Any]]:
+    """Twists (ω, v) of unit displacements along axes (3, k), then of unit rotations about axes
+    through a point p (3, 1), v = p × a.
+    """
+    zero = arithmetic.number(0)
+    twists = [[zero, zero, zero, *axis] for axis in slides.transpose().table()]
+    moments = (arithmetic.cross_matrix(p) * spins).transpose().table()
+    for axis, moment in zip(spins.transpose().table(), moments, strict=True):
+        twists.append([*axis, *moment])
+    return twists
+
+
+def _body_frames(
+    arithmetic: Arithmetic, robot: Robot, data: Data, placements: list[tuple[Matrix, Matrix]]
+) -> list[tuple[Matrix, Matrix]]:
+    """Rotation and origin of the frame of each body, of those of the joints that carry them."""
+    if robot.body_frames is None:
+        return placements
+    frames: list[tuple[Matrix, Matrix]] = []
+    in_joint = zip(data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
+    for (R, p), (quaternion, r) in zip(placements, in_joint, strict=True):
+        turned = R * _rotation(arithmetic, quaternion)
+        frames.append((turned, p + R * arithmetic.column(r)))
+    return frames
+
+
+class _Passed(NamedTuple):
+    """An elementary joint in its configuration, in the frame before it.
+
+    Attributes:
+        rotation: (3, 3) of its frame.
+        origin: (3, 1) of it [m].
+        slides: (3, k) axes of its displacements.
+        spins: (3, k) axes of its rotations.
+    """
+
+    rotation: Matrix
+    origin: Matrix
+    slides: Matrix
+    spins: Matrix
 
 
 def _through(
@@ -134,9 +167,8 @@ def _through(
     quaternion: Sequence[float],
     offset: Sequence[float],
     axis: Sequence[float],
-) -> tuple[Any, Any, Any, Any]:
-    """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of
-    its displacements and rotations.
+) -> _Passed:
+    """An elementary joint in its configuration.
 
     Args:
         arithmetic: of the result.
@@ -146,44 +178,38 @@ def _through(
         offset: (3,) origin of that.
         axis: (3,) of a joint of one coordinate.
     """
-    rest, p, nothing, values = (
-        _rotation(arithmetic, quaternion),
-        arithmetic.column(offset),
-        arithmetic.block(3, 0),
-        at.tolist(),
-    )
+    rest = _rotation(arithmetic, quaternion)
+    p = arithmetic.column(offset)
+    nothing = arithmetic.block(3, 0)
     eye = arithmetic.eye(3)
+    values = at.tolist()
     if joint.kind == "ball":
-        return rest * arithmetic.rotation(at), p, nothing, eye
+        return _Passed(rest * arithmetic.rotation(at), p, nothing, eye)
     if joint.kind == "free":
-        return (
-            rest * arithmetic.rotation(at[3:]),
-            p + rest * arithmetic.column(values[:3]),
-            eye,
-            eye,
-        )
+        moved = p + rest * arithmetic.column(values[:3])
+        return _Passed(rest * arithmetic.rotation(at[3:]), moved, eye, eye)
     a = arithmetic.column([0.0, 0.0, 1.0] if joint.kind == "planar" else axis)
     a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
-        return rest, p + rest * a * values[0], a, nothing
+        return _Passed(rest, p + rest * a * values[0], a, nothing)
+    sine, cosine = _sine_and_cosine(joint, values)
+    # Rodrigues' formula: 1 cos φ + [a]× sin φ + a aᵀ (1 − cos φ)
+    turn = eye * cosine + arithmetic.cross_matrix(a) * sine + a * a.transpose() * (1 - cosine)
+    if joint.kind == "planar":
+        moved = p + rest * arithmetic.column([*values[:2], 0])
+        slides = arithmetic.block(3, 2, [1, 0, 0, 1, 0, 0])
+        return _Passed(rest * turn, moved, slides, a)
+    return _Passed(rest * turn, p, nothing, a)
+
+
+def _sine_and_cosine(joint: Joint, values: list[Any]) -> tuple[Any, Any]:
+    """Sine and cosine of a joint's angle, or its cosine and sine divided by their length."""
     if joint.kind == "revolute":
         sine, cosine = values[0].sin_cos()
-    else:
-        cosine, sine = values[-2:]
-        length = (cosine * cosine + sine * sine).sqrt()
-        cosine, sine = cosine / length, sine / length
-    # Rodrigues' formula.
-    turned = rest * (
-        eye * cosine + arithmetic.cross_matrix(a) * sine + a * a.transpose() * (1 - cosine)
-    )
-    if joint.kind == "planar":
-        return (
-            turned,
-            p + rest * arithmetic.column([*values[:2], 0]),
-            arithmetic.block(3, 2, [1, 0, 0, 1, 0, 0]),
-            a,
-        )
-    return turned, p, nothing, a
+        return sine, cosine
+    cosine, sine = values[-2:]
+    length = (cosine * cosine + sine * sine).sqrt()
+    return sine / length, cosine / length
 
 
 def _rotation(arithmetic: Arithmetic, quaternion: Sequence[float]) -> Any:
@@ -203,14 +229,12 @@ def shift(arithmetic: Arithmetic, r: Matrix) -> Any:
 
 def body_coms(arithmetic: Arithmetic, data: Data) -> Numbers:
     """Centres of mass (nb, 3) in the bodies' frames [m]."""
-    turns = [
-        _rotation(arithmetic, quaternion).transpose() for quaternion in data.body_rotation.tolist()
-    ]
     levers = (arithmetic.numbers(data.lever) - data.body_offset).tolist()
-    return np.array(
-        [(R * arithmetic.column(lever)).entries() for R, lever in zip(turns, levers, strict=True)],
-        dtype=object,
-    )
+    coms: list[list[Any]] = []
+    for quaternion, lever in zip(data.body_rotation.tolist(), levers, strict=True):
+        to_body = _rotation(arithmetic, quaternion).transpose()
+        coms.append((to_body * arithmetic.column(lever)).entries())
+    return np.array(coms, dtype=object)
 
 
 def body_inertia(
@@ -225,26 +249,30 @@ def body_inertia(
         inertia: (3, 3) as in `Data`.
         R: (3, 3) rotation of the joint's frame.
     """
+    # [ R I Rᵀ − m C C,  m C ]
+    # [ (m C)ᵀ,          m 1 ]
     C = arithmetic.cross_matrix(R * arithmetic.column(lever.tolist()))
     mC = C * arithmetic.number(mass)
-    moments = arithmetic.symmetric(R * arithmetic.matrix(inertia) * R.transpose() - mC * C)
-    a, b, c = moments.entries(), mC.entries(), mC.transpose().entries()
+    about_com = R * arithmetic.matrix(inertia) * R.transpose()
+    a = arithmetic.symmetric(about_com - mC * C).entries()
+    b = mC.entries()
+    c = mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
-    return arithmetic.block(
-        6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass]
-    )
+    lower = [*c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass]
+    return arithmetic.block(6, 6, [*upper, *lower])
 
 
 def rotor_inertia(arithmetic: Arithmetic, coupling: float, axis: Numbers) -> Any:
     """Moments (6, 6) of a coupling about its axis (3,) in the bodies beside it, as
-    `spatial_inertias` of `method.dynamics`.
+    `spatial_inertias` of `method.dynamics`: c a aᵀ, and no forces.
     """
-    x, y, z = axis.tolist()
-    row = [arithmetic.number(0)] * 3
-    moments = [[*(part * other * coupling for other in (x, y, z)), *row] for part in (x, y, z)]
-    return arithmetic.block(
-        6, 6, [entry for line in (*moments, *[row + row] * 3) for entry in line]
-    )
+    zero = arithmetic.number(0)
+    a = axis.tolist()
+    entries: list[Any] = []
+    for first in a:
+        entries += [first * second * coupling for second in a]
+        entries += [zero] * 3
+    return arithmetic.block(6, 6, [*entries, *[zero] * 18])
 
 
 def joint_inertia(
@@ -260,17 +288,17 @@ def joint_inertia(
         inertias: (6, 6) of each body.
         armature: (nv,) inertia of the joints that is in none of the bodies [kg m², kg].
     """
-    composite, columns, H = (
-        list(inertias),
-        J.T.tolist(),
-        np.zeros((len(armature), len(armature)), dtype=object),
-    )
-    for i in range(len(composite) - 1, -1, -1):
-        v, before = robot.joints[i].v, np.flatnonzero(robot.ancestors[i])
-        momenta = composite[i] * arithmetic.block(columns[v]).transpose()
-        H[before, v] = entries(arithmetic.block([columns[k] for k in before]) * momenta)
+    composite = list(inertias)
+    twists = J.T.tolist()
+    H = np.zeros((len(armature), len(armature)), dtype=object)
+    for i in reversed(range(len(composite))):
+        v = robot.joints[i].v
+        F = composite[i] * arithmetic.block(twists[v]).transpose()
+        before = np.flatnonzero(robot.ancestors[i])
+        H[before, v] = entries(arithmetic.block([twists[k] for k in before]) * F)
         H[v, before] = H[before, v].T
-        if robot.parents[i] >= 0:
-            composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
+        parent = robot.parents[i]
+        if parent >= 0:
+            composite[parent] = composite[parent] + composite[i]
     H[np.diag_indices(len(H))] += armature
     return H

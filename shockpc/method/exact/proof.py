@@ -31,6 +31,9 @@ LEAST_MOTION = 1e-200
 moves.
 """
 
+NARROW = 2.0**-70
+"""Width of an enclosure, as a share of the motion, with which it is rounded to doubles."""
+
 PRECISION = threading.RLock()
 """Held while balls are computed: their precision is one setting of the whole process."""
 
@@ -152,16 +155,19 @@ def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column
     relative to the motion.
     """
-    values, radius = jumps.astype(float), radii(jumps)
-    size, width = motion(values, length), motion(radius, length)
+    values = jumps.astype(float)
+    radius = radii(jumps)
+    size = motion(values, length)
+    width = motion(radius, length)
     reference = np.maximum(size[:, 3], LEAST_MOTION * size[:, 3].max())
     largest = size.max(axis=1, keepdims=True)
-    if np.any(width[:, 3] > 2.0**-70 * reference) or np.any(width > 2.0**-70 * largest):
+    if np.any(width[:, 3] > NARROW * reference) or np.any(width > NARROW * largest):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.
     values[np.abs(values) <= radius] = 0.0
     lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radius[..., 3]
-    return values, motion(lost[..., None], length)[:, 0] / np.where(reference > 0.0, reference, 1.0)
+    error = motion(lost[..., None], length)[:, 0]
+    return values, error / np.where(reference > 0.0, reference, 1.0)
 
 
 def motion(jumps: Array, length: Array) -> Array:
@@ -181,7 +187,8 @@ def round_velocities(velocities: Balls) -> Array:
     """
     size = np.abs(velocities.astype(float))
     of_joint = size.max(axis=1, keepdims=True)
-    return to_double(velocities, np.maximum(of_joint, 1e-30 * size.max(initial=0.0)))
+    floor = 1e-30 * size.max(initial=0.0)
+    return to_double(velocities, np.maximum(of_joint, floor))
 
 
 def _size(values: Balls) -> float:
