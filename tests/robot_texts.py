@@ -119,3 +119,14 @@ STEPPER = urdf(
     name="stepper",
 )
 """A body with two legs that slide along the vertical, so that heights of feet are sums."""
+
+BOX = urdf(link("box", mass="2"), name="box")
+"""One body."""
+
+COLUMN = urdf(
+    link("foot", mass="0.5"),
+    link("body", mass="3"),
+    joint("slide", "foot", "body", "prismatic", "0 0 1", '<limit effort="50"/>'),
+    name="column",
+)
+"""Two bodies, one of which slides on the other along the vertical."""

@@ -13,8 +13,8 @@ import pytest
 from commands import STICK_WITH_IMU, good, run, says
 from hypothesis import given
 from hypothesis import strategies as st
+from robot_texts import BOX, COLUMN
 from test_escaping import NAMES, SUFFIXES, check_text, read
-from test_ground import BOX, COLUMN
 
 from shockpc import (
     Contact,

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from commands import good, says
 from random_landings import random_landing
-from robot_texts import floating, joint, mjcf, urdf
+from robot_texts import BOX, COLUMN, floating, joint, mjcf, urdf
 from scipy.integrate import solve_ivp
-from test_ground import BOX, COLUMN
 
 from shockpc import (
     Contact,
