@@ -83,8 +83,7 @@ class ChunkRows:
         return index[(index >= 0) & (index < len(self.needs_proof))]
 
     def prove(self, chunk: Chunk, compared: np.ndarray) -> None:
-        """Prove the rows that need it, whose numbers become the proven ones, and compare others
-        with a proof.
+        """Prove the rows that need it, which then have these numbers; compare others with a proof.
 
         Args: compared, their indices.
         """
@@ -134,7 +133,7 @@ class ChunkRows:
         ]
 
     def ground_allows(self) -> np.ndarray:
-        """Which rows (n,) flat ground allows; all where that is not computed, or not known."""
+        """True (n,) if flat ground allows a row, or that is not computed or not known."""
         flags = self._of_role("feasible")[:1]
         if not flags:
             return np.ones(len(self.needs_proof), dtype=bool)
@@ -143,7 +142,7 @@ class ChunkRows:
         return np.asarray(np.sum([*flags, *tilts], axis=0) != 0.0)
 
     def refused(self, infeasible: np.ndarray) -> tuple[int, int, int]:
-        """How many of the infeasible rows (n,) would pull a contact, make energy, or neither."""
+        """Numbers of the infeasible rows (n,) that pull a contact, that gain energy, and of the others."""
         pulled = np.zeros_like(infeasible)
         if not self.landings.opens:
             for pull in self._of_role("pull"):

@@ -51,22 +51,20 @@ class Column(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Of its numbers, as headings give it."""
+        """The unit of its numbers, as headings give it."""
         return self.selection.quantity.unit.replace("1", "-")
 
     @property
     def shock(self) -> bool:
-        """Whether it is a shock of the row's strike."""
+        """True if it is a shock of the row's strike."""
         return self.selection.quantity.relations.most_severe is not None and self.time is None
 
     def per_landing(self, scene: Scene) -> bool:
-        """Whether it is computed in one posture at a time, for a landing of a scene."""
+        """True if it is computed in one posture at a time, for a landing of a scene."""
         return self.time is not None or self.selection.quantity.per_landing(scene)
 
     def at(self, landing: PosedLanding) -> Place | None:
-        """The place in a landing, which may have fewer contacts than others, or other parts; None
-        where it has none.
-        """
+        """The place in a landing; None if that has fewer contacts, or other parts."""
         kind, number = self.selection.quantity.of, self.place.number
         if kind == "part":
             return next((place for place in landing.parts if place.name == self.place.name), None)
@@ -83,7 +81,7 @@ class Column(NamedTuple):
 
 
 def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, ...]]:
-    """What QUANTITY[@PLACES] means: a selection, and the places, by default all of its kind.
+    """The selection and the places of QUANTITY[@PLACES], by default all of its kind.
 
     Raises:
         ShockError: as for `select` and `places_at`.
@@ -137,8 +135,9 @@ def places_at(
 
 
 def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
-    """The number that a study is about, as a text names it: of a point the shock, with friction if
-    one of the scenes has it.
+    """The number that a study is about, as a text; of a point the shock.
+
+    It is that with friction if one of the scenes has friction.
     """
     friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
     if isinstance(target, Point):
@@ -192,6 +191,6 @@ def column(profile: ShockProfile, text: str) -> Column:
 
 
 def ground_columns(landing: PosedLanding) -> tuple[Column, ...]:
-    """Whether flat ground allows a landing, and whether only a small tilt makes it so."""
+    """The columns that tell if flat ground allows a landing, or only with a small tilt."""
     (robot,) = landing.places("robot")
     return Column(select("feasible"), robot), Column(select("feasible_if_tilted"), robot)

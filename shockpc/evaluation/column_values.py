@@ -74,8 +74,10 @@ class Postures(NamedTuple):
     inertias: Inertias | None = None
 
     def impact(self, strikes: Array | None) -> DoubleImpact:
-        """The impact of strikes (m, S, 3), velocities of the base before the impact in world axes
-        [m/s]; None for the landing's (S = 1).
+        """The impact of some strikes.
+
+        Args: strikes (m, S, 3), velocities of the base before the impact, world axes [m/s]; None
+        for the landing's (S = 1).
         """
         return DoubleImpact(
             self.landing,
@@ -182,28 +184,25 @@ def columns(
         solved_postures = postures(moving, Q[rows], wanted, of_bodies, trusted)
         parts.append(solved_postures.columns(of_rows, wanted, more=trusted is not None))
         ranks.append(solved_postures.solution.rank)
-    values = {
-        name: np.concatenate([part.values[name] for part in parts]) for name in parts[0].values
-    }
+    values: dict[str, Array] = {}
+    for name in parts[0].values:
+        values[name] = np.concatenate([part.values[name] for part in parts])
 
-    # Redundant rows leave shared impulses undetermined; fewer than elsewhere need a proof.
+    # Redundant rows leave shared impulses undetermined; a rank below the others needs a proof.
     rank = np.concatenate(ranks)
     constraint_rows = solved_postures.equation.J_c.shape[1]
     for column in wanted:
         if column.selection.quantity.scope.shared:
             values[column.name][rank < constraint_rows] = np.nan
+    condition = np.concatenate([part.condition for part in parts])
+    parting = np.concatenate([part.parting for part in parts])
     prove = np.concatenate([part.prove for part in parts])
-    return DoubleColumns(
-        values,
-        np.concatenate([part.condition for part in parts]),
-        prove | (rank < rank.max())[:, None],
-        np.concatenate([part.parting for part in parts]),
-    )
+    prove |= (rank < rank.max())[:, None]
+    return DoubleColumns(values, condition, prove, parting)
 
 
 def stops_act(impact: DoubleImpact) -> np.ndarray:
-    """Whether (N, S) a joint would move beyond an end stop that it is at, or one that strikes is
-    not at its stop.
+    """True (N, S) if a joint would move beyond a stop that it is at, or does not reach that it hits.
 
     Never for a scene that leaves stops out.
     """
@@ -244,7 +243,7 @@ def values_of(
 
 
 def _has_doubles(quantity: Quantity, scene: Scene, more: bool) -> bool:
-    """Whether many postures of a scene have values in double precision; `more` as above."""
+    """True if many postures of a scene have values in double precision; `more` as above."""
     if not quantity.per_landing(scene):
         return True
     evaluation = quantity.evaluation
@@ -280,9 +279,7 @@ def _places_of(wanted: Sequence[Column], landing: PosedLanding) -> dict[str, Pla
 
 
 def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
-    """The same columns of one landing, proven; NaN where redundant rows leave a number
-    undetermined.
-    """
+    """The columns of one landing, proven; NaN if redundant rows leave a number undetermined."""
     values = {column.name: np.nan for column in wanted}
     by_selection: dict[Selection, list[Column]] = {}
     for column in wanted:
@@ -299,8 +296,9 @@ def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str,
 
 
 def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[str, float]:
-    """Those columns of one landing that are changes of velocity until a time, on contacts of finite
-    stiffness.
+    """The columns of one landing at times, on contacts of finite stiffness.
+
+    They are changes of velocity until the time.
 
     Raises:
         SolveError: the motion cannot be followed.
@@ -333,9 +331,7 @@ def double_difference(
     exact: dict[str, float],
     wanted: Sequence[Column],
 ) -> float:
-    """Largest difference of a shock in double precision, relative to the most severe one of the
-    same point [1].
-    """
+    """Largest error of a shock in doubles, relative to the most severe one of the point [1]."""
     largest = 0.0
     for column in wanted:
         most_severe = column.selection.quantity.relations.most_severe

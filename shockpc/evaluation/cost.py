@@ -1,5 +1,4 @@
-"""The worst of a number over some landings as a function of what may vary, with its gradient and
-with constraints.
+"""The worst of a number over some landings as a function, with its gradient and with constraints.
 
 The rows are what an optimiser asks for; the engine computes them as those of any other study.
 """
@@ -120,9 +119,10 @@ class ShockCost:
         self.variations = variations
         self.names = tuple(varied.column for varied in variations)
         self.bounds = np.array([varied.ends for varied in variations])
-        values = np.array(
-            [[varied.present(landing) for varied in variations] for landing in landings]
-        )
+        present = []
+        for landing in landings:
+            present.append([varied.present(landing) for varied in variations])
+        values = np.array(present)
         same = np.ptp(values, axis=0) == 0.0
         self.given = np.where(same, values[0], np.nan)
         start = np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0])
@@ -145,7 +145,7 @@ class ShockCost:
         self._signed = np.array([term.column.selection.signed for term in terms])
 
     def _has_formulas(self, landings: Mapping[str, PosedLanding]) -> bool:
-        """Whether there are formulas for all derivatives."""
+        """True if there are formulas for all derivatives."""
         # They are of a strike at constant speed, which that of a drop at another angle is not.
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         for varied in self.variations:
@@ -157,7 +157,7 @@ class ShockCost:
         return all(has_gradient(landings[term.landing], term.column) for term in self.terms)
 
     def _needs_landings(self, first: PosedLanding) -> bool:
-        """Whether each point needs separate landings."""
+        """True if each point needs separate landings."""
         if first.loops or any(varied.stage == 0 for varied in self.variations):
             return True
         entries = {term.column.selection.quantity for term in self.terms}
@@ -171,14 +171,13 @@ class ShockCost:
         return self._again, ()
 
     def __call__(self, x: Array) -> float:
-        """The worst value over the landings at (n,) values; of what is better the greater it is,
-        the reciprocal.
-        """
+        """The worst value over the landings at (n,) values; its reciprocal if more is better."""
         return float(self.measured(self._point(x))[0, ~self.constraints].max())
 
     def gradient(self, x: Array) -> Array:
-        """The derivatives (n,) of the worst value: where two landings are the worst, those of one;
-        NaN where there is no value.
+        """The derivatives (n,) of the worst value; NaN if there is no value.
+
+        If two landings are the worst, they are those of one.
         """
         measures, slopes = self.linearized(self._point(x))
         values = measures[0, ~self.constraints]
@@ -189,11 +188,10 @@ class ShockCost:
         return gradient
 
     def feasible(self, x: Array) -> bool:
-        """Whether the landings at (n,) values exist, flat ground allows them, and all constraints
-        hold.
-        """
+        """True if the landings at (n,) values exist, and all constraints hold."""
         (measures,) = self.measured(self._point(x))
-        return bool(np.isfinite(measures).all() and (measures[self.constraints] >= -SLACK).all())
+        holds = measures[self.constraints] >= -SLACK
+        return bool(np.isfinite(measures).all() and holds.all())
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
@@ -213,7 +211,7 @@ class ShockCost:
         return next(iter(self.cases(x).values()))[0]
 
     def measured(self, X: Array) -> Array:
-        """What an optimiser takes for all terms (m, K), at (m, n) values.
+        """The measures (m, K) of all terms that an optimiser takes, at (m, n) values.
 
         Of a value its size, or the reciprocal where more of it is better; inf without one. A
         constraint is at least zero where it holds, as a share of its scale; -inf of a number that
@@ -222,15 +220,14 @@ class ShockCost:
         return self._measured(self._numbers(X))[0]
 
     def worst(self, X: Array) -> Array:
-        """The worst of the number itself (m,), at (m, n) values; of one that may be negative its
-        size.
-        """
+        """The worst of the number itself (m,), or of its size, at (m, n) values."""
         with np.errstate(divide="ignore"):
             return np.asarray(self.measured(X)[:, ~self.constraints].max(axis=1) ** self.power)
 
     def linearized(self, X: Array) -> tuple[Array, Array]:
-        """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences;
-        0 where there are none.
+        """The measures (m, K) and their derivatives (m, K, n); 0 if there are none.
+
+        Derivatives of all terms are by formulas, or of all differences.
         """
         values, change = self._by_formulas(X) if self.exact else self._differences(X)
         measures, factors = self._measured(_of_points(X, values))
@@ -239,9 +236,7 @@ class ShockCost:
         return measures, np.nan_to_num(slopes, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _by_formulas(self, X: Array) -> tuple[Array, Array]:
-        """The values (m, K) of all terms and their derivatives (m, K, n) by formulas; NaN where
-        there are none.
-        """
+        """The values (m, K) and derivatives (m, K, n) of all terms by formulas; NaN for none."""
         m, n = X.shape
         h, beside = self._beside(X)
         values: list[dict[str, Array]] = []
@@ -270,18 +265,14 @@ class ShockCost:
         return of_terms, change_of_terms
 
     def _beside(self, X: Array) -> tuple[Array, Array]:
-        """The widths (n,) of central differences, and the points (2 m n, n) between which they are:
-        above, then below.
-        """
+        """The widths (n,) of central differences, and their points (2 m n, n): above, then below."""
         h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
         steps = np.diag(h / 2.0)
         beside = np.stack([X[:, None] + steps, X[:, None] - steps])
         return h, beside.reshape(-1, X.shape[1])
 
     def _differences(self, X: Array) -> tuple[Array, Array]:
-        """The values (m, K) of all terms and their derivatives (m, K, n) by differences; NaN where
-        there are none.
-        """
+        """The values (m, K) and derivatives (m, K, n) of all terms by differences; NaN for none."""
         m, n = X.shape
         h, beside = self._beside(X)
         # All at once, because a call costs more than some rows.
@@ -292,7 +283,7 @@ class ShockCost:
         return numbers[:m], change.swapaxes(1, 2)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
-        """What an optimiser takes for the values (m, K), and its derivatives by them.
+        """The measures (m, K) for the values (m, K) of terms, and their derivatives by these.
 
         A constraint is (limit − |v|) / scale, a value |v| or 1 / |v|. Of a number that has one sign
         v stands for |v| in constraints.
@@ -316,7 +307,8 @@ class ShockCost:
         for group, columns in zip(self.groups, self._columns, strict=True):
             evaluation = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED)
             table = evaluation.table.without_defects()
-            values.append({name: x.reshape(len(X), -1) for name, x in table.columns.items()})
+            m = len(X)
+            values.append({name: x.reshape(m, -1) for name, x in table.columns.items()})
         return _of_points(X, self._of_terms(values))
 
     def _of_terms(self, numbers: Sequence[Mapping[str, Array]]) -> Array:
@@ -343,9 +335,7 @@ class ShockCost:
 
 
 def _of_points(X: Array, values: Array) -> Array:
-    """Values (m, K) at (m, n) points; NaN at what is no point: in a sweep NaN leaves a thing as it
-    is.
-    """
+    """Values (m, K) at (m, n) points; NaN at points with NaN, which a sweep takes as unchanged."""
     return np.where(np.isnan(X).any(axis=1, keepdims=True), np.nan, values)
 
 
@@ -364,9 +354,7 @@ def _prepared(
 def _groups(
     varied: VariedLandings, landings: Mapping[str, PosedLanding]
 ) -> tuple[VariedLandings, ...]:
-    """The landings, those together that differ only in the velocity of the strike, unless that
-    varies.
-    """
+    """The landings in groups that differ only in the strike, unless that varies."""
     strikes_vary = any(one.stage == 2 for one in varied.variations)
     together: dict[tuple[str, str], dict[str, Strike]] = {}
     for name, landing in landings.items():

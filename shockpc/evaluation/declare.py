@@ -1,4 +1,4 @@
-"""How a study is declared: once, as a function.
+"""Declaration of a study: once, as a function.
 
 Its command, options, help and documentation follow from that.
 
@@ -74,7 +74,7 @@ class StudyParameter(NamedTuple):
 
 
 class Study(NamedTuple):
-    """What is declared of a study.
+    """The declaration of a study.
 
     Attributes:
         parameters: those that are options, by name.
@@ -113,10 +113,9 @@ def study(
     passed: tuple[Passed, ...] = (),
     fails: bool = False,
 ) -> Callable[[F], F]:
-    """Declare a function as a study, and list its options in its docstring; arguments as in
-    `Study`.
+    """Declare a function as a study, and list its options in its docstring.
 
-    Options whose unit is deg are typed in degrees, and are arguments in radians.
+    Arguments are those of `Study`. Options whose unit is deg are typed in degrees, and are arguments in radians.
     """
 
     def declare(function: F) -> F:
@@ -187,6 +186,6 @@ def _with_current_names(function: F, names: Sequence[str]) -> F:
 
 
 def declaration(function: Callable[..., Any]) -> Study:
-    """What is declared of a study."""
+    """The declaration of a study."""
     declared: Study = vars(function)["study"]
     return declared

@@ -1,4 +1,4 @@
-"""One robot in one landing, and what tells it from others."""
+"""One robot in one landing, with a label."""
 
 from dataclasses import dataclass, field
 
@@ -26,9 +26,7 @@ class Design:
 
     @classmethod
     def of(cls, given: "Design | Scene | str") -> "Design":
-        """A design as it is; of a scene, or of the name of a scene file or a robot, as in
-        `scene_of`, the one of that name.
-        """
+        """A design as it is, or that of a scene, or of the name of a scene file or a robot."""
         if isinstance(given, Design):
             return given
         scene = scene_of(given)

@@ -1,5 +1,4 @@
-"""A study with all drives at the smallest inertias that what is known allows, and with all at the
-largest.
+"""A study with all drives at the smallest inertias that are possible, and with all at the largest.
 
 These are two corners of what is known. Drives in between may give values outside these two, as the
 range of a number over the drives (`judgement.drive_range`) shows. An optimum or a limit has no such
@@ -46,8 +45,7 @@ T = TypeVar("T")
 def at_drive_ends(
     modelled: T, cases: Mapping[str, tuple[Scene, Robot]], compute: Callable[[dict[str, Scene]], T]
 ) -> dict[End, T | ShockError]:
-    """A study at both ends of the drives, or why there is none; nothing where all drives are known
-    exactly.
+    """A study at both ends of the drives, or the error; nothing if all drives are known exactly.
 
     Args:
         modelled: the study for the drives as modelled, which is that of an end with the same
@@ -61,7 +59,7 @@ def at_drive_ends(
         return {}
     studies: dict[End, T | ShockError] = {}
     for end in ENDS:
-        if all(np.array_equal(_inertias(model, end), model.armature) for model in models.values()):
+        if all(_as_modelled(model, end) for model in models.values()):
             studies[end] = modelled
             continue
         scenes: dict[str, Scene] = {}
@@ -79,10 +77,13 @@ def _inertias(model: JointModel, end: End) -> Array:
     return model.low if end == "smallest" else model.high
 
 
+def _as_modelled(model: JointModel, end: End) -> bool:
+    """True if an end has the inertias of the model."""
+    return np.array_equal(_inertias(model, end), model.armature)
+
+
 def _joints_at(robot: Robot, joints: Joints, model: JointModel, end: End) -> Joints:
-    """What a scene states for all joints to be as in a joint model, with the drives that are not
-    known exactly at an end.
-    """
+    """The joints of a scene as in a joint model, drives that are not known exactly at an end."""
     inertias = _inertias(model, end)
     unknown = model.low < model.high
     locked = _held_joints(robot, model.locked | np.isinf(inertias))

@@ -1,6 +1,4 @@
-"""The one engine: landings are solved in double precision, proven where that is needed, and read as
-columns of a table.
-"""
+"""The engine: many landings are solved in double precision, proven where needed, and tabled."""
 
 import functools
 import pickle
@@ -87,7 +85,7 @@ class Evaluation(Generic[L]):
 
     @property
     def description(self) -> dict[str, Any]:
-        """What the rows depend on, besides scene and robot."""
+        """The inputs on which the rows depend, besides scene and robot."""
         return {
             **self.landings.description,
             "feasible rows only": self.feasible,
@@ -131,7 +129,7 @@ class Evaluation(Generic[L]):
     def each(
         self, chunks: "range | list[int]", make: Callable[..., Any], executor: Executor | None
     ) -> Iterator[Any]:
-        """What is made of some chunks, in order and where they are computed.
+        """The results of `make` for some chunks, in order.
 
         Args:
             chunks: numbers of the chunks.
@@ -168,14 +166,12 @@ class Evaluation(Generic[L]):
 
 
 def _computed(pickled: bytes, make: Callable[..., Any], chunk: tuple[int, Any]) -> Any:
-    """What is made of a chunk, in whatever process this is."""
+    """The result of `make` for a chunk, in whatever process this is."""
     return _unpickled(pickled)._made(make, *chunk)
 
 
 @functools.lru_cache(maxsize=2)
 def _unpickled(pickled: bytes) -> Evaluation[Any]:
-    """An evaluation that was sent to this process, with a separate robot; the last two are kept for
-    their next chunks.
-    """
+    """An evaluation that was sent to this process; the last two are kept for their next chunks."""
     evaluation: Evaluation[Any] = pickle.loads(pickled)
     return evaluation

@@ -1,5 +1,4 @@
-"""Where the parts of a study are computed: in this process, in several on this machine, or on a
-cluster.
+"""Executors of the parts of a study: this process, several on this machine, or a cluster.
 
 Studies know the interface only of `concurrent.futures.Executor`; None is this process.
 """
@@ -96,9 +95,7 @@ def _prepare_worker() -> None:
 
 
 def _end_with_parent() -> None:
-    """Wait until the first process is no more, which the end of a pipe tells, even if it was
-    killed.
-    """
+    """End this process when the first one has ended, even if that was killed."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
@@ -150,9 +147,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     workers.submit = remembered
 
     def watch(absent: int) -> None:
-        """Cancel what runs when there have been no workers for some seconds, or report that they
-        are waited for.
-        """
+        """Cancel tasks, or report the wait, after some seconds without workers."""
         while not ended.wait(pause):
             try:
                 absent = 0 if client.nthreads() else absent + 1
@@ -218,8 +213,9 @@ def _refuse_other_code(versions: Mapping[str, object]) -> None:
 
 
 def _by_the_same_code(version: str, function: Callable[..., T], *arguments: Any) -> T:
-    """The result of a function, by a worker with this version of the package; others may join the
-    cluster at any time.
+    """The result of a function, by a worker with this version of the package.
+
+    Other workers may join the cluster at any time.
 
     Raises:
         StudyError: the worker has another version, or other code.

@@ -1,6 +1,4 @@
-"""Derivatives by the posture and by the strike of quantities that are linear in the jumps, of
-lengths of such, and of heights.
-"""
+"""Derivatives by posture and strike, of quantities linear in the jumps, their lengths, and heights."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,7 +26,7 @@ OF_POSTURE = (*HEIGHTS, OVERHANG)
 
 
 def has_gradient(landing: PosedLanding, column: Column) -> bool:
-    """Whether `slopes` gives the derivatives of a number; those of others are differences.
+    """True if `slopes` gives the derivatives of a number; those of others are differences.
 
     So are those of all numbers with end stops, or with a contact at a lowest point: a difference
     also shows where a joint leaves a stop, or another point is the lowest.
@@ -45,7 +43,7 @@ def has_gradient(landing: PosedLanding, column: Column) -> bool:
 
 
 class Motions(NamedTuple):
-    """How N postures and S strikes of each change, in d ways.
+    """Changes of N postures and of S strikes of each, along d directions.
 
     Attributes:
         along: (N, nv, d) rates at which the postures change, tangent of q.
@@ -78,8 +76,9 @@ def slopes(
     wanted: Sequence[Column],
     trusted: float | None = None,
 ) -> tuple[dict[str, tuple[Array, Array]], np.ndarray]:
-    """Some numbers in N postures, with their derivatives along d ways in which posture and strike
-    change together.
+    """Some numbers in N postures, with their derivatives along d directions.
+
+    Along a direction posture and strike change together.
 
     Args:
         landing: the landing, before which nothing but the robot as a whole moves.

@@ -1,6 +1,4 @@
-"""A source of landings: what the engine asks of a grid, a sample, a recorded table or a list of
-scenes.
-"""
+"""A source of landings: a grid, a sample, a recorded table or a list of scenes, as the engine asks."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, Protocol
@@ -92,7 +90,7 @@ class Landings(Protocol):
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Of the labels of the chunks."""
+        """The headings of the labels of the chunks."""
 
     @property
     def further(self) -> tuple[str, ...]:
@@ -100,7 +98,7 @@ class Landings(Protocol):
 
     @property
     def opens(self) -> bool:
-        """Whether a contact that would be pulled opens, because there is friction."""
+        """True if a contact that would be pulled opens, because there is friction."""
 
     @property
     def robot(self) -> Robot:
@@ -116,19 +114,20 @@ class Landings(Protocol):
 
     @property
     def base_scene(self) -> Scene | None:
-        """The landing from which the rows differ, on whose ground some number has to depend; None
-        where rows have their own.
+        """The landing from which the rows differ; None if they have their own.
+
+        Some number has to depend on its ground.
         """
 
     @property
     def description(self) -> dict[str, Any]:
-        """What the rows depend on, besides scene and robot."""
+        """The inputs on which the rows depend, besides scene and robot."""
 
     def compared(self, count: int) -> np.ndarray:
         """Numbers of rows that are compared with a proof, at most so many."""
 
     def data(self, k: int) -> Any:
-        """What a chunk needs besides the pickled source: the rows of a recorded table."""
+        """The data of a chunk besides the pickled source: the rows of a recorded table."""
 
     def chunk(self, k: int, data: Any) -> Chunk:
         """The postures of a chunk. Args: data, as the method of that name gives it."""

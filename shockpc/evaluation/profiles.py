@@ -54,8 +54,7 @@ def _warnings(results: Iterable[ShockProfile | ShockError]) -> Iterator[Diagnost
 def profiles(
     cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None
 ) -> dict[str, ShockProfile]:
-    """Like `proven`, for landings that a study reads as a whole, but raises if one of them cannot
-    be computed.
+    """The profiles of landings by name, as `proven`, but an error of one of them is raised.
 
     Raises:
         ShockError: the first of these.

@@ -1,6 +1,4 @@
-"""What varies without a landing of its own, as arrays: configurations, inertias and strikes of many
-rows of one landing.
-"""
+"""Configurations, inertias and strikes of many rows of one landing, as arrays."""
 
 import math
 from collections.abc import Mapping
@@ -78,8 +76,9 @@ def _turn_base(landing: PosedLanding, angles: Mapping[int, Array], Q: Array) -> 
 
 
 def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inertias, np.ndarray]:
-    """The inertias of n robots that are otherwise that of a landing, and which of them (n,) can be
-    computed with.
+    """The inertias of n robots, and which of them (n,) can be computed with.
+
+    The robots are otherwise that of a landing.
 
     Args:
         landing: the landing.
@@ -110,7 +109,7 @@ def inertias(landing: PosedLanding, x: Mapping[Variation, Array]) -> tuple[Inert
 
 
 def _possible(mass: Array, inertia: Array) -> np.ndarray:
-    """Which of n robots (n,) have bodies whose masses and inertias can be computed with.
+    """True (n,) for robots whose masses and inertias can be computed with.
 
     Args: mass (n, nb); inertia (n, nb, 3, 3). A body may have no mass.
     """

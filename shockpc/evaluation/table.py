@@ -1,6 +1,4 @@
-"""What a study found as columns: which rows are worst, how they are distributed, which landings the
-ground allows.
-"""
+"""The result of a study as columns: its worst rows, their distribution, and what the ground allows."""
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
@@ -84,8 +82,9 @@ class Table:
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of every column by its heading: "-" for 1; empty of texts, counts, and numbers
-        whose rows name theirs.
+        """The unit of every column by its heading, "-" for 1.
+
+        It is empty for texts, for counts, and for numbers whose rows name theirs.
         """
         known = dict(self.label_units)
         known |= {column.name: column.unit for column in self.computed}
@@ -96,9 +95,9 @@ class Table:
         """One table of consecutive ones."""
         parts = list(tables)
         first = parts[0]
-        columns = {
-            name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns
-        }
+        columns: dict[str, np.ndarray] = {}
+        for name in first.columns:
+            columns[name] = np.concatenate([part.columns[name] for part in parts])
         messages: dict[int, str] = {}
         defects: list[str] = []
         start = 0
@@ -166,9 +165,7 @@ class Table:
 
     @property
     def main(self) -> tuple[Column, ...]:
-        """The computed columns but for those that tell whether flat ground allows a landing, unless
-        these were asked for.
-        """
+        """The computed columns, without feasibility unless it was asked for."""
         return tuple(
             column
             for column in self.computed
@@ -185,9 +182,7 @@ class Table:
 
     @property
     def feasible(self) -> np.ndarray:
-        """Whether flat ground allows each landing (n,), tilted a little or not; all, where that was
-        not computed.
-        """
+        """True (n,) if flat ground allows a landing, tilted a little or not, or it is not known."""
         names = [
             column.name for column in self.computed if column.selection.quantity.decided_by_ground
         ]
@@ -197,9 +192,7 @@ class Table:
 
     @property
     def tilted(self) -> np.ndarray:
-        """Which landings (n,) flat ground allows only if the robot is tilted a little; none, where
-        that was not computed.
-        """
+        """True (n,) if flat ground allows a landing only if the robot is tilted a little."""
         for column in self.computed:
             if column.selection.quantity.relations.role == "tilt":
                 return np.asarray(self.columns[column.name] == 1.0)
@@ -231,8 +224,9 @@ class Table:
 
     @checked
     def worst(self, count: int, column: Column | str | None = None) -> list[int]:
-        """The rows with the worst values of a column, at most so many; without a column, the worst
-        of every computed one in turn.
+        """The rows with the worst values of a column, at most so many.
+
+        Without a column they are the worst of every computed one in turn.
 
         What tells whether flat ground allows a landing counts only where it was asked for.
 
@@ -254,13 +248,15 @@ class Table:
 
     def _worst_of(self, column: Column | str, count: int) -> list[int]:
         """The rows with the worst values of a column, at most so many, if these are finite."""
-        values = self.values(column)
-        return [row for row in self.ranked(column)[:count].tolist() if np.isfinite(values[row])]
+        rows = self.ranked(column)[:count]
+        worst: list[int] = rows[np.isfinite(self.values(column)[rows])].tolist()
+        return worst
 
     @checked
     def percentile(self, column: Column | str, share: float) -> float:
-        """The smallest value of a column that at least a share of its values [%] do not exceed; NaN
-        without any value.
+        """The smallest value that at least a share of a column's values [%] do not exceed.
+
+        It is NaN if the column has no value.
 
         Raises:
             StudyError: there is no such column, it holds texts, or the share is not one of 0 to
@@ -275,9 +271,7 @@ class Table:
         return float(percentile(known, share)) if known.size else np.nan
 
     def to_arrow(self) -> Any:
-        """The table for pyarrow, with the messages as a column; where there is no number there is a
-        null.
-        """
+        """The table for pyarrow, with the messages as a column and null for NaN."""
         import pyarrow
 
         messages = pyarrow.nulls(len(self), pyarrow.string())
@@ -313,21 +307,21 @@ class Table:
         return {**self.columns, "message": [self.messages.get(i) for i in range(len(self))]}
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The table for libraries that read Arrow's PyCapsule interface, such as polars, pandas and
-        DuckDB; it needs pyarrow.
+        """The table for libraries that read Arrow's PyCapsule interface; it needs pyarrow.
+
+        Polars, pandas and DuckDB are such.
         """
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def __dataframe__(self, *args: Any, **options: Any) -> Any:
-        """The table for libraries that read the older dataframe interchange protocol; it needs
-        pyarrow.
-        """
+        """The table for libraries that read the older dataframe protocol; it needs pyarrow."""
         return self.to_arrow().__dataframe__(*args, **options)
 
 
 def percentile(values: Array, share: Any) -> Any:
-    """The smallest of some values that at least a share of them [%] do not exceed; they are sorted
-    in place.
+    """The smallest value that at least a share of some values [%] do not exceed.
+
+    The values are sorted in place.
     """
     return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)
 

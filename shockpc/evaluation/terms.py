@@ -70,7 +70,7 @@ class Term(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Of a constraint what it says; of a value what it is."""
+        """The constraint, or the name of the value."""
         if self.limit is None:
             return self.column.name
         relation = "<=" if self.scale > 0.0 else ">="
@@ -225,7 +225,7 @@ def _feet(landing: PosedLanding) -> set[int]:
 
 
 def _stands_on_feet(landing: PosedLanding) -> bool:
-    """Whether only feet touch the ground, so that these have to carry the centre of mass."""
+    """True if only feet touch the ground, so that these have to carry the centre of mass."""
     if not _struck(landing) <= _footed(landing):
         return False
     return stands(landing) and len(standing_feet(landing.robot)) > 1

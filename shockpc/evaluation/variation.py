@@ -63,8 +63,10 @@ class Kind:
     of_robot: bool = False
 
     def stage(self, factor: bool) -> int:
-        """What a change needs: 0 another landing, 1 another posture or inertia, 2 only another
-        product with the maps.
+        """The stage at which a change is computed.
+
+        It is 0 for another landing, 1 for another posture or inertia, 2 for only another product
+        with the maps.
 
         Args: factor, whether values are factors.
         """
@@ -261,17 +263,17 @@ class Variation:
 
     @property
     def moves(self) -> bool:
-        """Whether it changes the posture."""
+        """True if it changes the posture."""
         return self.kind.moves
 
     @property
     def stage(self) -> int:
-        """What a change of it needs, as in `Kind.stage`."""
+        """The stage at which a change of it is computed, as in `Kind.stage`."""
         return self.kind.stage(self.factor)
 
     @property
     def uncertain(self) -> bool:
-        """Whether it is of the robot or of the ground, rather than of how the robot lands."""
+        """True if it is of the robot or of the ground, rather than of how the robot lands."""
         return self.kind.uncertain
 
     def applied(self, scene: Scene, robot: Robot, value: Any) -> tuple[Scene, Robot]:
@@ -292,8 +294,9 @@ class Variation:
         return self.kind.scene_with(self, scene, robot, value), robot
 
     def present(self, landing: PosedLanding) -> float:
-        """The value that a landing has [the unit]: 1 for a factor, 0 for what is added; NaN if it
-        has not one number.
+        """The value that a landing has [the unit]; NaN if it has not one number.
+
+        It is 1 for a factor, and 0 for what is added.
         """
         if self.factor:
             return 1.0

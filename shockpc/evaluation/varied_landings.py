@@ -1,5 +1,4 @@
-"""Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid, in
-a random sample, or as given.
+"""Landings that differ from one, on a grid, in a random sample, or as given.
 
 A row has a value of everything that varies: of a grid, of a draw, or one that is given, in which
 NaN leaves a thing as it is. Rows are grouped by what needs a landing of its own: contacts, ground
@@ -91,9 +90,7 @@ class VariedLandings:
         object.__setattr__(self, "scene", scene)
 
     def _definite(self, scene: Scene) -> Scene:
-        """A scene with definite contacts; as it is where its posture is no landing, of which the
-        rows have the messages.
-        """
+        """A scene with definite contacts; as it is if its posture is no landing, as rows report."""
         try:
             return with_definite_contacts(scene, self.robot)
         except ShockError:
@@ -116,9 +113,7 @@ class VariedLandings:
 
     @functools.cached_property
     def axes(self) -> tuple[Variation, ...]:
-        """The variations from the slowest to the fastest: other landings, other postures and
-        inertias, other strikes.
-        """
+        """The variations from the slowest to the fastest, by `Kind.stage`."""
         return tuple(sorted(self.variations, key=lambda variation: variation.stage))
 
     @property
@@ -142,9 +137,7 @@ class VariedLandings:
 
     @functools.cached_property
     def separate(self) -> bool:
-        """Whether each posture that varies needs a landing of its own, because loops have to be
-        closed.
-        """
+        """True if loops have to be closed, so that each posture needs a landing of its own."""
         return bool(self.first.loops)
 
     @functools.cached_property
@@ -156,16 +149,17 @@ class VariedLandings:
         n = self.solves
         postures = max(1, self._rows_of_a_chunk // self.strikes)
         count = -(-n // postures)
-        return tuple((n * k // count, n * (k + 1) // count) for k in range(count))
+        chunks = []
+        for k in range(count):
+            begin, end = n * k // count, n * (k + 1) // count
+            chunks.append((begin, end))
+        return tuple(chunks)
 
     @property
     def _rows_of_a_chunk(self) -> int:
         """Largest number of rows of a chunk: fewer of large robots, and of separate landings."""
-        of_landings = [
-            varied
-            for varied in self.axes
-            if varied.stage == 0 and not isinstance(varied.kind, ContactNames)
-        ]
+        others = [varied for varied in self.axes if not isinstance(varied.kind, ContactNames)]
+        of_landings = any(varied.stage == 0 for varied in others)
         if self.separate or (self.sample is not None and of_landings):
             return FEWEST_ROWS
         nv: int = self.robot.model.nv
@@ -173,7 +167,7 @@ class VariedLandings:
 
     @property
     def description(self) -> dict[str, Any]:
-        """What the rows depend on, besides scene and robot."""
+        """The variations and the numbers of a sample, on which rows depend."""
         keys = ("subject", "values", "span", "law", "factor")
         vary = [{key: getattr(varied, key) for key in keys} for varied in self.variations]
         return {
@@ -190,7 +184,7 @@ class VariedLandings:
 
     @property
     def opens(self) -> bool:
-        """Whether a contact that would be pulled opens, because there is friction."""
+        """True if a contact that would be pulled opens, because there is friction."""
         return self.scene.friction is not None or any(
             varied.kind.word == "friction" for varied in self.variations
         )
@@ -236,7 +230,7 @@ class VariedLandings:
         return self._case(self.values_of(row), row % self.strikes)
 
     def values_of(self, row: int) -> dict[Variation, Any]:
-        """What was varied, in one row."""
+        """The values of one row, by what varies."""
         posture, strike = divmod(row, self.strikes)
         chunk = next(k for k, (_, end) in enumerate(self.chunks) if posture < end)
         begin, _ = self.chunks[chunk]
@@ -290,9 +284,7 @@ class VariedLandings:
     def _landings(
         self, values: RowValues, m: int
     ) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
-        """The postures (m,) of a chunk in groups, each with the landing that they share, or why
-        there is none.
-        """
+        """The postures (m,) of a chunk in groups, each with their landing, or the error."""
         choices: dict[Variation, np.ndarray] = {}
         for varied, x in values.items():
             # `separate` is asked only where a posture varies: the first landing may not exist.
@@ -323,9 +315,7 @@ class VariedLandings:
         return self._landing(choice)
 
     def _postures(self, landing: PosedLanding, values: RowValues, rows: np.ndarray) -> Array:
-        """Configurations (n, nq) of some rows of a chunk; the landing's where loops have to be
-        closed.
-        """
+        """Configurations (n, nq) of rows of a chunk; the landing's if loops have to be closed."""
         moved: dict[Variation, Array] = {}
         for varied, x in values.items():
             if varied.moves and not self.separate:
@@ -335,8 +325,9 @@ class VariedLandings:
     def _inertias(
         self, landing: PosedLanding, values: RowValues, rows: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
-        """The inertias of some rows of a chunk, None where all have the landing's; and why no robot
-        has those of a row.
+        """The inertias of some rows of a chunk, None if all have the landing's.
+
+        And by row the error if no robot has its inertias.
         """
         varying: dict[Variation, Array] = {}
         for varied, x in values.items():
@@ -379,11 +370,7 @@ class VariedLandings:
         scene, robot = self.scene, self.robot
         if self.struck:
             scene = replace(scene, strike=list(self.struck.values())[strike])
-        choice = {
-            varied: value
-            for varied, value in choice.items()
-            if isinstance(value, str) or not math.isnan(value)
-        }
+        choice = {varied: value for varied, value in choice.items() if not _is_nan(value)}
         # Contacts come first, because others change those that are struck.
         contacts_first = sorted(
             choice, key=lambda varied: not isinstance(varied.kind, ContactNames)
@@ -412,9 +399,7 @@ class VariedLandings:
         return scene, robot
 
     def _with_closed_loops(self, scene: Scene) -> Scene:
-        """As `close_loops` from the first landing, which takes longer than what follows, so that
-        the last postures are kept.
-        """
+        """The scene with closed loops, from the first landing; the last results are kept."""
         key = repr((scene.posture, scene.assemble))
         if key not in self._closed:
             if len(self._closed) == CLOSED:
@@ -422,6 +407,10 @@ class VariedLandings:
             self._closed[key] = close_loops(scene, self.first)
         closed = self._closed[key]
         return replace(scene, posture=closed.posture, assemble=closed.assemble)
+
+
+def _is_nan(value: Any) -> bool:
+    return not isinstance(value, str) and math.isnan(value)
 
 
 def _refuse_moved(scene: Scene, robot: Robot, choice: Mapping[Variation, Any]) -> None:
@@ -509,7 +498,7 @@ def varied_landings(
 
 
 def _read_variations(robot: Robot, vary: Vary, vary_each: Vary) -> list[Variation]:
-    """What varies, those of `vary_each` one by one."""
+    """The variations, those of `vary_each` one by one."""
     # Pairs may repeat a subject, which is refused later; a mapping cannot.
     together, separately = pairs(vary), pairs(vary_each)
     variations = [read_variation(robot, subject, values) for subject, values in together]

@@ -1,4 +1,4 @@
-"""What a study varies, read from subjects with values: SUBJECT=VALUES."""
+"""The quantities that a study varies, read from subjects with values: SUBJECT=VALUES."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias

@@ -1,6 +1,4 @@
-"""Changes of a robot as they are typed: mass, centre of mass and inertia of links, reflected
-inertia and place of joints.
-"""
+"""Changes of a robot as they are typed: inertias of links, reflected inertia and place of joints."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -64,36 +62,40 @@ class Change:
             StudyError: the value is not finite, not above zero, or not of the kind that the
                 property takes.
         """
+        fault = self._fault()
+        if fault:
+            raise StudyError(f"change {self}: {fault}")
+
+    def _fault(self) -> str:
+        """The reason why no link and no joint has the value; empty if one may have it."""
         values = np.ravel(self.value)
         added = self.what in ADDED
-        place = self.what == "place" and not self.factor
-        example = f"{self.what}:{self.pattern}=0,0,-0.3"
-        signed = added or place
+        sets_place = self.what == "place" and not self.factor
         if not np.isfinite(values).all():
-            fault = "the value has to be a finite number"
-        elif place and len(values) != 3:
-            fault = f"a place is three numbers [m] or a factor; give for example {example}"
-        elif not place and len(values) != 1:
-            fault = "the value has to be one number"
-        elif added and self.factor:
-            fault = (
+            return "the value has to be a finite number"
+        if sets_place:
+            if len(values) == 3:
+                return ""
+            example = f"{self.what}:{self.pattern}=0,0,-0.3"
+            return f"a place is three numbers [m] or a factor; give for example {example}"
+        if len(values) != 1:
+            return "the value has to be one number"
+        if added and self.factor:
+            return (
                 "a centre of mass is moved by metres, a point mass is added in kg, an entry of an "
                 f"inertia in kg m², not by a factor; give for example {self.what}:trunk=0.02"
             )
-        elif self.what == "inertia" and not self.factor:
-            fault = (
+        if self.what == "inertia" and not self.factor:
+            return (
                 "an inertia has six entries, so it is changed by a factor; give for example "
                 "inertia:trunk=1.1x, or an entry, such as inertia-xx:trunk=0.01"
             )
-        elif not signed and (
-            values.min() < 0.0 or (values.min() == 0.0 and self.what == "inertia")
-        ):
-            fault = (
+        too_small = self.number < 0.0 or (self.number == 0.0 and self.what == "inertia")
+        if too_small and not added:
+            return (
                 "the value may not be below zero, and a factor of an inertia has to be above zero"
             )
-        else:
-            return
-        raise StudyError(f"change {self}: {fault}")
+        return ""
 
     @property
     def number(self) -> float:
@@ -102,12 +104,14 @@ class Change:
 
     def __str__(self) -> str:
         values = ",".join(f"{value:g}" for value in np.ravel(self.value))
-        return f"{self.what}:{self.pattern}={values}{'x' if self.factor else ''}"
+        suffix = "x" if self.factor else ""
+        return f"{self.what}:{self.pattern}={values}{suffix}"
 
 
 def read_changes(text: str) -> tuple[Change, ...]:
-    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01"; x after a number makes
-    it a factor.
+    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01".
+
+    An x after a number makes it a factor.
 
     Raises:
         StudyError: it is not of that form.
@@ -139,8 +143,9 @@ def _read_change(text: str) -> Change:
 
 
 def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
-    """The robot with changes applied one after the other; the original stays as it is, and geometry
-    that is read is shared.
+    """The robot with changes applied one after the other.
+
+    The original stays as it is. Both share the geometry that is read.
 
     Raises:
         UnknownName: a pattern matches no link with mass, or no joint.
@@ -148,16 +153,21 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
             mass.
         RobotError: a body becomes too heavy or too light to compute with.
     """
-    model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
+    model = pin.Model(robot.model)
+    warnings = robot.change_warnings
+    drives = robot.default_drives
     settings = robot.settings
     for change in changes:
         if change.what == "armature":
             drives = _change_armature(robot, model, drives, change)
-            settings -= set(() if change.factor else robot.match_joints(change.pattern))
+            if not change.factor:
+                settings -= set(robot.match_joints(change.pattern))
         elif change.what == "place":
             for name in robot.match("joint", change.pattern, _joint_frames(robot)):
                 _change_place(robot, model, name, change)
-            robot, model = replace(robot, model=model), pin.Model(model)
+            # The next change reads the frames of this robot.
+            robot = replace(robot, model=model)
+            model = pin.Model(model)
         else:
             links = links_with_mass(robot, change.pattern, model)
             warnings += tuple(_small_parts(robot, model, change, links))
@@ -167,11 +177,9 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         robot, model=model, change_warnings=warnings, default_drives=drives, settings=settings
     )
     for body in robot.bodies:
-        for what, value, unit in (
-            ("mass", body.mass, "kg"),
-            ("inertia", float(np.abs(body.inertia).max()), "kg m²"),
-        ):
-            refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
+        where = f'{robot.source.path.name}: body "{body.name}"'
+        refuse_number(where, "mass", body.mass, "kg")
+        refuse_number(where, "inertia", float(np.abs(body.inertia).max()), "kg m²")
     return robot
 
 
@@ -195,15 +203,15 @@ def varied_bodies(
         for link in links_with_mass(robot, pattern):
             before = links.get(link) or _repeated(_frame(robot.model, link).inertia, n)
             links[link] = _changed_inertia(what, np.asarray(values, float), factor, before)
-    mass, com, inertia = (
-        np.repeat(of_bodies[None], n, axis=0).astype(float)
-        for of_bodies in (robot.masses, robot.coms, robot.inertias)
-    )
+    mass = np.repeat(robot.masses[None], n, axis=0).astype(float)
+    com = np.repeat(robot.coms[None], n, axis=0).astype(float)
+    inertia = np.repeat(robot.inertias[None], n, axis=0).astype(float)
     for i in sorted({robot.frames[link].body for link in links}):
         parts = [part.moved(place) for place, part in _parts_of(robot, i, links)]
         # m = Σ m_k,  c = Σ m_k c_k / m
         mass[:, i] = sum(part.mass for part in parts)
-        com[:, i] = sum(part.mass[:, None] * part.com for part in parts) / mass[:, i, None]
+        moment = sum(part.mass[:, None] * part.com for part in parts)
+        com[:, i] = moment / mass[:, i, None]
         # I = Σ I_k − m_k [c_k − c]ײ
         total = np.zeros((n, 3, 3))
         for part in parts:
@@ -322,11 +330,12 @@ def _change_link(model: pin.Model, link: str, change: Change) -> None:
 
 def _sum_inertias(model: pin.Model, joint: int) -> None:
     """Make the inertia of a body that of its links."""
-    whole = pin.Inertia.Zero()
+    total = pin.Inertia.Zero()
     for part in model.frames:
-        if part.parentJoint == joint and (part.type == pin.FrameType.BODY or part.inertia.mass):
-            whole += part.placement.act(part.inertia)
-    model.inertias[joint] = whole
+        is_part = part.type == pin.FrameType.BODY or part.inertia.mass
+        if part.parentJoint == joint and is_part:
+            total += part.placement.act(part.inertia)
+    model.inertias[joint] = total
 
 
 def _joint_frames(robot: Robot) -> dict[str, int]:
@@ -344,35 +353,41 @@ def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> 
     """Move a joint with all that it carries; its rotation against the link that carries it stays."""
     number = _joint_frames(robot)[name]
     frame = model.frames[number]
-    index, moves = frame.parentJoint, frame.type == pin.FrameType.JOINT
-    above = model.frames[frame.parentFrame].placement
-    if moves and not frame.parentFrame and model.parents[index]:
-        body = robot.bodies[model.parents[index] - 1]
-        above = pin.SE3(body.rotation, body.offset)
-    old = (model.jointPlacements[index] if moves else frame.placement).copy()
-    place = above.actInv(old)
-    place.translation = (
-        place.translation * change.value if change.factor else np.array(change.value)
-    )
+    joint = frame.parentJoint
+    moves = frame.type == pin.FrameType.JOINT
+    carrier = model.frames[frame.parentFrame].placement
+    if moves and not frame.parentFrame and model.parents[joint]:
+        # Without a parent frame the frame of the body that carries the joint stands for it.
+        body = robot.bodies[model.parents[joint] - 1]
+        carrier = pin.SE3(body.rotation, body.offset)
+    old = model.jointPlacements[joint] if moves else frame.placement
+    old = old.copy()
+    place = carrier.actInv(old)
+    if change.factor:
+        place.translation = place.translation * change.value
+    else:
+        place.translation = np.array(change.value)
     if moves:
-        model.jointPlacements[index] = above * place
+        model.jointPlacements[joint] = carrier * place
         return
-    moved, shift = {number}, above * place * old.inverse()
-    for k, part in enumerate(model.frames):  # what carries comes first
-        if k == number or part.parentFrame in moved:
-            if part.parentJoint == index:
-                moved.add(k)
-                part.placement = shift * part.placement
-            else:
-                model.jointPlacements[part.parentJoint] = (
-                    shift * model.jointPlacements[part.parentJoint]
-                )
-    _sum_inertias(model, index)
+
+    # A fixed joint moves all frames behind it, and the joints there, each after what carries it.
+    shift = carrier * place * old.inverse()
+    moved = {number}
+    for k, part in enumerate(model.frames):
+        if k != number and part.parentFrame not in moved:
+            continue
+        if part.parentJoint == joint:
+            moved.add(k)
+            part.placement = shift * part.placement
+        else:
+            behind = model.jointPlacements[part.parentJoint]
+            model.jointPlacements[part.parentJoint] = shift * behind
+    _sum_inertias(model, joint)
 
 
 def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) -> dict[str, float]:
-    """Mass [kg] of each link that a name or a glob means, without that of the links that are fixed
-    to it.
+    """Mass [kg] of each link that a name or a glob means, without links that are fixed to it.
 
     Args:
         robot: the robot.

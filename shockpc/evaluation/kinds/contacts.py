@@ -55,9 +55,7 @@ class Offset(Kind):
     axis: int = 0
 
     def prepared(self, scene: Scene) -> Scene:
-        """The scene with points as contacts, from the origins of their frames unless it says
-        otherwise.
-        """
+        """The scene whose contacts are points of frames, unless it says otherwise."""
         contacts = []
         for contact in scene.contact:
             if contact.at == "auto":

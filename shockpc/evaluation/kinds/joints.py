@@ -62,7 +62,7 @@ class OfDrive(Kind):
         return robot.match_joints(varied.target)
 
     def multiplied(self, robot: Robot, varied: Variation, known: np.ndarray) -> np.ndarray:
-        """Which joint velocities (nv,) factors multiply: those of the target with a known number.
+        """The joint velocities (nv,) that factors multiply: those of the target with a known number.
 
         Raises:
             StudyError: there are none.
@@ -88,7 +88,7 @@ class Armature(OfDrive):
     example: ClassVar[str] = "0.01:0.1"
 
     def velocities(self, varied: Variation, scene: Scene, robot: Robot) -> np.ndarray:
-        """Which joint velocities (nv,) have the inertia that is set, or multiplied.
+        """The joint velocities (nv,) with the inertia that is set, or multiplied, as a mask.
 
         Raises:
             ShockError: none has, because the joints are locked, or no inertia is there to be
@@ -119,7 +119,9 @@ class Armature(OfDrive):
         joints = scene.joints
         model = _given_drives(scene, robot)
         chosen = self.velocities(varied, scene, robot)
-        with_rotor = {name for pattern in joints.rotor for name in robot.match_joints(pattern)}
+        with_rotor: set[str] = set()
+        for pattern in joints.rotor:
+            with_rotor |= set(robot.match_joints(pattern))
         armature: dict[str, float] = {}
         rotor: dict[str, Rotor] = {}
         for name, v in _first_velocities(robot, chosen):
@@ -205,7 +207,7 @@ class JointStiffness(OfDrive):
         return replace(scene, joints=joints)
 
     def _velocities(self, varied: Variation, robot: Robot, model: JointModel) -> np.ndarray:
-        """Which joint velocities (nv,) have the springs.
+        """The joint velocities (nv,) that have the springs, as a mask.
 
         Raises:
             StudyError: as for `scene_with`.
@@ -272,8 +274,12 @@ class JointPlace(Kind):
 
 
 def reflected_rotor(inertia: float, k: float, per_turn: float) -> Rotor:
-    """A rotor by its inertia at the joint [kg m²], the spring before it [N m/rad], and as
-    `JointModel.per_turn`.
+    """A rotor by its inertia at the joint.
+
+    Args:
+        inertia: of the rotor, reflected to the joint [kg m²].
+        k: stiffness of the spring between them [N m/rad]; infinite without one.
+        per_turn: as `JointModel.per_turn`.
     """
     stiffness = k if np.isfinite(k) else None
     if not per_turn:

@@ -221,9 +221,9 @@ ATTITUDES = (
     Attitude("base-yaw", axis=2),
 )
 
-JOINT_MOTIONS = tuple(
-    JointMotion(word, "m" if word.startswith("shift") else "deg") for word in COMPONENTS["free"]
-)
+SHIFTS = tuple(JointMotion(word, "m") for word in ("shift-x", "shift-y", "shift-z"))
+TURNS = tuple(JointMotion(word, "deg") for word in ("turn-x", "turn-y", "turn-z"))
+JOINT_MOTIONS = (*SHIFTS, *TURNS)
 
 
 def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
@@ -247,7 +247,7 @@ def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
 
 
 def beyond_limits(robot: Robot, varied: Variation) -> str:
-    """That positions of a joint are outside the limits of the robot's file; empty if none are."""
+    """A warning if positions of a joint are beyond the limits of the robot's file; else empty."""
     if not isinstance(varied.kind, JointPosition):
         return ""
     scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
@@ -255,7 +255,9 @@ def beyond_limits(robot: Robot, varied: Variation) -> str:
     low = scale * max(joint.limits[0] for joint in joints)
     high = scale * min(joint.limits[1] for joint in joints)
     values = [value for value in varied.span or varied.values if isinstance(value, float)]
-    if not values or (min(values) >= low - ROUNDED and max(values) <= high + ROUNDED):
+    if not values:
+        return ""
+    if min(values) >= low - ROUNDED and max(values) <= high + ROUNDED:
         return ""
     return (
         f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the limits "

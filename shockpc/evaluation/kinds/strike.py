@@ -17,7 +17,7 @@ from shockpc.text.errors import StudyError
 
 @dataclass(frozen=True)
 class OfStrike(Kind):
-    """What the strike has: a change of it needs only another product with the maps."""
+    """A number of the strike: a change of it needs only another product with the maps."""
 
     def stage(self, factor: bool) -> int:
         return 2
