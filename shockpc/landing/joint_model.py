@@ -10,8 +10,7 @@ more than this one.
 """
 
 import functools
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -19,7 +18,7 @@ import numpy as np
 
 from shockpc.core.interval import interval_fault
 from shockpc.core.spatial import Array
-from shockpc.landing.joint_options import Joints
+from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.robot.drives import drives_like, drives_of, read_drives
 from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.motors import effort_hint, passive
@@ -155,35 +154,28 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             a drive on a floating joint, "geared" without any reflected inertia, "free" with one, or
             a joint locked apart from the one that it follows.
     """
-    free, driven = joints.model == "free", robot.actuated_dofs
-    if free and (inertias := [*joints.armature, *joints.rotor]):
-        raise SceneError(
-            f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is "
-            f"given; "
-            'leave out model = "free" (--joints free), or the armature and rotor',
-            joints=inertias,
-        )
-    drives, given = _drives(robot, joints), _given(robot, joints)
-    found = _Found(robot, free, joints.drives == "none")
+    _refuse_free_with_inertias(joints)
+    drives = _drives(robot, joints)
+    given = _given(robot, joints)
+    known = _Known(robot, joints.model == "free", joints.drives == "none")
     for name, drive in drives.by_joint.items():
-        found.take(name, drive, drive.status or "given", drive.source or drives.label)
+        known.take(name, drive, drive.status or "given", drive.source or drives.label)
     for pattern, drive in given:
-        found.take(pattern, drive, "given", "the scene")
+        known.take(pattern, drive, "given", "the scene")
     if joints.carried:
-        found.carry_rotors()
+        known.carry_rotors()
     for pattern, k in joints.stiffness.items():
-        found.spring(pattern, _positive("the stiffness of joint", pattern, k))
+        known.spring(pattern, _positive("the stiffness of joint", pattern, k))
     torque = np.full(robot.model.nv, np.nan)
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    model = found.model(
-        _locked(robot, joints, [pattern for pattern, _ in given]), torque, joints.model == "rigid"
-    )
+    locked = _locked(robot, joints, [pattern for pattern, _ in given])
+    model = known.model(locked, torque, joints.model == "rigid")
     _refuse_split_followers(robot, model.locked)
-    if (
-        joints.model == "geared"
-        and not (model.armature + model.rotor)[driven & ~model.locked].any()
-    ):
+
+    driven = robot.actuated_dofs
+    inertia = model.armature + model.rotor
+    if joints.model == "geared" and not inertia[driven & ~model.locked].any():
         raise SceneError(
             "geared joints need reflected inertias, but neither the file nor the scene gives any; "
             "give the armature (reflected), or the rotor (inertia and gear_ratio), of the joints "
@@ -198,8 +190,20 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     )
 
 
-class _Found:
-    """What is found of the joints while their sources are read; what is read later goes over what
+def _refuse_free_with_inertias(joints: Joints) -> None:
+    """Refuse reflected inertias of joints that are to be free."""
+    inertias = [*joints.armature, *joints.rotor]
+    if joints.model == "free" and inertias:
+        raise SceneError(
+            f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is "
+            f"given; "
+            'leave out model = "free" (--joints free), or the armature and rotor',
+            joints=inertias,
+        )
+
+
+class _Known:
+    """What is known of the joints while their sources are read; what is read later goes over what
     was read before.
 
     Attributes:
@@ -217,32 +221,44 @@ class _Found:
 
         Args: free: whether no joint has a drive; alone: whether there are none but the file's.
         """
+        nv = robot.model.nv
         self.robot = robot
-        self.inertia = np.where(robot.actuated_dofs & (not free), robot.model.armature, 0.0)
-        self.low, self.high = np.array(self.inertia), np.array(self.inertia)
-        self.stiffness, self.drive_stiffness = (
-            np.zeros(robot.model.nv),
-            np.full(robot.model.nv, np.inf),
-        )
-        self.per_turn, self.carried = np.zeros(robot.model.nv), np.zeros(robot.model.nv)
+        self.inertia = np.zeros(nv)
+        if not free:
+            self.inertia = np.where(robot.actuated_dofs, robot.model.armature, 0.0)
+        self.low = np.array(self.inertia)
+        self.high = np.array(self.inertia)
+        self.stiffness = np.zeros(nv)
+        self.drive_stiffness = np.full(nv, np.inf)
+        self.per_turn = np.zeros(nv)
+        self.carried = np.zeros(nv)
         self.origin: dict[str, tuple[Status, str]] = {}
-        inertia, motor = self.inertia.tolist(), (robot.actuated_dofs & ~passive(robot)).tolist()
-        for joint in () if free else robot.single_joints:
-            if inertia[joint.v.start] and joint.name in robot.settings:
-                self.low[joint.v], self.high[joint.v] = 0.0, np.inf
-                self.origin[joint.name] = ("simulation model", SETTING)
-            elif inertia[joint.v.start]:
-                self.origin[joint.name] = ("file", "the robot's file")
-            elif motor[joint.v.start] and not alone and joint.name not in robot.followers:
-                self.high[joint.v] = np.inf
-                self.origin[joint.name] = ("unknown", NOTHING)
+        if not free:
+            self._read_file(alone)
         for name, k in robot.springs.items():
             self.spring(name, k)
+
+    def _read_file(self, alone: bool) -> None:
+        """Where the drives of the robot's file are from, and of which joints nothing is known."""
+        robot = self.robot
+        has_motor = robot.actuated_dofs & ~passive(robot)
+        for joint in robot.single_joints:
+            first = joint.v.start
+            if self.inertia[first] and joint.name in robot.settings:
+                self.low[joint.v] = 0.0
+                self.high[joint.v] = np.inf
+                self.origin[joint.name] = ("simulation model", SETTING)
+            elif self.inertia[first]:
+                self.origin[joint.name] = ("file", "the robot's file")
+            elif has_motor[first] and not alone and joint.name not in robot.followers:
+                self.high[joint.v] = np.inf
+                self.origin[joint.name] = ("unknown", NOTHING)
 
     def take(self, pattern: str, drive: Drive, status: Status, text: str) -> None:
         """Take a drive of some joints."""
         v = _velocities(self.robot, pattern)
-        self.inertia[v], (self.low[v], self.high[v]) = drive.reflected or 0.0, drive.interval
+        self.inertia[v] = drive.reflected or 0.0
+        self.low[v], self.high[v] = drive.interval
         self.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
         self.per_turn[v] = drive.per_turn
         if drive.stiffness is not None:
@@ -289,28 +305,21 @@ class _Found:
         Raises:
             SceneError: springs are rigid, and the rotor behind one is not known.
         """
-        sprung, behind = (
-            (self.stiffness > 0.0) & ~locked,
-            np.isfinite(self.drive_stiffness) & ~locked,
-        )
-        if rigid and (lacking := behind & ~sprung & (self.inertia == 0.0)).any():
-            names = listed(
-                joint.name for joint in self.robot.single_joints if lacking[joint.v].any()
-            )
-            raise SceneError(
-                f"the springs are to be rigid, but the rotors behind those of {names} are not "
-                f"known; give them as rotor (--rotor)"
-            )
+        sprung = (self.stiffness > 0.0) & ~locked
+        behind = np.isfinite(self.drive_stiffness) & ~locked
         if rigid:
-            locked, behind = locked | sprung, np.zeros_like(behind)
+            self._refuse_unknown_rotors(behind & ~sprung & (self.inertia == 0.0))
+            locked = locked | sprung
+            behind = np.zeros_like(behind)
         armature = np.where(behind, 0.0, self.inertia)
         # A rotor of known inertia gives no impulse through its spring; of one that is not known,
         # its source has the interval.
         exact = locked | (behind & (self.inertia > 0.0))
         sources = self._sources(locked)
-        unknown = [
-            name for source in sources if source.status == "unknown" for name in source.joints
-        ]
+        unknown: list[str] = []
+        for source in sources:
+            if source.status == "unknown":
+                unknown += source.joints
         return JointModel(
             armature=armature,
             locked=locked,
@@ -327,24 +336,31 @@ class _Found:
             per_turn=self.carried,
         )
 
+    def _refuse_unknown_rotors(self, lacking: np.ndarray) -> None:
+        """Refuse rigid springs before rotors that are not known. Args: lacking (nv,)."""
+        if lacking.any():
+            joints = [joint for joint in self.robot.single_joints if lacking[joint.v].any()]
+            names = listed(joint.name for joint in joints)
+            raise SceneError(
+                f"the springs are to be rigid, but the rotors behind those of {names} are not "
+                f"known; give them as rotor (--rotor)"
+            )
+
     def _sources(self, locked: np.ndarray) -> tuple[DriveSource, ...]:
         """One record for all joints that have their drives from the same.
 
         Args: locked (nv,), of which none is told.
         """
         names_by_origin: dict[tuple[Status, str], list[str]] = {}
-        held = locked.tolist()
         for joint in self.robot.single_joints:
-            if joint.name in self.origin and not held[joint.v.start]:
+            if joint.name in self.origin and not locked[joint.v.start]:
                 names_by_origin.setdefault(self.origin[joint.name], []).append(joint.name)
-        sources = []
+        sources: list[DriveSource] = []
         for (status, text), names in names_by_origin.items():
-            suggested = (
-                effort_hint(self.robot, names) if status in ("unknown", "simulation model") else ""
-            )
-            sources.append(
-                DriveSource(tuple(names), status, "; ".join(filter(None, (text, suggested))))
-            )
+            if status in ("unknown", "simulation model"):
+                hint = effort_hint(self.robot, names)
+                text = "; ".join(filter(None, (text, hint)))
+            sources.append(DriveSource(tuple(names), status, text))
         return tuple(sources)
 
 
@@ -356,83 +372,111 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
         UnknownName: a pattern fits no joint.
         SceneError: as for `joint_model`.
     """
-    given = [
-        (pattern, Drive(joint=(pattern,), armature=inertia))
-        for pattern, inertia in joints.armature.items()
-    ]
-    with_armature = [set(_driven(robot, pattern)) for pattern in joints.armature]
-    for pattern, motor in joints.rotor.items():
-        names = set(_driven(robot, pattern))
-        # A rotor of one joint is an exception to an armature of several; else it is not clear which
-        # is meant.
-        if unclear := next(
-            (both for others in with_armature if (both := names & others) and not names < others),
-            None,
-        ):
-            name = next(name for name in robot.joint_names if name in unclear)
+    given: list[tuple[str, Drive]] = []
+    with_armature: list[set[str]] = []
+    for pattern, inertia in joints.armature.items():
+        given.append((pattern, Drive(joint=(pattern,), armature=inertia)))
+        with_armature.append(set(_driven(robot, pattern)))
+    for pattern, rotor in joints.rotor.items():
+        _refuse_armature_and_rotor(robot, set(_driven(robot, pattern)), with_armature)
+        given += _rotor_drives(robot, pattern, rotor)
+    for pattern, drive in given:
+        _refuse_inertia(pattern, drive)
+    return given
+
+
+def _refuse_armature_and_rotor(
+    robot: Robot, names: set[str], with_armature: list[set[str]]
+) -> None:
+    """Refuse a rotor of joints that have an armature too.
+
+    A rotor of one joint is an exception to an armature of several; else it is not clear which is
+    meant.
+    """
+    for others in with_armature:
+        both = names & others
+        if both and not names < others:
+            name = next(name for name in robot.joint_names if name in both)
             raise SceneError(
                 f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of '
                 f"them",
                 joints=[name],
             )
-        k = (
-            None
-            if motor.stiffness is None
-            else _positive("the stiffness of the drive", pattern, motor.stiffness)
-        )
-        for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
-            ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
-            if ratio is None:
-                inertial = robot.model.armature[robot.joint(name).v].any()
-                read = "a reflected inertia and not its ratio" if inertial else "none"
-                message = (
-                    f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint '
-                    f"from the file; "
-                    f"add it: --rotor {name}=INERTIA:RATIO"
-                )
-                raise SceneError(message, joints=[name])
-            drive = Drive(
-                joint=(name,), rotor_inertia=motor.inertia, gear_ratio=ratio, drive_stiffness=k
-            )
-            given.append((name, replace(drive, gear=motor.gear)))
-    for pattern, drive in given:
-        numbers = {
-            "armature": drive.armature,
-            "rotor inertia": drive.rotor_inertia,
-            "gear ratio": drive.gear_ratio,
-        }
-        for what, number in numbers.items():
-            if number is not None and (fault := interval_fault(number)):
-                raise SceneError(f'the {what} of "{pattern}" {fault}', joints=[pattern])
-        inertia = drive.reflected or 0.0
-        if not (inertia > 0.0 and 0.0 <= drive.interval[0] <= drive.interval[1] <= LARGEST_NUMBER):
+
+
+def _rotor_drives(robot: Robot, pattern: str, rotor: Rotor) -> Iterator[tuple[str, Drive]]:
+    """The drives of a scene's rotor: of all joints of a pattern, or of each with its own ratio.
+
+    Raises:
+        SceneError: a joint has no gear ratio, or the stiffness is not above zero.
+    """
+    k = rotor.stiffness
+    if k is not None:
+        k = _positive("the stiffness of the drive", pattern, k)
+    names = (pattern,) if rotor.gear_ratio is not None else robot.match_joints(pattern)
+    for name in names:
+        ratio = rotor.gear_ratio
+        if ratio is None:
+            ratio = robot.gear_ratios.get(name)
+        if ratio is None:
+            inertial = robot.model.armature[robot.joint(name).v].any()
+            read = "a reflected inertia and not its ratio" if inertial else "none"
             raise SceneError(
-                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and '
-                f"at most {LARGEST_NUMBER:g}; "
-                'for none use model = "free" (--joints free), and for a joint that holds model = '
-                '"locked"',
-                joints=[pattern],
+                f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint '
+                f"from the file; "
+                f"add it: --rotor {name}=INERTIA:RATIO",
+                joints=[name],
             )
-    return given
+        drive = Drive(
+            joint=(name,),
+            rotor_inertia=rotor.inertia,
+            gear_ratio=ratio,
+            drive_stiffness=k,
+            gear=rotor.gear,
+        )
+        yield name, drive
+
+
+def _refuse_inertia(pattern: str, drive: Drive) -> None:
+    """Refuse numbers of a drive that are no intervals, and an inertia that is not above zero."""
+    numbers = {
+        "armature": drive.armature,
+        "rotor inertia": drive.rotor_inertia,
+        "gear ratio": drive.gear_ratio,
+    }
+    for what, number in numbers.items():
+        fault = "" if number is None else interval_fault(number)
+        if fault:
+            raise SceneError(f'the {what} of "{pattern}" {fault}', joints=[pattern])
+    inertia = drive.reflected or 0.0
+    low, high = drive.interval
+    if not (inertia > 0.0 and 0.0 <= low <= high <= LARGEST_NUMBER):
+        raise SceneError(
+            f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and '
+            f"at most {LARGEST_NUMBER:g}; "
+            'for none use model = "free" (--joints free), and for a joint that holds model = '
+            '"locked"',
+            joints=[pattern],
+        )
 
 
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
     """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
     zero = np.zeros(len(armature))
     return JointModel(
-        armature,
-        locked,
-        name,
-        zero,
-        zero + np.inf,
-        zero,
-        "",
-        zero > 0.0,
-        zero + np.nan,
-        armature,
-        armature,
-        (),
-        zero,
+        armature=armature,
+        locked=locked,
+        name=name,
+        stiffness=zero,
+        drive_stiffness=np.full(len(zero), np.inf),
+        rotor=zero,
+        drives="",
+        unknown=np.zeros(len(zero), dtype=bool),
+        torque=np.full(len(zero), np.nan),
+        low=armature,
+        high=armature,
+        sources=(),
+        per_turn=zero,
     )
 
 
