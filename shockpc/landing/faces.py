@@ -96,27 +96,40 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
 
 def _generators(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Generators:
     """The generators of a landing. Args: blocks, all rows, those with a `sole` flat."""
-    rows, size = slices_of(blocks), sum(block.size for block in blocks)
-    free, pushes, contact = [np.zeros((size, 0))], [np.zeros((size, 0))], list[int]()
-    for number, block in enumerate(blocks):
-        of_block = np.eye(size)[:, rows[number]]
+    size = sum(block.size for block in blocks)
+    free = [np.zeros((size, 0))]
+    pushes = [np.zeros((size, 0))]
+    contact: list[int] = []
+    for number, (block, rows) in enumerate(zip(blocks, slices_of(blocks), strict=True)):
+        unit = np.eye(size)[:, rows]
         if not len(block.sole):
-            free.append(of_block)
+            free.append(unit)
             continue
-        n = len(block.forces)
-        forces, tilts, twist = of_block[:, :n], of_block[:, n : n + 2], of_block[:, n + 2 :]
-        corners = world_point(state, block.body, block.sole[:, None])[:, 0]
-        from_point = corners - block_point(state, block)
-        # Forces along the ground: combinations of the forces' axes that are across the normal.
-        along_ground = np.linalg.svd((block.forces @ block.normal)[None])[2][1:]
-        # They act on the sole, and the contact's point may lie above that.
-        height = from_point.mean(axis=0) @ block.normal * block.normal
-        at_sole = cross(height, along_ground @ block.forces) @ block.moments[:2].T
-        free += [forces @ along_ground.T + tilts @ at_sole.T, twist]
-        # A push at a corner is a normal force at the contact's point, and its moment about that.
-        normal_force = np.linalg.lstsq(block.forces.T, block.normal, rcond=None)[0]
-        moments = cross(from_point, block.normal) @ block.moments[:2].T
-        pushes.append((forces @ normal_force)[:, None] + tilts @ moments.T)
-        contact += [number] * len(corners)
+        of_sole, of_corners = _of_sole(state, block)
+        free.append(unit @ of_sole)
+        pushes.append(unit @ of_corners)
+        contact += [number] * len(block.sole)
     columns = np.concatenate(free, axis=1), np.concatenate(pushes, axis=1)
     return Generators(*columns, np.array(contact))
+
+
+def _of_sole(state: Dynamics, block: ConstraintBlock) -> tuple[Array, Array]:
+    """Combinations (k, p) of the rows of a flat sole that act in both directions, and those (k, m)
+    of a unit push at each corner. Args: the rows are forces, tilts, and a twist if it sticks.
+    """
+    n = len(block.forces)
+    unit = np.eye(block.size)
+    forces, tilts, twist = unit[:, :n], unit[:, n : n + 2], unit[:, n + 2 :]
+    corners = world_point(state, block.body, block.sole[:, None])[:, 0]
+    from_point = corners - block_point(state, block)
+    # Forces along the ground: combinations of the forces' axes that are across the normal.
+    along_ground = np.linalg.svd((block.forces @ block.normal)[None])[2][1:]
+    # They act on the sole, and the contact's point may lie above that.
+    height = from_point.mean(axis=0) @ block.normal * block.normal
+    at_sole = cross(height, along_ground @ block.forces) @ block.moments[:2].T
+    sliding = forces @ along_ground.T + tilts @ at_sole.T
+    # A push at a corner is a normal force at the contact's point, and its moment about that.
+    normal_force = np.linalg.lstsq(block.forces.T, block.normal, rcond=None)[0]
+    moments = cross(from_point, block.normal) @ block.moments[:2].T
+    pushes = (forces @ normal_force)[:, None] + tilts @ moments.T
+    return np.concatenate([sliding, twist], axis=1), pushes

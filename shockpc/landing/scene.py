@@ -209,9 +209,9 @@ class Point(Record):
     @property
     def label(self) -> str:
         """The point as it is typed, FRAME or FRAME:x,y,z."""
-        return self.frame + (
-            ":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else ""
-        )
+        if not any(self.offset):
+            return self.frame
+        return f"{self.frame}:{','.join(f'{x:g}' for x in self.offset)}"
 
 
 @frozen(kw_only=True)

@@ -89,11 +89,9 @@ def with_plane(scene: Scene) -> Scene:
     Raises:
         SceneError: as for `Strike.vector`.
     """
-    return (
-        scene
-        if scene.plane != "auto"
-        else replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
-    )
+    if scene.plane != "auto":
+        return scene
+    return replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
 
 
 def sideways(strike: Strike) -> float:
@@ -108,7 +106,8 @@ def sideways(strike: Strike) -> float:
     """
     turning = ARM * np.array(strike.angular_velocity or (0.0, 0.0, 0.0))
     motion = np.concatenate([strike.vector(_named_plane("xz")), turning])
-    return float(np.hypot(motion[1], motion[3]) / (np.linalg.norm(motion) or 1.0))
+    length = np.linalg.norm(motion) or 1.0
+    return float(np.hypot(motion[1], motion[3]) / length)
 
 
 def plane_of(scene: Scene) -> Plane:
@@ -203,9 +202,8 @@ def scene_of(given: Scene | str | os.PathLike[str]) -> Scene:
     """
     if isinstance(given, Scene):
         return given
-    return (
-        read_scene(Path(given)) if Path(given).suffix.casefold() == ".toml" else Scene(robot=given)
-    )
+    path = Path(given)
+    return read_scene(path) if path.suffix.casefold() == ".toml" else Scene(robot=given)
 
 
 def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
@@ -299,15 +297,16 @@ def scene_table(record: Any) -> dict[str, Any]:
 
 def with_paths(scene: S, change: Callable[[str], str]) -> S:
     """The scene with every path in it changed; a robot's name is not a path."""
-    robot, joints, drives = scene.robot, scene.joints, scene.joints.drives
+    robot = scene.robot
     if is_path(robot):
         robot = change(robot)
-    return dataclasses.replace(
+    joints = scene.joints
+    if joints.drives is not None and is_path(joints.drives):
+        joints = replace(joints, drives=change(joints.drives))
+    return replace(
         scene,
         robot=robot,
         srdf=None if scene.srdf is None else change(scene.srdf),
         packages={name: change(folder) for name, folder in scene.packages.items()},
-        joints=joints
-        if drives is None or not is_path(drives)
-        else dataclasses.replace(joints, drives=change(drives)),
+        joints=joints,
     )
