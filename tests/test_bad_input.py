@@ -194,7 +194,7 @@ FOOT:: --range-g=-1 | --pulse half-sine:5ms --range-g 0 => must be > 0 g, got
 FOOT:: --restitution 1.5 | --restitution=-0.1 => must be ≥ 0 and ≤ 1, got
 FOOT:: --speed 1e308 | --velocity 0,0,-1e200 | --drop-height 1e308 | --joint-velocity knee=1e200 => up to 1e+12, not
 FOOT:: --angular-velocity 1e300,0,0 | --plane zx | --plane zx --slide => up to 1e+12, not
-FOOT:: --speed 1e-300 => its speed has to lie between 1e-09 and 1e+09 m/s
+FOOT:: --speed 1e-300 => it has to lie between 1e-09 and 1e+09 m/s
 FOOT:: --velocity 0,0,-1 --speed 2 | --velocity 0,0,-1 --drop-height 1 | --drop-height 1 --speed 10 => is given in two ways
 FOOT:: --base fixed --angular-velocity 0,2,0 => a fixed base cannot turn at 2 rad/s
 FOOT:: --base planar --angular-velocity 1,3,0 => a planar base cannot turn at 1 rad/s across the plane's normal (0, -1, 0)

@@ -220,7 +220,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         joint("l", "base", "finger"),
         joint("m", "finger", "nail", "fixed"),
     ): [
-        ("error", 'body "finger"', "no mass here nor on what it carries"),
+        ("error", 'body "finger"', "no mass here nor on the bodies that it carries"),
         ("note", 'body "cross"', "no mass here"),
     ],
     # Grams read as kilograms, and a stand-in next to nothing.

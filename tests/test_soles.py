@@ -223,7 +223,7 @@ def test_a_warning_says_that_a_foot_which_is_left_out_enters_the_ground(biped):
     jumps = [(J[:3] - pin.skew(rotation @ corner) @ J[3:]) @ profile.delta_qd for corner in SOLE]
     lowest = min(velocity[2] + float(jump.reshape(-1)[2]) for jump in jumps)
     assert lowest < -0.1
-    share = f"enters the ground at {-lowest / np.abs(velocity).max():.0%} of the speed"
+    share = f"enters the ground at {-lowest / np.abs(velocity).max():.0%} of the contact velocity"
     assert any(share in str(warning) for warning in profile.landing.warnings)
 
 

@@ -360,7 +360,7 @@ def test_a_stop_and_the_ground_at_once(here):
 @pytest.mark.parametrize(
     ("changes", "fault"),
     [
-        ({"strike": Strike()}, "does not move, so its end stop is not struck"),
+        ({"strike": Strike()}, "does not move, so it does not reach its end stop"),
         (
             {"posture": Posture(joints={"slide": 0.2})},
             "is at 0.2 m and moves down, but its stop is at 0 m",

@@ -62,7 +62,7 @@ JOBS = Option(
 )
 STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
 AT = group("Question")(
-    "The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME
+    "The shock at this point (with friction, if given); offset in the frame [m].", FRAME
 )
 TARGET = group("Question")(
     "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or "
@@ -257,9 +257,7 @@ class RunOptions(NamedTuple):
     )
     wait: bool = in_run("Wait for workers while the cluster has none.")
     strict: bool = in_run(STRICT)
-    resume: bool = in_run(
-        "Continue what was interrupted: parts of Parquet files that exist are kept."
-    )
+    resume: bool = in_run("Continue an interrupted run: existing parts of Parquet files are kept.")
 
 
 class OutputOptions(NamedTuple):

@@ -64,8 +64,8 @@ class DesignVariation:
         """Refuse a distribution of nothing, or of two things."""
         if (self.quantity is None) == (self.each is None):
             raise StudyError(
-                "vary needs either a quantity, which has one value for all links that fit, or "
-                "each, with a value for each"
+                "vary needs either quantity, with the same value for all links that match, or "
+                "each, with a value for each link"
             )
 
 
@@ -205,8 +205,8 @@ class Budget:
                 )
             if self.baseline_tolerance is not None:
                 raise StudyError(
-                    f"{self.metric} at {printable(self.at)} has a percentile, and a baseline holds "
-                    f"none; give max or min"
+                    f"{self.metric} at {printable(self.at)} has a percentile, but a baseline has "
+                    "none; give max or min"
                 )
 
     @cached_property

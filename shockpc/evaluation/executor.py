@@ -177,7 +177,8 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         yield workers
     except KilledWorker as death:
         raise StudyError(
-            f"several workers of the cluster died over one part: {death}; give them more memory"
+            f"several workers of the cluster died while computing the same part: {death}; give "
+            "them more memory"
         ) from None
     except (CancelledError, RuntimeError) as end:
         if lost.is_set():

@@ -331,9 +331,8 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
     free = ""
     if not landing.robot.free_base:
         free = (
-            '; its file fixes the base: free it with base = "free" (--base free); where limbs hang '
-            "on the world apart from one "
-            "another, put them into one body with a <freejoint/> first"
+            '; its file fixes the base: free it with base = "free" (--base free); if several '
+            "limbs hang on the world, put them into one body with a <freejoint/> first"
         )
     elif landing.base != "free" and landing.robot.bodies[0].mass:
         free = ", or free the base"

@@ -107,7 +107,7 @@ def drives_advice(joints: Sequence[str]) -> str:
     """What to give where the drives of some joints, as `deciding_joints` has them, decide."""
     names = few([printable(name) for name in joints], 4)
     return (
-        f"the drives of {names} decide: give them more closely with --drives, --rotor or "
+        f"the drives of {names} decide: give narrower intervals with --drives, --rotor or "
         "--armature (in files joints.drives, joints.rotor and joints.armature), or state that "
         'there are none: joints.model = "free" (--joints free)'
     )

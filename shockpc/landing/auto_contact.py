@@ -257,9 +257,8 @@ def _with_faces(
         text = f"{frame} {why}"
         if share > ENTERS:
             text += (
-                f"; yet without it, it enters the ground at {share:.0%} of the speed of the "
-                "strike, so that this is no landing on flat ground; "
-                "compare it with --contact-kind point"
+                f"; yet without it, it enters the ground at {share:.0%} of the contact velocity, "
+                "so this is no landing on flat ground. Compare it with --contact-kind point"
             )
         warnings.append(Diagnostic(LIFTED, frame, None, text))
     for number, face in faces.items():

@@ -61,8 +61,8 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
         if _tie_the_same(earlier, later):
             raise SceneError(
                 f'closures "{earlier.name}" and "{later.name}" tie the same points of the same '
-                f"bodies, so they are one closure; "
-                "leave one of them out, and let the other hold all that both should",
+                "bodies, so they are one closure; keep one, which holds everything that both "
+                "should hold",
                 blocks=[earlier.name, later.name],
             )
     return loops

@@ -98,7 +98,7 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
     rate = float(rates[joint.v.start])
     if rate == 0.0:
         raise refused(
-            f'joint "{name}" does not move, so its end stop is not struck; give its rate, as '
+            f'joint "{name}" does not move, so it does not reach its end stop; give its rate, as '
             f"--joint-velocity {name}=-2"
         )
     value = joint.value(q)

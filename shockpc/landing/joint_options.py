@@ -65,10 +65,9 @@ class Joints(Record):
     drives: str | None = option(
         None,
         "A file or robot that has the drives, or none. Joints of the same names have the drives "
-        "of that robot. By default a robot of the catalogue has those known of it, which go over "
-        "what its file gives; none leaves "
-        "the file's. "
-        "The form of a file is that of robots/drives.toml.",
+        "of that robot. By default a robot of the catalogue has its known drives in place of the "
+        "values in its file; none keeps the values of the file. Files have the form of "
+        "robots/drives.toml.",
         JOINT_MODEL,
         "FILE|NAME|none",
     )
@@ -94,8 +93,8 @@ class Joints(Record):
     stiffness: Mapping[str, float] = field(default_factory=dict)
     torque: Mapping[str, float] = option(
         dict,
-        "Constant torque of motors on contacts of finite stiffness, by joint; it goes over the "
-        "motors [N m; N if prismatic].",
+        "Constant torque of motors on contacts of finite stiffness, by joint, in place of the "
+        "torque of --motors [N m; N if prismatic].",
         SOFT,
         "JOINT=TORQUE",
         wing="compliant",

@@ -120,8 +120,7 @@ def configuration(
     if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - start).max(initial=0.0) < 0.05):
         raise SceneError(
             f'posture "{name}" of robot "{robot.name}" holds a quaternion (x, y, z, w) whose '
-            f"length is not 1, or a cosine and "
-            "sine, has length 1; correct it in the file of postures"
+            "length is not 1, or such a cosine and sine; correct it in the file of postures"
         )
     _set_base(robot, posture, q)
     for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
@@ -436,8 +435,8 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
             if low == high == 0.0:
                 limits = "limits that are both 0 in the file, as exports without limits write them"
             text = (
-                f'joint "{joint.name}": {excess * size:.3g} {unit} outside {limits}; the profile '
-                f"is computed there all the same"
+                f'joint "{joint.name}": {excess * size:.3g} {unit} outside {limits}; the landing '
+                "is computed all the same"
             )
             warnings.append(Diagnostic("limits", joint.name, excess, text))
     return by_cause(warnings)

@@ -406,9 +406,9 @@ def _refuse_separation(landing: PosedLanding) -> None:
         moves = np.linalg.norm(velocity) > 1e-9 * fastest_rate
         if block.kind == "stop" and not moves:
             raise SceneError(
-                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the '
-                f'axis of "{block.frame}", so its '
-                "speed there is no measure of the strike; let another end stop strike",
+                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on '
+                f'the axis of "{block.frame}", so its speed there is zero and cannot be v_in; use '
+                "another end stop",
                 blocks=[block.frame],
             )
         if parts:

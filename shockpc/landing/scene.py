@@ -393,11 +393,9 @@ class Scene(Record):
     )
     contact_stiffness: float | None = option(
         None,
-        "Also solve on contacts of this stiffness. It gives forces, accelerations and their times, "
-        "and is that in every "
-        f"direction, or along the normal and along the ground: "
-        f"{CONTACTS.removesuffix(' N/m or more')} or more (sources: "
-        "shockpc guide designer).",
+        "Also solve on contacts of this stiffness. The stiffness is that of every direction, or "
+        "of the normal and the ground. It gives forces, accelerations and their times. Examples: "
+        f"{CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide designer).",
         SOFT,
         "KN[:KT]",
         unit="N/m",

@@ -109,9 +109,7 @@ class Strike(Record):
             return np.array(self.velocity, dtype=float)
         speed, theta = self._after_fall() if self.drop_height is not None else self._stated()
         if theta and plane.level:
-            raise SceneError(
-                "no strike angle is defined in a horizontal plane; give the strike's velocity"
-            )
+            raise SceneError("no strike angle is defined in a horizontal plane; give the velocity")
         _refuse_out_of_range(speed)
         return np.asarray(speed * _direction(theta, plane))
 
@@ -178,7 +176,7 @@ def _refuse_no_impact(what: str, size: float, unit: str) -> None:
 def _refuse_out_of_range(speed: float) -> None:
     if not (speed == 0.0 or SLOWEST <= speed <= FASTEST):
         raise SceneError(
-            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between "
+            f"a contact speed of {speed:g} m/s cannot be computed; it has to lie between "
             f"{SLOWEST:g} and {FASTEST:g} m/s"
         )
 

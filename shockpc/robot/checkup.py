@@ -108,7 +108,10 @@ def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
         next_heaviest = float(np.delete(masses, k).max(initial=0.0)) or mass
         if carried[k] == 0:
-            text = "no mass here nor on what it carries, so the inertia matrix cannot be inverted"
+            text = (
+                "no mass here nor on the bodies that it carries, so the inertia matrix cannot be "
+                "inverted"
+            )
             yield "error", "body", body.name, f"{text}; give mass, or make the joint fixed"
         elif mass == 0:
             yield (

@@ -176,7 +176,7 @@ def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
     vertices, normals, coordinates, triangles = counts
     if len(data) != 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
         raise ValueError(
-            "it is not a valid MSH file (its length is not that which its first four numbers give)"
+            "it is not a valid MSH file (its length does not match its first four numbers)"
         )
     points = np.frombuffer(data, "<f4", 3 * vertices, 16)
     faces = np.frombuffer(data, "<i4", 3 * triangles, len(data) - 12 * triangles)

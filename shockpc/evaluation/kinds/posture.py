@@ -260,7 +260,7 @@ def beyond_limits(robot: Robot, varied: Variation) -> str:
     if min(values) >= low - ROUNDED and max(values) <= high + ROUNDED:
         return ""
     return (
-        f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the limits "
-        f"of the robot file, {low:.6g} to "
-        f"{high:.6g} {varied.unit}; these landings are computed all the same"
+        f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the "
+        f"limits of the robot file, {low:.6g} to {high:.6g} {varied.unit}; these landings are "
+        "computed too"
     )
