@@ -10,7 +10,8 @@ its change is that of the values to first order.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from itertools import chain
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated, variation
+from shockpc.impact.impact import Impact
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.shock_profile import ShockProfile
@@ -86,6 +88,11 @@ class Effect(ParameterChange):
     up: float
     down: float
 
+    @property
+    def largest(self) -> float:
+        """The larger one of both changes of the target [its unit]."""
+        return max(abs(self.up), float(np.nan_to_num(abs(self.down))))
+
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
@@ -121,9 +128,9 @@ class Sensitivity:
     @property
     def value(self) -> float:
         """The target: the number, the worst of several, or their mean [its unit]."""
-        return float(
-            self.values.mean() if self.mean else self.values[_worst(self.target, self.values)]
-        )
+        if self.mean:
+            return float(self.values.mean())
+        return float(self.values[_worst(self.target, self.values)])
 
     @property
     def worst(self) -> str:
@@ -133,10 +140,13 @@ class Sensitivity:
     @property
     def ranked(self) -> tuple[Effect, ...]:
         """The effects that exist, the step with the largest change of the target first."""
-        known = (effect for effect in self.effects if not effect.reason)
-        return tuple(
-            sorted(known, key=lambda effect: -max(abs(effect.up), np.nan_to_num(abs(effect.down))))
-        )
+        known = [effect for effect in self.effects if not effect.reason]
+        return tuple(sorted(known, key=lambda effect: effect.largest, reverse=True))
+
+    @property
+    def refused(self) -> tuple[Effect, ...]:
+        """The effects that do not exist."""
+        return tuple(effect for effect in self.effects if effect.reason)
 
     @property
     def table(self) -> Table:
@@ -144,47 +154,44 @@ class Sensitivity:
         why.
         """
         name, unit = self.target.selection.name, self.target.unit
-        numbers = (
+        header = (
+            "parameter",
+            "value",
+            "unit",
+            "step",
             f"{name} [{unit}]",
             f"change of {name} [%]",
             f"opposite {name} [{unit}]",
             f"error {name} [{unit}]",
         )
-        effects = (*self.ranked, *(effect for effect in self.effects if effect.reason))
-        rows = [
-            (
-                x.parameter,
-                x.value,
-                x.unit,
-                x.step,
-                x.up,
-                100.0 * x.up / self.value,
-                x.down,
-                x.step * x.error,
-            )
-            for x in effects
-        ]
-        reasons = {i: effect.reason for i, effect in enumerate(effects) if effect.reason}
-        return Table.of_rows(("parameter", "value", "unit", "step", *numbers), rows, reasons)
+        rows = []
+        for effect in (*self.ranked, *self.refused):
+            percent = 100.0 * effect.up / self.value
+            error = effect.step * effect.error
+            head = (effect.parameter, effect.value, effect.unit, effect.step)
+            rows.append((*head, effect.up, percent, effect.down, error))
+        first = len(self.ranked)
+        reasons = {first + i: effect.reason for i, effect in enumerate(self.refused)}
+        return Table.of_rows(header, rows, reasons)
 
     def error(self, effects: Iterable[Effect]) -> float:
         """The largest error of the derivatives of some effects, each as a share of its largest [1]."""
-        shares = [
-            effect.error / largest
-            for effect in effects
-            if (largest := float(np.abs(effect.derivatives).max())) > 0.0
-        ]
-        return max(shares, default=0.0)
+        shares = [0.0]
+        for effect in effects:
+            largest = float(np.abs(effect.derivatives).max())
+            if largest > 0.0:
+                shares.append(effect.error / largest)
+        return max(shares)
 
     def worse(self, change: float) -> bool | None:
         """Whether a change of the target makes it worse; None if neither direction is worse."""
-        entry = self.target.selection.quantity
-        sign = math.copysign(1.0, self.value) if self.target.selection.signed else 1.0
-        return (
-            None
-            if entry.worse == "neither"
-            else (change * sign > 0.0) == (entry.worse == "greater")
-        )
+        worse = self.target.selection.quantity.worse
+        if worse == "neither":
+            return None
+        size = change
+        if self.target.selection.signed:
+            size *= math.copysign(1.0, self.value)
+        return (size > 0.0) == (worse == "greater")
 
 
 @study(
@@ -275,47 +282,50 @@ def sensitivity(
         )
     refuse_repeated(robot, chosen)
     scenes = {name: prepared(scene, chosen) for name, scene in scenes.items()}
-    solved = tuple(
-        profiles({name: (scene, robot) for name, scene in scenes.items()}, trace).values()
-    )
+    cases = {name: (scene, robot) for name, scene in scenes.items()}
+    solved = tuple(profiles(cases, trace).values())
     text = target_text(target, scenes.values())
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
-    values = np.array([_value(*pair) for pair in zip(solved, numbers, strict=True)])
-    single = [(varied, _single(robot, varied)) for varied in chosen]
-    by_landing = [
-        parameters(profile.landing, [part for _, parts in single for part in parts])
-        for profile in solved
-    ]
-    known = {
-        name: parameter
-        for of_landing in reversed(by_landing)
-        for name, parameter in of_landing.items()
-    }
-    changes = [_of_range(*pair, known, percent / 100.0) for pair in single] or _changes(
-        robot, known, groups, percent
-    )
+    values = np.array(list(map(_value, solved, numbers)))
+    # The magnitudes of several numbers of either sign are compared.
+    signs = np.ones(len(values))
+    if len(values) > 1 and number.selection.signed:
+        signs = np.sign(values)
+
+    single = [_single(robot, varied) for varied in chosen]
+    of_landings = []
+    for profile in solved:
+        of_landings.append(parameters(profile.landing, list(chain.from_iterable(single))))
+    # Of several landings the first one has a parameter's value.
+    known: dict[str, Parameter] = {}
+    for of_landing in reversed(of_landings):
+        known |= of_landing
     slopes = []
-    for profile, of_landing, its_number in zip(solved, by_landing, numbers, strict=True):
+    for profile, of_landing, its_number in zip(solved, of_landings, numbers, strict=True):
         with trace.stage("derivatives"):
             slopes.append(slopes_beside(profile, of_landing, its_number))
-    signs = np.sign(values) if len(values) > 1 and number.selection.signed else np.ones(len(values))
-    effects = tuple(
-        _effect(change, known, slopes, number, mean, signs, signs * values) for change in changes
-    )
+    if chosen:
+        changes = [
+            _of_range(varied, parts, known, percent / 100.0)
+            for varied, parts in zip(chosen, single, strict=True)
+        ]
+    else:
+        changes = _changes(robot, known, groups, percent)
+    at = _Target(number, signs * values, signs, mean)
+    effects = tuple(_effect(change, known, slopes, at) for change in changes)
     if not chosen and not any(effect.reason or effect.derivatives.any() for effect in effects):
         raise StudyError(
             f"{number.title} does not change to first order with any parameter here; choose "
             f"another quantity"
         )
-    modelled = Sensitivity(tuple(scenes), solved, number, signs * values, mean, percent, effects)
+    modelled = Sensitivity(tuple(scenes), solved, number, at.values, mean, percent, effects)
 
     def at_end(others: dict[str, Scene]) -> Sensitivity:
         return sensitivity(
             others, target, robot, mean=mean, groups=groups, vary=vary, percent=percent
         )
 
-    cases = {name: (scene, robot) for name, scene in scenes.items()}
     return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
 
 
@@ -347,14 +357,19 @@ def _of_range(
     together.
     """
     low, high = varied.ends
+    step = share * (high - low)
     present = {part.subject: known[part.subject].value for part in parts}
     # Of a pattern those that have a value; none where no joint has.
-    present = {name: value for name, value in present.items() if math.isfinite(value)} or present
-    step, values = share * (high - low), set(present.values())
-    value = values.pop() if len(values) == 1 else math.nan
-    changed = dict.fromkeys(present, 1.0)
+    finite = {name: value for name, value in present.items() if math.isfinite(value)}
+    present = finite or present
+    values = set(present.values())
     return ParameterChange(
-        varied.subject, value, varied.unit, step, step if varied.factor else math.nan, changed
+        parameter=varied.subject,
+        value=values.pop() if len(values) == 1 else math.nan,
+        unit=varied.unit,
+        step=step,
+        share=step if varied.factor else math.nan,
+        parts=dict.fromkeys(present, 1.0),
     )
 
 
@@ -363,76 +378,116 @@ def _changes(
 ) -> list[ParameterChange]:
     """Every parameter by its step; those of a group together, each away from zero."""
     pattern_of: dict[str, str] = {}
+    names = dict.fromkeys([*robot.links, *robot.joint_names])
     for pattern in groups:
-        for name in robot.match(
-            "link or joint", pattern, dict.fromkeys([*robot.links, *robot.joint_names])
-        ):
+        for name in robot.match("link or joint", pattern, names):
             pattern_of.setdefault(name, pattern)
     changes: dict[str, ParameterChange] = {}
-    for name, one in known.items():
-        varied, share, pattern = (
-            one.varied,
-            0.01 * percent if one.relative else math.nan,
-            pattern_of.get(one.varied.target, ""),
-        )
+    for name, parameter in known.items():
+        varied = parameter.varied
+        step, unit, share = percent * parameter.step, varied.unit, math.nan
+        if parameter.relative:
+            share = 0.01 * percent
+        pattern = pattern_of.get(varied.target, "")
         if not pattern:
-            changes[name] = ParameterChange(
-                name, one.value, varied.unit, percent * one.step, share, {name: 1.0}
-            )
+            parts = {name: 1.0}
+            changes[name] = ParameterChange(name, parameter.value, unit, step, share, parts)
             continue
-        together = pattern if varied.kind == JOINT_POSITION else f"{varied.kind.word}:{pattern}"
-        parts = dict(changes[together].parts) if together in changes else {}
-        parts[name] = one.away * (100.0 * one.step if one.relative else 1.0)
-        unit, step = ("-", share) if one.relative else (varied.unit, percent * one.step)
+        together = pattern
+        if varied.kind != JOINT_POSITION:
+            together = f"{varied.kind.word}:{pattern}"
+        weight = parameter.away
+        if parameter.relative:
+            # Of a share of its amount.
+            weight *= 100.0 * parameter.step
+            step, unit = share, "-"
+        parts = {}
+        if together in changes:
+            parts = dict(changes[together].parts)
+        parts[name] = weight
         changes[together] = ParameterChange(together, math.nan, unit, step, share, parts)
     return list(changes.values())
+
+
+class _Target(NamedTuple):
+    """The number in L landings, and what of it is the target.
+
+    Attributes:
+        number: the number.
+        values: (L,) of it; of several landings the magnitudes [its unit].
+        signs: (L,) by which numbers are multiplied for that.
+        mean: whether the mean is the target, and not the worst.
+    """
+
+    number: Column
+    values: Array
+    signs: Array
+    mean: bool
+
+    def change(self, step: float, derivatives: Array) -> float:
+        """The change of the target by a step, to first order [its unit].
+
+        Args:
+            step: of a parameter.
+            derivatives: (L,) of the values.
+        """
+        if self.mean:
+            return float(step * derivatives.mean())
+        now = self.values[_worst(self.number, self.values)]
+        k = _worst(self.number, self.values + step * derivatives)
+        return float(self.values[k] - now + step * derivatives[k])
 
 
 def _effect(
     change: ParameterChange,
     known: Mapping[str, Parameter],
     slopes: Sequence[Mapping[str, Slope]],
-    target: Column,
-    mean: bool,
-    signs: Array,
-    values: Array,
+    target: _Target,
 ) -> Effect:
-    """What a change does to the number in each landing, of which magnitudes count where the signs
-    are not 1, and to the target.
+    """What a change does to the number in each landing, and to the target.
+
+    Args:
+        change: the change.
+        known: the parameters by name.
+        slopes: of each landing, the derivatives of the number by the parameters.
+        target: the number.
     """
-    parts = [
-        [(weight, slopes[key]) for key, weight in change.parts.items() if key in slopes]
-        for slopes in slopes
-    ]
-    reason = next(
-        (slope.reason for of_landing in parts for _, slope in of_landing if slope.reason), ""
-    )
-    derivatives = signs * [
-        sum(weight * slope.value for weight, slope in of_landing) for of_landing in parts
-    ]
-    derivatives = np.full_like(derivatives, np.nan) if reason else derivatives
-    error = max(
-        sum(abs(weight) * slope.error for weight, slope in of_landing) for of_landing in parts
-    )
-    now = values[_worst(target, values)]
-
-    def effect(step: float) -> float:
-        k = _worst(target, values + step * derivatives)
-        return float(step * derivatives.mean() if mean else values[k] - now + step * derivatives[k])
-
-    possible = all(
-        known[key].value - abs(change.step * weight) >= known[key].lowest
-        for key, weight in change.parts.items()
-    )
-    down = effect(-change.step) if possible else math.nan
+    slope = [_slope(change, of_landing) for of_landing in slopes]
+    derivatives = target.signs * [one.value for one in slope]
+    reason = next((one.reason for one in slope if one.reason), "")
+    if reason:
+        derivatives = np.full(len(slopes), np.nan)
+    down = math.nan
+    if _is_possible(change, known):
+        down = target.change(-change.step, derivatives)
     return Effect(
         **vars(change),
         derivatives=read_only(derivatives),
-        error=error,
+        error=max(one.error for one in slope),
         reason=reason,
-        up=effect(change.step),
+        up=target.change(change.step, derivatives),
         down=down,
     )
+
+
+def _slope(change: ParameterChange, slopes: Mapping[str, Slope]) -> Slope:
+    """The derivative by a change in one landing: Σ weight · slope of its parts."""
+    value, error, reason = 0.0, 0.0, ""
+    for name, weight in change.parts.items():
+        if name in slopes:
+            value += weight * slopes[name].value
+            error += abs(weight) * slopes[name].error
+            reason = reason or slopes[name].reason
+    return Slope(value, error, reason)
+
+
+def _is_possible(change: ParameterChange, known: Mapping[str, Parameter]) -> bool:
+    """Whether the opposite change leaves no parameter below its lowest value."""
+    for name, weight in change.parts.items():
+        parameter = known[name]
+        if not parameter.value - abs(change.step * weight) >= parameter.lowest:
+            return False
+    return True
 
 
 def _value(profile: ShockProfile, number: Column) -> float:
@@ -441,15 +496,13 @@ def _value(profile: ShockProfile, number: Column) -> float:
     Raises:
         StudyError: there is none, or it is zero.
     """
-    entry, value = number.selection.quantity, number_of(profile, number)
+    entry = number.selection.quantity
+    value = number_of(profile, number)
     if not math.isfinite(value):
         raise StudyError(
             f"there is no {number.title} in this landing: {entry.scope.missing or 'it is infinite'}"
         )
-    where = [number.place]
-    size = profile.proof.read(
-        lambda impact: float(np.max(entry.size(impact, entry.compute(impact, where).astype(float))))
-    )
+    size = profile.proof.read(lambda impact: _natural_size(impact, number))
     if abs(value) <= ZERO * max(size, abs(value)):
         raise StudyError(
             f"{number.title} is zero in this landing: a length has no derivative where it is zero, "
@@ -457,3 +510,10 @@ def _value(profile: ShockProfile, number: Column) -> float:
             "to it; name another place, or change the strike"
         )
     return value
+
+
+def _natural_size(impact: Impact, number: Column) -> float:
+    """The largest size of the terms of a number [its unit]."""
+    entry = number.selection.quantity
+    values = entry.compute(impact, [number.place]).astype(float)
+    return float(np.max(entry.size(impact, values)))
