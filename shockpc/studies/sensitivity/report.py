@@ -1,6 +1,7 @@
 """What changes a number of a landing: one row for every parameter, the largest effect first."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,8 +10,8 @@ import numpy as np
 from shockpc.evaluation.drive_ends import BETWEEN, BEYOND, MOVED
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
-from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Lines, Sheet, sheet_of
+from shockpc.show.report import Picture, Report, Section
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import shown_as
 from shockpc.studies.sensitivity.study import Effect, Sensitivity
 from shockpc.text.errors import ShockError
@@ -23,46 +24,59 @@ ROWS = 16
 def sensitivity_report(study: Sensitivity) -> Report:
     """The effects."""
     landings = dict(zip(study.landings, study.profiles, strict=True))
-    now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
+    title = study.target.title
+    now = f"{title}: {_with_unit(study)}"
     if len(landings) > 1:
         now += f", {_over(study)}; the worst is {study.worst}"
     picture = Picture(
         "sensitivity",
-        f"the largest effects on the {study.target.title}",
+        f"the largest effects on the {title}",
         "studies.sensitivity.figure:draw_tornado",
         (study,),
     )
+
+    def body(full: bool) -> list[Section]:
+        sections: list[Section] = [Lines([*shared_lines(landings), ("target", now)])]
+        if study.ranked:
+            sections.append(picture)
+        sections.append(_table(study, None if full else ROWS))
+        return sections
+
+    sheets: dict[str, Callable[[], Sheet]] = {
+        "sensitivity": lambda: _effects(study),
+        "derivatives": lambda: _derivatives(study),
+    }
+    if study.ends:
+        sheets["drives"] = lambda: _drives(study)
     return Report(
         name="sensitivity",
-        title=f"What changes the {study.target.title}",
-        body=lambda full: [
-            Lines([*shared_lines(landings), ("target", now)]),
-            *([picture] if study.ranked else []),
-            _table(study, None if full else ROWS),
-        ],
+        title=f"What changes the {title}",
+        body=body,
         closing=_over_drives(study),
         warnings=shared_warnings(landings),
-        sheets={"sensitivity": lambda: _effects(study), "derivatives": lambda: _derivatives(study)}
-        | ({"drives": lambda: _drives(study)} if study.ends else {}),
+        sheets=sheets,
         document=lambda: _document(study),
         tables=True,
     )
+
+
+def _with_unit(study: Sensitivity) -> str:
+    """The number with its unit."""
+    return f"{study.value:.4g} {study.target.unit}".removesuffix(" -")
 
 
 def _moves(study: Sensitivity) -> bool:
     """Whether the number, or one of the largest effects on it, differs by more than 1 % between the
     ends of the drives.
     """
-    for found in study.ends.values():
-        if isinstance(found, ShockError):
+    for end in study.ends.values():
+        if isinstance(end, ShockError) or not math.isclose(study.value, end.value, rel_tol=MOVED):
             return True
-        effects = {one.parameter: one.up for one in found.ranked}
-        pairs = [
-            (study.value, found.value),
-            *((one.up, effects.get(one.parameter)) for one in study.ranked[:ROWS]),
-        ]
-        if any(b is None or not math.isclose(a, b, rel_tol=MOVED) for a, b in pairs):
-            return True
+        effects = {effect.parameter: effect.up for effect in end.ranked}
+        for effect in study.ranked[:ROWS]:
+            at_end = effects.get(effect.parameter)
+            if at_end is None or not math.isclose(effect.up, at_end, rel_tol=MOVED):
+                return True
     return False
 
 
@@ -76,18 +90,17 @@ def _over_drives(study: Sensitivity) -> list[str]:
             f"more than 1 %"
         ]
     lines = [f"drives: the effects change from {BETWEEN}; {BEYOND}"]
-    for words, found in (
-        ("as modelled", study),
-        *((f"{end} inertias", found) for end, found in study.ends.items()),
-    ):
-        if isinstance(found, ShockError):
-            lines.append(f"  {words}: none, because {found}")
+    studies: dict[str, Sensitivity | ShockError] = {"as modelled": study}
+    for end, result in study.ends.items():
+        studies[f"{end} inertias"] = result
+    for words, result in studies.items():
+        if isinstance(result, ShockError):
+            lines.append(f"  {words}: none, because {result}")
             continue
-        number = f"{study.target.title} {found.value:.4g} {study.target.unit}".removesuffix(" -")
-        largest = (
-            f"; the largest effect is that of {found.ranked[0].parameter}" if found.ranked else ""
-        )
-        lines.append(f"  {words}: {number}{largest}")
+        line = f"  {words}: {study.target.title} {_with_unit(result)}"
+        if result.ranked:
+            line += f"; the largest effect is that of {result.ranked[0].parameter}"
+        lines.append(line)
     return lines
 
 
@@ -97,10 +110,10 @@ def _drives(study: Sensitivity) -> Sheet:
     """
     name = study.target.selection.name
     header = ["parameter", f"change of {name} [%]", *(f"{end} [%]" for end in study.ends)]
-    shares = [_shares(study), *(_shares(found) for found in study.ends.values())]
-    rows = [
-        (one.parameter, *(share.get(one.parameter) for share in shares)) for one in study.ranked
-    ]
+    shares = [_shares(study), *map(_shares, study.ends.values())]
+    rows: list[Row] = []
+    for effect in study.ranked:
+        rows.append((effect.parameter, *(share.get(effect.parameter) for share in shares)))
     note = "smallest, largest: the change with the smallest and the largest possible inertias"
     return Sheet(f"effect on the {study.target.title}, by the drives", header, rows, [note])
 
@@ -152,77 +165,79 @@ def _effects(study: Sensitivity) -> Sheet:
     also by the drives.
     """
     sheet = sheet_of(replace(study.table, messages={}))
-    effects = (*study.ranked, *(effect for effect in study.effects if effect.reason))
     drives = _drives(study)
-    ends, nothing = {one[0]: one[2:] for one in drives.rows}, [None] * len(study.ends)
-    rows = [
-        (*row, *ends.get(effect.parameter, nothing), step_words(effect), effect.reason or None)
-        for row, effect in zip(sheet.rows, effects, strict=True)
-    ]
-    order = [0, 1, 2, 3, -2, *range(4, len(sheet.header) + len(study.ends)), -1]
-    header = (*sheet.header, *drives.header[2:], "change", "reason")
-    return sheet._replace(
-        header=[header[k] for k in order], rows=[[row[k] for k in order] for row in rows]
-    )
+    at_ends = {row[0]: row[2:] for row in drives.rows}
+    nothing = [None] * len(study.ends)
+    effects = (*study.ranked, *study.refused)
+    rows: list[Row] = []
+    for row, effect in zip(sheet.rows, effects, strict=True):
+        head, numbers = row[:4], row[4:]
+        by_drives = at_ends.get(effect.parameter, nothing)
+        change = step_words(effect)
+        rows.append((*head, change, *numbers, *by_drives, effect.reason or None))
+    header = (*sheet.header[:4], "change", *sheet.header[4:], *drives.header[2:], "reason")
+    return sheet._replace(header=header, rows=rows)
 
 
 def _derivatives(study: Sensitivity) -> Sheet:
     """The derivative of the number in each landing by each parameter, in its unit over that of the
     parameter.
     """
-    unit = study.target.selection.quantity.unit
-    rows = [
-        (
-            effect.parameter,
-            name or None,
-            value,
-            f"{unit}/{effect.unit}".replace("-/-", "-").replace("-/", "1/").removesuffix("/-"),
-        )
-        for effect in study.effects
-        for name, value in zip(study.landings, np.asarray(effect.derivatives).tolist(), strict=True)
-    ]
+    of_number = study.target.selection.quantity.unit
+    rows: list[Row] = []
+    for effect in study.effects:
+        unit = f"{of_number}/{effect.unit}".replace("-/-", "-").replace("-/", "1/")
+        values = np.asarray(effect.derivatives).tolist()
+        for name, value in zip(study.landings, values, strict=True):
+            rows.append((effect.parameter, name or None, value, unit.removesuffix("/-")))
     return Sheet("derivatives", ("parameter", "landing", "derivative", "unit"), rows)
 
 
 def _table(study: Sensitivity, most: int | None) -> Sheet:
-    """The effects of one step. Args: most, number of rows; None for all."""
-    single, whole = len(study.landings) == 1, _effects(study)
-    hidden = [
-        column.key
-        for column in whole.columns
-        if column.key.startswith("error_") or (single and column.key[:9] == "opposite_")
-    ]
+    """The effects of one step.
+
+    Args:
+        study: the study.
+        most: number of rows; None for all.
+    """
+    single = len(study.landings) == 1
     moves = _moves(study)
-    hidden += [] if moves else study.ends
-    known = whole.where(lambda row: row["reason"] is None).without("step", "reason", *hidden)
-    known = known._replace(notes=_drives(study).notes if moves else ())
+    every = _effects(study)
+    hidden = ["step", "reason"]
+    for column in every.columns:
+        if column.key.startswith("error_") or (single and column.key.startswith("opposite_")):
+            hidden.append(column.key)
+    if not moves:
+        hidden += study.ends
+    known = every.where(lambda row: row["reason"] is None).without(*hidden)
+    if moves:
+        known = known._replace(notes=_drives(study).notes)
     sheet = known.largest(most, "parameter", range(len(known.rows), 0, -1))
-    without: dict[str, list[str]] = {}
-    for effect in study.effects:
-        if effect.reason:
-            without.setdefault(effect.reason, []).append(effect.parameter)
-    opposite = (
-        "a change of the opposite sign has the opposite effect"
-        if single or study.mean
-        else "another landing may become the worst"
-    )
-    shown = study.ranked[: len(sheet.rows)]
-    accuracy = (
-        f"derivatives are differences, with an error of at most "
-        f"{max(study.error(shown), 1e-15):.0e} of each"
-    )
+    opposite = "another landing may become the worst"
+    if single or study.mean:
+        opposite = "a change of the opposite sign has the opposite effect"
     notes = [
         "as in sweep: point-mass, com and inertia are added to a link; with its mass the inertia "
         "changes in proportion",
         "1 % of an inertia: of the mean moment of the link, or of an armature, without one of the "
         "inertia that the joint moves",
         f"to first order: {opposite}; the effect of a larger change is not in proportion",
-        *sheet.notes,
-        *([accuracy] if shown else []),
-        *(
-            f"{listed(names, 4)}: no derivative, because {reason}"
-            for reason, names in without.items()
-        ),
     ]
-    title = f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}"
+    notes += sheet.notes
+    shown = study.ranked[: len(sheet.rows)]
+    if shown:
+        error = max(study.error(shown), 1e-15)
+        notes.append(f"derivatives are differences, with an error of at most {error:.0e} of each")
+    notes += _without_derivative(study)
+    title = f"effect on the {study.target.title}"
+    if not single:
+        title += f", {_over(study)}"
     return sheet._replace(title=title, notes=notes)
+
+
+def _without_derivative(study: Sensitivity) -> list[str]:
+    """The parameters without a derivative, by the reason."""
+    names: dict[str, list[str]] = {}
+    for effect in study.refused:
+        names.setdefault(effect.reason, []).append(effect.parameter)
+    return [f"{listed(some, 4)}: no derivative, because {reason}" for reason, some in names.items()]
