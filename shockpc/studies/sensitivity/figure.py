@@ -4,6 +4,7 @@ one for the opposite change.
 
 import math
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -30,77 +31,83 @@ neither direction makes worse.
 
 def draw_tornado(study: Sensitivity) -> Figure:
     """Draw the chart of a study in which some derivative exists."""
-    effects, single = study.ranked[:MOST_BARS], len(study.profiles) == 1
+    effects = study.ranked[:MOST_BARS]
     target = printable(study.target.title, 80)
-    what = (
-        contact_name(study.profiles[0])
-        if single
-        else f"{count(len(study.profiles), 'landing')}, {'mean' if study.mean else 'worst'}"
-    )
-    landing = (
-        f"{robot_name(study.profiles[0].robot)}{' landing on' if single else ','} "
-        f"{printable(what, 60)}"
-    )
-    figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), f"What changes the {target}: {landing}")
-    axes, rows = figure.add_subplot(), range(len(effects))
-    largest = max(
-        abs(change)
-        for effect in effects
-        for change in (effect.up, effect.down)
-        if not math.isnan(change)
-    )
-    largest = max(largest, 1e-9 * abs(study.value)) or 1.0
+    title = f"What changes the {target}: {_landings_text(study)}"
+    figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), title)
+    axes = figure.add_subplot()
     for row, effect in enumerate(effects):
-        for change, solid in ((effect.down, False), (effect.up, True)):
-            if not math.isnan(change):
-                colour = COLOURS[study.worse(change)]
-                axes.barh(
-                    row,
-                    change,
-                    left=study.value,
-                    height=0.72,
-                    facecolor=colour if solid else "none",
-                    edgecolor=colour,
-                )
-        percent = 100.0 * effect.up / study.value
-        share = (
-            f"{percent:+.3g} %".replace("-", "−")
-            if abs(percent) >= LEAST_SHOWN
-            else f"< {LEAST_SHOWN} %"
-            if percent
-            else "0 %"
-        )
-        end = study.value + effect.up
-        side, shift = ("left", 3.0) if effect.up >= 0.0 else ("right", -3.0)
-        axes.annotate(
-            share,
-            (end, row),
-            (shift, 0.0),
-            textcoords="offset points",
-            ha=side,
-            va="center",
-            fontsize=6.5,
-        )
-    axes.set_yticks(
-        rows, [f"{varied_text(one.parameter, one.unit)}   +{step_words(one)}" for one in effects]
-    )
+        _draw_bar(axes, study, row, effect.down, solid=False)
+        _draw_bar(axes, study, row, effect.up, solid=True)
+        _write_share(axes, study, row, effect.up)
+    names = [
+        f"{varied_text(effect.parameter, effect.unit)}   +{step_words(effect)}"
+        for effect in effects
+    ]
+    axes.set_yticks(range(len(effects)), names)
     axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)
-    axes.set_xlim(study.value - 1.25 * largest, study.value + 1.25 * largest)
+    largest = max(effect.largest for effect in effects)
+    reach = 1.25 * (max(largest, 1e-9 * abs(study.value)) or 1.0)
+    axes.set_xlim(study.value - reach, study.value + reach)
     axes.set_xlabel(
         f"{target} [{study.target.unit}]; now {study.value:.4g}; effects to first order"
     )
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
-    known = study.target.selection.quantity.worse != "neither"
-    marks = (
-        [Patch(color=COLOURS[True], label="worse"), Patch(color=COLOURS[False], label="better")]
-        if known
-        else []
-    )
-    marks += [
-        Patch(facecolor=INK, edgecolor=INK, label="change as given, with its effect"),
-        Patch(facecolor="none", edgecolor=INK, label="the opposite change"),
-    ]
+
+    marks = []
+    if study.target.selection.quantity.worse != "neither":
+        marks.append(Patch(color=COLOURS[True], label="worse"))
+        marks.append(Patch(color=COLOURS[False], label="better"))
+    given = "change as given, with its effect"
+    marks.append(Patch(facecolor=INK, edgecolor=INK, label=given))
+    marks.append(Patch(facecolor="none", edgecolor=INK, label="the opposite change"))
     figure.legend(handles=marks, loc="outside lower right", ncols=len(marks), fontsize=7.0)
     return figure
+
+
+def _landings_text(study: Sensitivity) -> str:
+    """The robot and its landings."""
+    first = study.profiles[0]
+    name = robot_name(first.robot)
+    if len(study.profiles) == 1:
+        return f"{name} landing on {printable(contact_name(first), 60)}"
+    over = "mean" if study.mean else "worst"
+    return f"{name}, {count(len(study.profiles), 'landing')}, {over}"
+
+
+def _draw_bar(axes: Axes, study: Sensitivity, row: int, change: float, *, solid: bool) -> None:
+    """Draw the bar of a change of the target; none of one that does not exist."""
+    if math.isnan(change):
+        return
+    colour = COLOURS[study.worse(change)]
+    axes.barh(
+        row,
+        change,
+        left=study.value,
+        height=0.72,
+        facecolor=colour if solid else "none",
+        edgecolor=colour,
+    )
+
+
+def _write_share(axes: Axes, study: Sensitivity, row: int, change: float) -> None:
+    """Write a change of the target in per cent beside the end of its bar."""
+    side, shift = ("left", 3.0) if change >= 0.0 else ("right", -3.0)
+    axes.annotate(
+        _percent(100.0 * change / study.value),
+        (study.value + change, row),
+        (shift, 0.0),
+        textcoords="offset points",
+        ha=side,
+        va="center",
+        fontsize=6.5,
+    )
+
+
+def _percent(percent: float) -> str:
+    """A change [%] in words."""
+    if abs(percent) >= LEAST_SHOWN:
+        return f"{percent:+.3g} %".replace("-", "−")
+    return f"< {LEAST_SHOWN} %" if percent else "0 %"
