@@ -33,7 +33,6 @@ from shockpc.impact import friction
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.geometry import body_outline
 from shockpc.studies.analyze.report import document, landing_report
-from shockpc.wings.compliant import course
 
 FOOT = Scene(robot="anymal_b", contact=Contact(frame="LF_FOOT"))
 SLIDING, STIFF = replace(FOOT, friction=0.3), replace(FOOT, contact_stiffness=1e5)
@@ -110,16 +109,8 @@ def test_a_landing_ends_with_its_last_reference(scene: Scene):
     assert left() is None
 
 
-@pytest.mark.parametrize(
-    ("scene", "module", "name"),
-    [(SLIDING, friction, "solve_friction"), (STIFF, course, "simulate_landing")],
-)
-def test_every_landing_is_solved_once(
-    scene: Scene, module: object, name: str, monkeypatch: pytest.MonkeyPatch
-):
-    """Six landings, whose numbers are then read one after the other: one solution of each, and of
-    each stiffness that is asked.
-    """
+def solved_once(scene: Scene, module: object, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Check that six landings, whose numbers are read one after the other, are solved once each."""
     solved, solve = [], getattr(module, name)
     monkeypatch.setattr(
         module,
@@ -133,6 +124,10 @@ def test_every_landing_is_solved_once(
     for _ in range(2):
         assert all(document(profile) for profile in profiles)
     assert len(solved) == len(set(solved)) >= 6
+
+
+def test_every_landing_is_solved_once(monkeypatch: pytest.MonkeyPatch):
+    solved_once(SLIDING, friction, "solve_friction", monkeypatch)
 
 
 def test_results_are_of_their_object_and_arguments():

@@ -2,7 +2,6 @@
 little memory.
 """
 
-import itertools
 import os
 import resource
 import shutil
@@ -11,12 +10,8 @@ import time
 from pathlib import Path
 
 import hostile
-import numpy as np
 import pytest
 from commands import ROBOTS, Outcome, run
-from trees import known_robot
-
-from shockpc.wings.recordings.logs.column_names import named_columns
 
 LAND, LOWEST = ("--contact", "foot"), ("--contact-point", "lowest")
 URDF, XACRO, MJCF, SDF = (
@@ -109,17 +104,3 @@ def test_huge_files(capfd, stick, name):
         os.truncate(path, 2**40)
 
     refused(capfd, name, put)
-
-
-def test_the_time_of_a_heading_is_linear_in_its_length():
-    """A heading of 200 kB that repeats a part of those of ROS is read in a moment; the square of
-    its length would take minutes.
-    """
-    start = time.process_time()
-    for part, end in itertools.product(
-        ("joint_states/", "joint_state/", "pose/orientation/", "pose/"),
-        ("/position", "/x", "velocity/x"),
-    ):
-        heading = part * (200_000 // len(part)) + end
-        assert len(named_columns({heading: np.zeros(1)}, known_robot("anymal_b"), {})) == 1
-    assert time.process_time() - start < 2.0

@@ -17,7 +17,6 @@ from shockpc import (
     Contact,
     Joints,
     Posture,
-    RobotError,
     Rotor,
     Scene,
     SceneError,
@@ -36,7 +35,6 @@ from shockpc.profile import profile_of
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import quantity
 from shockpc.robot.changes import changed, read_changes
-from shockpc.wings.compliant.bent_landing import flexible_landing
 
 WIDE = '<limit lower="-999" upper="999" effort="1" velocity="1"/>'
 ROTORS = {
@@ -326,33 +324,6 @@ def test_a_range_changes_the_rotor_in_its_link_too():
     loads = other.values(along, joints)
     np.testing.assert_allclose(
         evaluate(along, found, joints)[0, 0], loads, atol=2e-3 * np.abs(loads).max()
-    )
-
-
-def test_links_that_bend_carry_rotors():
-    """The segment at a joint has its rotor: straight links are rigid ones, and every motion has
-    energy.
-    """
-    go2, flex = known_robot("go2"), {"*": "EI:674"}
-    landing = resolve(
-        Scene(
-            robot="go2",
-            contact=Contact(frame="FL_foot", at="frame"),
-            contact_stiffness=1e5,
-            flex=flex,
-        ),
-        go2,
-    )
-    bent = flexible_landing(landing)
-    v, H = bent.flexible.v, bent.state.H[0]
-    np.testing.assert_allclose(H[np.ix_(v, v)], landing.state.H[0], atol=1e-14 * np.abs(H).max())
-    assert np.linalg.eigvalsh(H)[0] > 0.0
-    heavy = {"FL_calf_joint": Rotor(inertia=0.1, gear_ratio=6.0, gear="planetary")}
-    scene = replace(landing.scene, joints=Joints(rotor=heavy))
-    refused(
-        RobotError,
-        ("FL_thigh", "FL_calf_joint", "--no-carried"),
-        lambda: flexible_landing(resolve(scene, go2)),
     )
 
 

@@ -2,8 +2,6 @@
 solution.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -17,11 +15,9 @@ from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.contact import contact_block
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
-from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Posture
 from shockpc.landing.strike import Strike
 from shockpc.robot.load import load_robot
-from shockpc.wings.compliant.bent_landing import flexible_landing
 
 SOLE = np.array([(x, y, -0.09) for x in (-0.08, 0.14) for y in (-0.045, 0.045)])
 """Corners of the soles of the biped of `standing.soles`, in the frame of the foot [m]."""
@@ -662,19 +658,6 @@ def test_end_stops_and_soles_push_in_one_problem(of_text):
     np.testing.assert_allclose(
         profile.delta_qd, expected, rtol=0, atol=1e-7 * np.abs(expected).max()
     )
-
-
-def test_stiff_links_that_bend_have_the_face_of_rigid_ones(biped):
-    """The inertia of a spring against the contact decides: stiff hinges lock, soft ones are free."""
-    scene = Scene(
-        robot=biped.label, contact="left_foot", joints=Joints(locked=ROLLS), contact_stiffness=1e5
-    )
-    kinds = []
-    for EI in (1e9, 1e-3):
-        landing = resolve(replace(scene, flex={"left_shank": f"EI:{EI:g}"}), biped)
-        kinds.append(flexible_landing(landing).scene.contact[0].kind)
-    assert kinds[0] == "edge"
-    assert kinds[1] != kinds[0]
 
 
 def test_a_single_site_that_is_named_like_a_foot_stands_for_the_whole_foot(of_text):

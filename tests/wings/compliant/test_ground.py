@@ -13,6 +13,7 @@ import pytest
 from commands import good, run, says, vector
 from panels import scene as paper_scene
 from robot_texts import BOX, COLUMN, body, floating, mjcf
+from test_lifetime import STIFF, solved_once
 
 from shockpc import (
     Contact,
@@ -30,6 +31,7 @@ from shockpc import (
 )
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.selection import quantity
+from shockpc.wings.compliant import course
 from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.figure import draw_time
 
@@ -928,3 +930,7 @@ def test_a_fixed_base_holds_a_robot_against_gravity(here):
     assert profile.value("range_share", "point")[0] == pytest.approx(
         acceleration / GRAVITY, rel=1e-9
     )
+
+
+def test_every_landing_is_solved_once(monkeypatch):
+    solved_once(STIFF, course, "simulate_landing", monkeypatch)
