@@ -159,7 +159,7 @@ class SceneOptions(NamedTuple):
         rotor,
     )
     joint_stiffness: tuple[Setting, ...] = _in_joints(
-        "Stiffness of a spring of the joint itself, such as in a compliant leg, instead of the "
+        "Stiffness of a spring of the joint itself, such as in a leg with springs, instead of the "
         "stiffness in an MJCF; its load at "
         "touchdown (springref) is included with a contact stiffness [N m/rad; N/m if prismatic].",
         "JOINT=STIFFNESS",

@@ -47,7 +47,7 @@ class Joints(Record):
     Attributes:
         armature: reflected inertia by pattern, or [low, high] [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
-        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N
+        stiffness: of springs of the joints themselves, such as in a leg with springs, by pattern [N
             m/rad, N/m].
         locked: patterns of joints that hold the rate that they have before the impact: none, or
             that of the strike's joint velocities.

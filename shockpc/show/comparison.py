@@ -285,7 +285,7 @@ def _unmatched(comparison: Comparison) -> list[str]:
 
 
 def _unproven(comparison: Comparison) -> list[str]:
-    """Which numbers are those with friction, or of contacts of finite stiffness, for which there is
+    """Which numbers are those with friction, or of a landing that lasts, for which there is
     no proof.
     """
     quantities = [entry.selection for entry in comparison.quantities]
