@@ -3,15 +3,17 @@ joint model and plane.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from shockpc.core.interval import Interval, interval_text
+from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
 from shockpc.judgement.accuracy import SHARE
 from shockpc.judgement.unknowns import merged
 from shockpc.landing.end_stops import side_of
+from shockpc.landing.joint_options import Rotor
 from shockpc.landing.scene_file import sideways
 from shockpc.method.base import Base
 from shockpc.method.constraints import slices_of
@@ -57,19 +59,21 @@ PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
 
 def landing_text(profile: ShockProfile) -> str:
     """Which landing it is: on all feet together, some contacts together, or one alone."""
-    names, robot, contacts = contact_name(profile), profile.robot, profile.landing.contacts
-    struck, each = sorted(contact.body for contact in contacts), each_foot(robot)
+    robot, contacts = profile.robot, profile.landing.contacts
     held = ", the base held" if hangs(robot, profile.landing.base) else ""
-    if len(struck) == 1:
-        return f"{names} only{held}"
-    on_feet = recognised(robot) and all(
-        contact.frame in (*feet(robot), *each) for contact in contacts
-    )
-    if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
-        return (
-            f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together{held}"
-        )
-    return f"{names} together{held}"
+    if len(contacts) == 1:
+        return f"{contact_name(profile)} only{held}"
+    feet_of_robot = each_foot(robot)
+    on_feet = False
+    if recognised(robot):
+        frames = {*feet(robot), *feet_of_robot}
+        on_feet = all(contact.frame in frames for contact in contacts)
+    struck = sorted(contact.body for contact in contacts)
+    if on_feet and struck == sorted(robot.frame(foot).body for foot in feet_of_robot):
+        number = len(feet_of_robot)
+        which = "both" if number == 2 else f"all {number_text(number)}"
+        return f"{which} feet together{held}"
+    return f"{contact_name(profile)} together{held}"
 
 
 def landings_text(landings: Mapping[str, ShockProfile]) -> str:
@@ -79,30 +83,30 @@ def landings_text(landings: Mapping[str, ShockProfile]) -> str:
     first, *others = landings.values()
     if not others:
         return landing_text(first)
-    contacts = list(
-        dict.fromkeys(
-            frozenset(contact.frame for contact in profile.scene.contact)
-            for profile in landings.values()
-        )
-    )
-    single = [one for one in contacts if len(one) == 1]
-    if len(contacts[0]) < 2 or len(single) < 2:
+    contacts: dict[frozenset[str], None] = {}
+    for profile in landings.values():
+        contacts[frozenset(contact.frame for contact in profile.scene.contact)] = None
+    sizes = [len(frames) for frames in contacts]
+    single = sizes.count(1)
+    if sizes[0] < 2 or single < 2:
         names = list(landings)
-        return (
-            "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
-        )
-    several = len(contacts) - len(single) - 1
-    edges = [f"{count(several, 'edge')} of their support"] if several else []
-    return f"{len(landings)}: " + ", ".join(
-        [landing_text(first), *edges, f"{number_text(len(single))} single feet"]
-    )
+        if len(names) <= 4:
+            return "; ".join(names)
+        return f"{len(names)}, from {names[0]} to {names[-1]}"
+    parts = [landing_text(first)]
+    edges = len(sizes) - single - 1
+    if edges:
+        parts.append(f"{count(edges, 'edge')} of their support")
+    parts.append(f"{number_text(single)} single feet")
+    return f"{len(landings)}: {', '.join(parts)}"
 
 
 def contacts_text(landings: Iterable[ShockProfile]) -> str:
     """Where and how the contacts of some landings strike, each once."""
-    texts = dict.fromkeys(
-        _contact_text(profile, i) for profile in landings for i in range(len(profile.contacts))
-    )
+    texts: dict[str, None] = {}
+    for profile in landings:
+        for i in range(len(profile.contacts)):
+            texts[_contact_text(profile, i)] = None
     return printable(few(list(texts), 8, "; "))
 
 
@@ -110,10 +114,17 @@ def unknown_lines(landings: Iterable[ShockProfile]) -> list[tuple[str, str]]:
     """What landings take for granted: a line for each thing that nobody knows, and one for what was
     chosen; (name, text).
     """
-    found = merged(profile.unknowns for profile in landings)
-    lines = [("unknown", printable(str(one))) for one in found if not one.known]
-    assumed = "; ".join(printable(one.named) for one in found if one.known)
-    return [*lines, *([("assumed", assumed)] if assumed else [])]
+    lines = []
+    chosen = []
+    for unknown in merged(profile.unknowns for profile in landings):
+        if unknown.known:
+            chosen.append(printable(unknown.named))
+        else:
+            lines.append(("unknown", printable(str(unknown))))
+    assumed = "; ".join(chosen)
+    if assumed:
+        lines.append(("assumed", assumed))
+    return lines
 
 
 def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
@@ -159,20 +170,22 @@ def common_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
     if len(landings) == 1:
         return scene_lines(*landings.values())
     headers = [dict(scene_lines(profile)) for profile in landings.values()]
-    texts = {
-        name: list(dict.fromkeys(one[name] for one in headers))
-        for name in ("robot", "posture", "base", "joint model")
-    }
     lines = [("landings", landings_text(landings))]
-    for name, (text, *others) in texts.items():
-        # Parts of the text, such as the drives, may be those of all landings.
-        parts = [
-            part for part in text.split("; ") if all(part in other.split("; ") for other in others)
-        ]
-        lines.append(
-            (name, "; ".join(parts if not others or parts else ["differs between the landings"]))
-        )
+    for name in ("robot", "posture", "base", "joint model"):
+        lines.append((name, _common_text([header[name] for header in headers])))
     return lines
+
+
+def _common_text(texts: Sequence[str]) -> str:
+    """The parts of a line that all landings have, such as the drives."""
+    text, *others = dict.fromkeys(texts)
+    if not others:
+        return text
+    common = text.split("; ")
+    for other in others:
+        parts = other.split("; ")
+        common = [part for part in common if part in parts]
+    return "; ".join(common) or "differs between the landings"
 
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
@@ -183,20 +196,20 @@ def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> 
         landings: by name.
         without: warnings of a kind that are left out.
     """
-    warnings = [
-        (one, name)
-        for name, profile in landings.items()
-        for one in other_warnings(profile)
-        if one.kind != without
-    ]
+    warnings: list[tuple[Diagnostic, str]] = []
+    for name, profile in landings.items():
+        for warning in other_warnings(profile):
+            if warning.kind != without:
+                warnings.append((warning, name))
     lines = []
-    for every in alike(warnings):
-        named = list(dict.fromkeys(name for _, name in every))
-        less = f", less in {len(named) - 1} more" if len(named) > 1 else ""
-        lines.append(
-            f"warning: {every[0][0]}"
-            + ("" if len(named) == len(landings) else f" (in {named[0]}{less})")
-        )
+    for group in alike(warnings):
+        worst, _ = group[0]
+        line = f"warning: {worst}"
+        first, *others = dict.fromkeys(name for _, name in group)
+        if 1 + len(others) < len(landings):
+            less = f", less in {len(others)} more" if others else ""
+            line += f" (in {first}{less})"
+        lines.append(line)
     return lines
 
 
@@ -240,63 +253,74 @@ def joint_model_text(profile: ShockProfile) -> str:
 def _drive_texts(profile: ShockProfile) -> list[str]:
     """What the scene and the file say of the drives, and of the springs."""
     robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
-    texts = [
-        f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))
-    ]
-    for name, motor in joints.rotor.items():
-        given = motor.gear_ratio
-        ratio = "the file's gear ratio" if given is None else f"gear ratio {interval_text(given)}"
-        behind = (
-            "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
-        )
-        gear = "" if motor.gear is None else f", {motor.gear}"
-        texts.append(
-            f"rotor of {printable(name)}: {interval_text(motor.inertia)} kg m², "
-            f"{ratio}{gear}{behind}"
-        )
-    texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
+    texts = []
+    for text in _settings(robot, joints.armature, ("kg m²", "kg")):
+        texts.append(f"reflected inertia {text}")
+    texts += [_rotor_text(name, motor) for name, motor in joints.rotor.items()]
+    if joints.locked:
+        texts.append(f"locked: {', '.join(joints.locked)}")
     if not joints.carried:
         texts.append("rotors are not coupled to the links that carry them")
     for texts_of in from_wings("landing", "robot_texts"):
         texts += texts_of(profile.scene)
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
-    single = [joint for joint in robot.single_joints if joint.kind != "free"]
-    sprung = [joint.name for joint in single if model.springs[joint.v].any()]
+    return texts + _spring_texts(profile)
+
+
+def _rotor_text(name: str, motor: Rotor) -> str:
+    """Inertia and gear of a rotor, and the spring behind it."""
+    ratio = "the file's gear ratio"
+    if motor.gear_ratio is not None:
+        ratio = f"gear ratio {interval_text(motor.gear_ratio)}"
+    parts = [f"{interval_text(motor.inertia)} kg m²", ratio]
+    if motor.gear is not None:
+        parts.append(str(motor.gear))
+    if motor.stiffness is not None:
+        parts.append(f"behind a spring of {motor.stiffness:g} N m/rad")
+    return f"rotor of {printable(name)}: {', '.join(parts)}"
+
+
+def _spring_texts(profile: ShockProfile) -> list[str]:
+    """From when springs have an effect, and the one with the largest load at touchdown."""
+    robot, model = profile.robot, profile.landing.joint_model
+    sprung = []
+    for joint in robot.single_joints:
+        if joint.kind != "free" and model.springs[joint.v].any():
+            sprung.append(joint.name)
+    texts = []
     time = spring_time(profile.landing)
     if sprung and math.isfinite(time):
         texts.append(f"springs have an effect after {1e3 * time:.2g} ms")
     deflection = model.deflection(robot, profile.landing.q)
     load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
-    if loaded := {
-        name: torque
-        for name in sprung
-        if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0
-    }:
-        most = max(loaded, key=lambda name: loaded[name])
-        size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"
+    loads = {name: float(np.abs(load[robot.joint(name).v]).max()) for name in sprung}
+    largest = max(loads, key=lambda name: loads[name], default="")
+    if largest and loads[largest] > 0.0:
+        unit = "N" if robot.joint(largest).unit == "m" else "N m"
         texts.append(
-            f"{most} is loaded by its spring with {size} at touchdown, which has an effect only on "
-            f"contacts of finite stiffness"
+            f"{largest} is loaded by its spring with {loads[largest]:.3g} {unit} at touchdown, "
+            f"which has an effect only on contacts of finite stiffness"
         )
     return texts
 
 
 def posture_text(profile: ShockProfile) -> str:
     """The reference posture and what was set besides, with units."""
-    posture = profile.landing.scene.posture
-    bent = (
-        " (neutral, with straight legs bent by 30 deg at the knees and level feet, as no standing "
-        "posture is known)"
-    )
-    words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
-    words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(
-        profile.robot, posture.joints_deg, ("deg", "m")
-    )
-    words += [
-        f"{printable(name)} at quaternion ({vector_text(turned)})"
-        for name, turned in posture.joint_quaternions.items()
+    robot, posture = profile.robot, profile.landing.scene.posture
+    reference = printable(str(posture.reference))
+    if posture.reference == BENT:
+        reference += (
+            " (neutral, with straight legs bent by 30 deg at the knees and level feet, as no "
+            "standing posture is known)"
+        )
+    words = [
+        reference,
+        *_settings(robot, posture.joints, ("rad", "m")),
+        *_settings(robot, posture.joints_deg, ("deg", "m")),
     ]
+    for name, quaternion in posture.joint_quaternions.items():
+        words.append(f"{printable(name)} at quaternion ({vector_text(quaternion)})")
     if posture.base_rpy_deg:
         words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))
     if posture.base_quaternion:
@@ -349,36 +373,58 @@ def warning_lines(profile: ShockProfile) -> list[str]:
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
-    asked, contact = profile.scene.contact[i], profile.contacts[i]
-    if (block := profile.landing.contacts[i]).kind == "stop":
-        value = "minimum" if side_of(profile.robot, block) > 0.0 else "maximum"
-        rebound = f", restitution {asked.restitution:g}" * bool(asked.restitution)
-        return (
-            f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are "
-            f"those of its body's CoM against it"
-        )
-    where = ", ".join(f"{x:.3f}" for x in contact.point.round(3) + 0.0)
-    parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
-    kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
-    friction = profile.friction
-    slides = (
-        ""
-        if friction is None or friction.impact is None
-        else f" ({friction.state[i]} with friction {profile.scene.friction:g})"
-    )
-    parts.append(
-        f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}"
-    )
-    parts += _sole_words(profile, i)
-    parts += [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
-    parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
-    parts += [
-        f"not along ({axis}), where only rounding of the file moves it"
-        for axis in _left_out(profile, i)
+    """Where a contact is, and how it strikes."""
+    scene, block = profile.scene.contact[i], profile.landing.contacts[i]
+    if block.kind == "stop":
+        return _stop_text(profile, i)
+    contact = profile.contacts[i]
+    lowest = ", its lowest point" if scene.at == "lowest" else ""
+    parts = [
+        f"{scene.frame}{lowest} at ({_position_text(contact.point)}) m",
+        _constraint_text(profile, i),
+        *_sole_words(profile, i),
     ]
+    if scene.restitution:
+        parts.append(f"restitution {scene.restitution:g}")
+    if scene.normal:
+        parts.append(f"normal ({vector_text(scene.normal)})")
+    for axis in _left_out(profile, i):
+        parts.append(f"not along ({axis}), where only rounding of the file moves it")
     if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
     return ", ".join(parts)
+
+
+def _stop_text(profile: ShockProfile, i: int) -> str:
+    """The end stop that strikes as a contact."""
+    scene, block = profile.scene.contact[i], profile.landing.contacts[i]
+    value = "minimum" if side_of(profile.robot, block) > 0.0 else "maximum"
+    rebound = f", restitution {scene.restitution:g}" if scene.restitution else ""
+    return (
+        f"{scene.frame}, the end stop at the {value} value of the joint{rebound}; speeds are "
+        f"those of its body's CoM against it"
+    )
+
+
+def _constraint_text(profile: ShockProfile, i: int) -> str:
+    """Whether a contact sticks or slides, with friction where it has an effect."""
+    scene, friction = profile.scene.contact[i], profile.friction
+    if not scene.sticks:
+        directions: list[str] = []
+        for direction in scene.directions:
+            if isinstance(direction, str):
+                directions.append(direction)
+            else:
+                directions.append("({:g} {:g} {:g})".format(*direction))
+        return f"slides, constrained along {' '.join(directions)}"
+    if friction is None or friction.impact is None:
+        return "sticks"
+    return f"sticks ({friction.state[i]} with friction {profile.scene.friction:g})"
+
+
+def _position_text(position: Array) -> str:
+    """A position to a millimetre [m]."""
+    return ", ".join(f"{x:.3f}" for x in position.round(3) + 0.0)
 
 
 def _sole_words(profile: ShockProfile, i: int) -> list[str]:
@@ -394,8 +440,7 @@ def _sole_words(profile: ShockProfile, i: int) -> list[str]:
     if kind == "edge":
         words = [f"an edge of its sole along ({vector_text(profile.scene.contact[i].edge or ())})"]
         if contact.centre_of_pressure is not None:
-            where = ", ".join(f"{x:.3f}" for x in contact.centre_of_pressure.round(3) + 0.0)
-            words.append(f"centre of pressure at ({where}) m")
+            words.append(f"centre of pressure at ({_position_text(contact.centre_of_pressure)}) m")
     if contact.twist_needed is not None:
         words.append(f"does not twist with friction {contact.twist_needed:.2g} or more")
     return words
@@ -416,12 +461,10 @@ def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
 
 def _settings(robot: Robot, values: Mapping[str, Interval], units: tuple[str, str]) -> list[str]:
     """Values by pattern of joints, with the unit of the joints that turn or that slide."""
-    kinds = {joint.name: joint.kind == "prismatic" for joint in robot.single_joints}
+    slides = {joint.name: joint.kind == "prismatic" for joint in robot.single_joints}
     texts = []
     for pattern, value in values.items():
-        slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
-        texts.append(
-            f"{printable(pattern)} = {interval_text(value)} "
-            f"{' or '.join(units[kind] for kind in slides)}"
-        )
+        kinds = sorted({slides.get(name, False) for name in robot.match_joints(pattern)})
+        unit = " or ".join(units[kind] for kind in kinds)
+        texts.append(f"{printable(pattern)} = {interval_text(value)} {unit}")
     return texts
