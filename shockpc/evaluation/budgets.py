@@ -5,7 +5,7 @@ Read from a TOML file for them or from a pyproject.toml.
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +29,9 @@ from shockpc.text.toml import converted, reading, unknown_key
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
 
+
+KEYS = ("case", "budget", "part", "baseline")
+"""Keys of a file of budgets."""
 
 LEAST_CHANGE = 1e-3
 """Share of a metric's largest value in the baseline by which a value may always be off where a
@@ -99,10 +102,8 @@ class Case(Scene):
         """Refuse a number of designs that is not valid, and what no scene may hold."""
         super().__post_init__()
         for name in ("strike_angle_deg", "drop_height"):
-            if (
-                getattr(self, name) not in (None, ())
-                and getattr(self.strike, name, None) is not None
-            ):
+            of_case, of_strike = getattr(self, name), getattr(self.strike, name, None)
+            if of_case not in (None, ()) and of_strike is not None:
                 raise StudyError(
                     f"{name} is given for the case and for its strike; leave one of the two out"
                 )
@@ -124,12 +125,13 @@ class Case(Scene):
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
         if self.drop_height is not None:
             scene = replace(scene, strike=replace(scene.strike, drop_height=self.drop_height))
-        strikes = {
-            angle: replace(scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg
-        }
-        return tuple(
-            (angle, replace(scene, strike=strike)) for angle, strike in strikes.items()
-        ) or ((None, scene),)
+        if not self.strike_angle_deg:
+            return ((None, scene),)
+        landings = {}
+        for angle in self.strike_angle_deg:
+            strike = replace(scene.strike, strike_angle_deg=angle)
+            landings[angle] = replace(scene, strike=strike)
+        return tuple(landings.items())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,43 +173,38 @@ class Budget:
     def __post_init__(self) -> None:
         """Refuse what no landing can meet, or every landing meets."""
         object.__setattr__(self, "metric", current_name(self.metric))
-        if self.max is None and self.min is None and self.baseline_tolerance is None:
-            raise StudyError(
-                f"{self.metric} at {printable(self.at)} has no limit; give max, min or "
-                f"baseline_tolerance"
-            )
-        if not all(math.isfinite(limit) for limit in (self.max, self.min) if limit is not None):
-            raise StudyError(
-                f"{self.metric} at {printable(self.at)}: max and min have to be finite, so that a "
-                f"number can exceed them"
-            )
-        if self.max is not None and self.min is not None and self.min > self.max:
-            raise StudyError(
-                f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}"
-            )
-        if (
-            (self.max is None) != (self.min is None)
-            and self.selection.signed
-            and self.selection.quantity.worse == "greater"
-        ):
-            raise StudyError(
-                f"{self.metric} at {printable(self.at)} may be of either sign; give both min and "
-                f"max"
-            )
+        fault = self._fault_of_limits() or self._fault_of_percentile()
+        if fault:
+            raise StudyError(f"{self.metric} at {printable(self.at)}{fault}")
         if self.baseline_tolerance is not None:
             self.margin(1.0)
-        if self.percentile is not None:
-            if not 50.0 <= self.percentile <= 100.0:
-                raise StudyError(
-                    f"{self.metric} at {printable(self.at)}: percentile is {self.percentile:g}; it "
-                    f"is the share of designs that "
-                    "meet the limits, from 50 to 100 %, such as 95"
-                )
-            if self.baseline_tolerance is not None:
-                raise StudyError(
-                    f"{self.metric} at {printable(self.at)} has a percentile, but a baseline has "
-                    "none; give max or min"
-                )
+
+    def _fault_of_limits(self) -> str:
+        """What is wrong with max and min, after the name of the number; empty if nothing is."""
+        if self.max is None and self.min is None and self.baseline_tolerance is None:
+            return " has no limit; give max, min or baseline_tolerance"
+        limits = [limit for limit in (self.min, self.max) if limit is not None]
+        if not all(map(math.isfinite, limits)):
+            return ": max and min have to be finite, so that a number can exceed them"
+        if limits != sorted(limits):
+            return f": min {self.min:g} is above max {self.max:g}"
+        either_sign = self.selection.signed and self.selection.quantity.worse == "greater"
+        if len(limits) == 1 and either_sign:
+            return " may be of either sign; give both min and max"
+        return ""
+
+    def _fault_of_percentile(self) -> str:
+        """What is wrong with the percentile; empty if nothing is."""
+        if self.percentile is None:
+            return ""
+        if not 50.0 <= self.percentile <= 100.0:
+            return (
+                f": percentile is {self.percentile:g}; it is the share of designs that meet the "
+                f"limits, from 50 to 100 %, such as 95"
+            )
+        if self.baseline_tolerance is not None:
+            return " has a percentile, but a baseline has none; give max or min"
+        return ""
 
     @cached_property
     def selection(self) -> Selection:
@@ -229,13 +226,14 @@ class Budget:
         """Of the values (n,) of random designs, the one that says whether enough of them meet the
         limits.
         """
-        upper, lower = (
-            float(percentile(values, self.percentile)),
-            -float(percentile(-values, self.percentile)),
-        )
-        if self.max is None or (self.min is not None and self.min - lower > upper - self.max):
+        upper = float(percentile(values, self.percentile))
+        lower = -float(percentile(-values, self.percentile))
+        if self.max is None:
             return lower
-        return upper
+        if self.min is None:
+            return upper
+        # The end that is farther beyond its limit.
+        return lower if self.min - lower > upper - self.max else upper
 
     def margin(self, baseline: float, largest: float = 0.0) -> float:
         """How far from a baseline the value may be.
@@ -246,28 +244,31 @@ class Budget:
             baseline: the value there.
             largest: magnitude of the metric's largest finite value there.
         """
-        share, comma, change = (
-            part.strip() for part in (self.baseline_tolerance or "").partition(",")
-        )
+        text = self.baseline_tolerance or ""
+        share, comma, change = (part.strip() for part in text.partition(","))
         unit = self.selection.quantity.unit.replace("1", "-")
         relative = share.endswith("%")
+        units = {unit: 1.0}
+        if relative or comma:
+            units = {"%": 1.0}
         try:
-            size = number_from(share, {"%" if relative or comma else unit: 1.0})
+            size = number_from(share, units)
             least = number_from(change, {unit: 1.0, "": 1.0}) if comma else 0.0
         except ValueError:
             size = least = -1.0
         if size < 0.0 or least < 0.0:
             raise StudyError(
-                f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; '
-                f'give a share such as "5%", a '
-                f'number with the unit of {self.metric}, such as "0.01 {unit}", or a share and at '
-                f'least a change: "5%, 0.01 {unit}"'
+                f'baseline_tolerance "{printable(text)}" is not valid; give a share such as "5%", '
+                f'a number with the unit of {self.metric}, such as "0.01 {unit}", or a share and '
+                f'at least a change: "5%, 0.01 {unit}"'
             )
         if not relative:
             return size
-        part_of = size / 100.0
-        least = least if comma else min(LEAST_CHANGE, part_of) * largest
-        return max(part_of * (abs(baseline) if math.isfinite(baseline) else 1.0), least)
+        part = size / 100.0
+        if not comma:
+            least = min(LEAST_CHANGE, part) * largest
+        of_baseline = abs(baseline) if math.isfinite(baseline) else 1.0
+        return max(part * of_baseline, least)
 
 
 class Budgets(NamedTuple):
@@ -302,11 +303,9 @@ def budgets_file(folder: Path) -> Path:
         with reading(project, "budgets", StudyError) as table:
             if "shockpc" in _table(table.get("tool", {}), "tool"):
                 return project
-    other = (
-        ", and the pyproject.toml there has no table [tool.shockpc]"
-        if project.exists()
-        else ", and no pyproject.toml"
-    )
+    other = ", and no pyproject.toml"
+    if project.exists():
+        other = ", and the pyproject.toml there has no table [tool.shockpc]"
     raise StudyError(
         f'there is no budgets.toml in "{folder}"{other}; name the file: shockpc check FILE'
     )
@@ -343,50 +342,69 @@ def read_budgets(path: Path) -> Budgets:
         StudyError: the file or a scene named in it cannot be read, a key or a value is not valid,
             or two cases have one name.
     """
-    nested = path.name == STANDARD[1]
     with reading(path, "budgets", StudyError) as document:
         prefix, table = "", _table(document, "the file")
-        if nested:
+        if path.name == STANDARD[1]:
             table = _table(_table(table.get("tool", {}), "tool").get("shockpc"), "[tool.shockpc]")
             prefix = "tool.shockpc."
-        keys = ("case", "budget", "part", "baseline")
-        faults = [unknown_key(f"{prefix}{key}", key, keys) for key in table if key not in keys]
-        parts = converted(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
-        parts = () if faults else parts
-        entries = {
-            key: _entries(table.get(key, []), f"{prefix}{key}", faults)
-            for key in ("case", "budget")
-        }
         folder = path.resolve().parent
-        baseline = converted(table.get("baseline"), str | None, f"{prefix}baseline", faults)
-        cases = [
-            _case(entry, parts, folder, f"{prefix}case[{k}]", faults)
-            for k, entry in enumerate(entries["case"])
-        ]
-        budgets = [
-            _budget(entry, f"{prefix}budget[{k}]", faults)
-            for k, entry in enumerate(entries["budget"])
-        ]
+        faults: list[str] = []
+        cases, budgets, baseline = _read(table, prefix, folder, faults)
         if faults:
             raise StudyError("; ".join(faults))
-        names = [case.name for case in cases if case is not None]
-        for missing, kind in ((names, "case"), (budgets, "budget")):
-            if not missing:
-                raise StudyError(f"there is no {kind}; begin each with [[{prefix}{kind}]]")
-        for k, name in enumerate(names):
-            if name in names[:k]:
-                raise StudyError(f'two cases have the name "{printable(name)}"; rename one of them')
-        lines = _lines(
-            read_file(path, "budgets file", StudyError).decode("utf-8-sig"), f"{prefix}budget"
-        )
-        known = tuple(budget for budget in budgets if budget is not None)
-        return Budgets(
-            path,
-            tuple(case for case in cases if case is not None),
-            known,
-            lines if len(lines) == len(known) else (),
-            None if baseline is None else folder / usable_path(baseline),
-        )
+        _refuse_nothing(cases, budgets, prefix)
+        text = read_file(path, "budgets file", StudyError).decode("utf-8-sig")
+        lines = _lines(text, f"{prefix}budget")
+        if len(lines) != len(budgets):
+            lines = ()
+        file = None if baseline is None else folder / usable_path(baseline)
+        return Budgets(path, tuple(cases), tuple(budgets), lines, file)
+
+
+def _read(
+    table: Mapping[str, Any], prefix: str, folder: Path, faults: list[str]
+) -> tuple[list[Case], list[Budget], str | None]:
+    """The cases and budgets of a table, and the file of the baseline.
+
+    Args:
+        table: with case, budget, part and baseline.
+        prefix: of these keys in the file.
+        folder: to which paths are relative.
+        faults: filled with what is wrong.
+    """
+    for key in table:
+        if key not in KEYS:
+            faults.append(unknown_key(f"{prefix}{key}", key, KEYS))
+    parts = converted(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
+    if faults:
+        parts = ()
+    entries = {}
+    for key in ("case", "budget"):
+        entries[key] = _entries(table.get(key, []), f"{prefix}{key}", faults)
+    baseline = converted(table.get("baseline"), str | None, f"{prefix}baseline", faults)
+    cases = []
+    for k, entry in enumerate(entries["case"]):
+        case = _case(entry, parts, folder, f"{prefix}case[{k}]", faults)
+        if case is not None:
+            cases.append(case)
+    budgets = []
+    for k, entry in enumerate(entries["budget"]):
+        budget = _budget(entry, f"{prefix}budget[{k}]", faults)
+        if budget is not None:
+            budgets.append(budget)
+    return cases, budgets, baseline
+
+
+def _refuse_nothing(cases: Sequence[Case], budgets: Sequence[Budget], prefix: str) -> None:
+    """Refuse a file without cases or budgets, and two cases of one name."""
+    if not cases:
+        raise StudyError(f"there is no case; begin each with [[{prefix}case]]")
+    if not budgets:
+        raise StudyError(f"there is no budget; begin each with [[{prefix}budget]]")
+    names = [case.name for case in cases]
+    for name in names:
+        if names.count(name) > 1:
+            raise StudyError(f'two cases have the name "{printable(name)}"; rename one of them')
 
 
 def _case(
@@ -402,51 +420,63 @@ def _case(
         )
         return None
     try:
-        if isinstance(file := entry.get("scene"), str):
-            scene, strike = (
-                scene_table(read_scene(folder / usable_path(file))),
-                entry.get("strike", {}),
-            )
-            given = {
-                *(strike if isinstance(strike, Mapping) else ()),
-                *entry.keys() & {"drop_height", "strike_angle_deg"},
-            }
-            replaced = {*given, *replaced_ways(given)}
-            scene["strike"] = {
-                key: value for key, value in scene.get("strike", {}).items() if key not in replaced
-            }
-            entry = _replaced(scene, entry)
-        if parts and isinstance(case_parts := entry.get("part", []), list):
+        file = entry.get("scene")
+        if isinstance(file, str):
+            scene = scene_table(read_scene(folder / usable_path(file)))
+            entry = _with_scene(scene, entry)
+        case_parts = entry.get("part", [])
+        if parts and isinstance(case_parts, list):
             entry = {**entry, "part": [*case_parts, *parts]}
         return scene_from(Case, entry, folder, key)
-    except (SceneError, StudyError, ValueError) as refusal:
-        faults.append(str(refusal) if isinstance(refusal, SceneError) else f"{key}: {refusal}")
-        return None
+    except SceneError as refusal:
+        faults.append(str(refusal))
+    except (StudyError, ValueError) as refusal:
+        faults.append(f"{key}: {refusal}")
+    return None
+
+
+def _with_scene(scene: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, Any]:
+    """A case with the keys of a scene's file that it does not replace.
+
+    A way to give the strike replaces the others.
+    """
+    strike = entry.get("strike", {})
+    given = set(entry.keys() & {"drop_height", "strike_angle_deg"})
+    if isinstance(strike, Mapping):
+        given |= set(strike)
+    replaced = {*given, *replaced_ways(given)}
+    of_file = scene.get("strike", {})
+    kept = {key: value for key, value in of_file.items() if key not in replaced}
+    return _replaced({**scene, "strike": kept}, entry)
 
 
 def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]:
     """A table with the values of another one in place of those given, in tables within it too."""
-    inner = {
-        key: _replaced(table[key], value)
-        for key, value in by.items()
-        if isinstance(value, Mapping) and isinstance(table.get(key), Mapping)
-    }
     # Of patterns of joints the last one applies, so what is replaced comes last.
-    return {key: value for key, value in table.items() if key not in by} | {**by, **inner}
+    result = {key: value for key, value in table.items() if key not in by}
+    for key, value in by.items():
+        inner = table.get(key)
+        if isinstance(value, Mapping) and isinstance(inner, Mapping):
+            value = _replaced(inner, value)
+        result[key] = value
+    return result
 
 
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
-    entry_faults: list[str] = []
+    """A budget; None where something is wrong with it."""
+    # A list of its own, because a record is made only where no fault was found before.
+    own: list[str] = []
+    budget: Budget | None = None
     try:
-        budget: Budget | None = converted(entry, Budget, key, entry_faults)
+        budget = converted(entry, Budget, key, own)
     except ShockError as refusal:
-        entry_faults.append(f"{key}: {refusal}")
-        budget = None
-    faults += entry_faults
+        own.append(f"{key}: {refusal}")
+    faults += own
     return budget
 
 
 def _entries(value: Any, key: str, faults: list[str]) -> list[Mapping[str, Any]]:
+    """A list of tables; empty where it is none."""
     if isinstance(value, list) and all(isinstance(entry, Mapping) for entry in value):
         return value
     faults.append(f"{key} has to be a list of tables, each begun with [[{key}]]")
@@ -454,17 +484,15 @@ def _entries(value: Any, key: str, faults: list[str]) -> list[Mapping[str, Any]]
 
 
 def _table(value: Any, name: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise StudyError(
-            f"{name} is {'missing' if value is None else 'not a table'}; it has to hold "
-            f"[[tool.shockpc.case]] and so on"
-        )
-    return value
+    """A table. Raises StudyError if it is none."""
+    if isinstance(value, Mapping):
+        return value
+    state = "missing" if value is None else "not a table"
+    raise StudyError(f"{name} is {state}; it has to hold [[tool.shockpc.case]] and so on")
 
 
 def _lines(text: str, key: str) -> tuple[int, ...]:
     """The numbers of the lines at which the tables of an array begin."""
-    header = re.compile(
-        r"\s*\[\[\s*" + r"\s*\.\s*".join(map(re.escape, key.split("."))) + r"\s*\]\]"
-    )
+    parts = map(re.escape, key.split("."))
+    header = re.compile(r"\s*\[\[\s*" + r"\s*\.\s*".join(parts) + r"\s*\]\]")
     return tuple(k for k, line in enumerate(text.splitlines(), 1) if header.match(line))

@@ -29,10 +29,10 @@ def guide(
 
 def topics(texts: dict[str, str], notebooks: list[str]) -> str:
     """The list of topics with their titles, pages before notebooks."""
-    lines = {
-        name: f"{name:14}{text.partition(chr(10))[0].removeprefix('# ')}\n"
-        for name, text in texts.items()
-    }
+    lines = {}
+    for name, text in texts.items():
+        title, _, _ = text.partition("\n")
+        lines[name] = f"{name:14}{title.removeprefix('# ')}\n"
     pages = "".join(line for name, line in lines.items() if name not in notebooks)
     tutorials = "".join(lines[name] for name in notebooks)
     how = "Notebooks with exercises (shockpc guide NAME prints one, and how to open it):"

@@ -16,7 +16,9 @@ def quantities_report(pattern: str | None = None) -> Report:
     Raises:
         UnknownName: there is none.
     """
-    names = [name for quantity in QUANTITIES for name in (quantity.key, quantity.of)]
+    names: list[str] = []
+    for quantity in QUANTITIES:
+        names += [quantity.key, quantity.of]
     chosen = match("*" if pattern is None else pattern, names, "quantity", "", "shockpc quantities")
     rows = []
     for quantity in QUANTITIES:

@@ -1,26 +1,32 @@
 """Robots as tables: the list of those known by name, and the contents of one."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from shockpc.core.interval import interval_text
-from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joint_model import NOTHING, joint_model
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
 from shockpc.method.dynamics import PINOCCHIO
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import PUBLIC, catalogue_drives
-from shockpc.robot.elements import Drive
+from shockpc.robot.elements import Drive, Mimic
 from shockpc.robot.feet_and_sensors import each_foot, recognised, sensors
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import is_arm, usual_base
 from shockpc.show.document import record
 from shockpc.show.header import base_text, moving_text
-from shockpc.show.report import Report
+from shockpc.show.report import Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import count, few
+
+NO_SENSOR = "no link or site is named like an IMU, gyro, accelerometer or camera"
+"""In place of the sensors of a robot that has none."""
+
+NO_LIMIT = 1e30
+"""Limits of this size are none [rad, m]."""
 
 
 def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
@@ -36,20 +42,16 @@ def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
         Column("postures", "postures", width=32),
         "message",
     )
-    sheet = Sheet(
-        "robots known by name", header, [_known(name, robot) for name, robot in robots.items()]
-    )
+    rows = [_known(name, robot) for name, robot in robots.items()]
+    sheet = Sheet("robots known by name", header, rows)
+    notes = [f"the first {supplied} come with shockpc, the others with example-robot-data"]
     lost = [name for name, robot in robots.items() if robot is None]
-    notes = (
-        f"the first {supplied} come with shockpc, the others with example-robot-data",
-        *(
-            [f"cannot be loaded, which shockpc robots NAME says why: {', '.join(lost)}"]
-            if lost
-            else []
-        ),
+    if lost:
+        notes.append(f"cannot be loaded, which shockpc robots NAME says why: {', '.join(lost)}")
+    notes += [
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
-    )
+    ]
     return Report(
         name="robots",
         title="Robots",
@@ -78,22 +80,23 @@ def _known(name: str, robot: Robot | None) -> Row:
 def robot_report(robot: Robot) -> Report:
     """The contents of a robot, and the check-up of its file."""
     drives = _drives(robot)
-    bodies, joints, findings = _bodies(robot), _joints(robot), check_robot(robot)
-    reading = _second_reading(robot) if robot.source.kind == "urdf" else None
-    checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings] or [
-        "nothing found"
-    ]
+    bodies, joints = _bodies(robot), _joints(robot)
+    findings = check_robot(robot)
+    checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings]
+    reading = None
+    if robot.source.kind == "urdf":
+        reading = _second_reading(robot)
+
+    body: list[Section] = [Lines(_lines(robot)), bodies, joints]
+    if drives:
+        body.append(Lines(list(map(_drive_line, drives)), "drives", whole=True))
+    body.append(Lines(checkup or ["nothing found"], "check-up", whole=True))
+    if reading is not None:
+        body.append(Lines(reading, "second reader", whole=True))
     return Report(
         name="robot",
         title=f"Robot {robot.name}",
-        body=lambda _: [
-            Lines(_lines(robot)),
-            bodies,
-            joints,
-            *([Lines(list(map(_drive_line, drives)), "drives", whole=True)] if drives else []),
-            Lines(checkup, "check-up", whole=True),
-            *([] if reading is None else [Lines(reading, "second reader", whole=True)]),
-        ],
+        body=lambda _: body,
         sheets={
             "bodies": lambda: bodies,
             "joints": lambda: joints,
@@ -124,21 +127,27 @@ def _second_reading(robot: Robot) -> list[str]:
         reading = second_reading(robot)
     except RobotError as refusal:
         return [f"warning: {refusal}"]
-    what = (
-        f"{reading.links} links, {reading.joints} joints, limits, mimics, inertias and placements "
-        f"at random configurations"
-    )
-    lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences] or [
-        f"yourdfpy reads the same {what}"
-    ]
-    return [*lines, *(f"note: yourdfpy's check: {fault}" for fault in reading.faults)]
+    lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences]
+    if not lines:
+        lines.append(
+            f"yourdfpy reads the same {reading.links} links, {reading.joints} joints, limits, "
+            f"mimics, inertias and placements at random configurations"
+        )
+    return lines + [f"note: yourdfpy's check: {fault}" for fault in reading.faults]
 
 
 class _Known(NamedTuple):
-    """What is known of the drives of some joints: their names, the reflected inertia with its ends,
-    and from where.
+    """What is known of the drives of some joints.
 
-    Those that are not used by default are of a simulation model, or of unknown inertia.
+    Attributes:
+        joints: their names.
+        low: smallest reflected inertia [kg m², kg].
+        armature: the one of the model [kg m², kg].
+        high: the largest; infinite where the joint is held.
+        status: how it is known.
+        used: whether a landing takes it by default; not of a simulation model, or of unknown
+            inertia.
+        source: parts of the drive, and where they are from.
     """
 
     joints: str
@@ -156,39 +165,35 @@ def _drives(robot: Robot) -> list[_Known]:
     Those that a landing takes by default come first, then those of the catalogue that it does not
     take.
     """
+    return [*_used_drives(robot), *_unused_drives(robot)]
+
+
+def _used_drives(robot: Robot) -> Iterator[_Known]:
+    """The drives that a landing takes by default."""
     model = joint_model(robot, Joints())
-    by_joint = robot.default_drives.by_joint if robot.default_drives is not None else {}
-    found: list[_Known] = []
+    by_joint = {} if robot.default_drives is None else robot.default_drives.by_joint
     for source in model.sources:
-        groups: dict[tuple[float, float, float], list[str]] = {}
+        joints_by_numbers: dict[tuple[float, float, float], list[str]] = {}
         for name in source.joints:
             v = robot.joint(name).v.start
-            numbers = (
-                float(model.low[v]),
-                float(model.armature[v] + model.rotor[v]),
-                float(model.high[v]),
-            )
-            groups.setdefault(numbers, []).append(name)
-        for numbers, names in groups.items():
+            numbers = model.low[v], model.armature[v] + model.rotor[v], model.high[v]
+            low, armature, high = map(float, numbers)
+            joints_by_numbers.setdefault((low, armature, high), []).append(name)
+        for numbers, names in joints_by_numbers.items():
             parts = _parts(by_joint.get(names[0], Drive(joint=())))
-            found.append(
-                _Known(", ".join(names), *numbers, source.status, True, f"{parts}{source.text}")
-            )
+            text = f"{parts}{source.text}"
+            yield _Known(", ".join(names), *numbers, source.status, used=True, source=text)
+
+
+def _unused_drives(robot: Robot) -> Iterator[_Known]:
+    """The drives of the catalogue that a landing does not take."""
     for drive in catalogue_drives(robot.source.name):
         if drive.status not in PUBLIC:
-            (low, high), inertia = drive.interval, drive.reflected or 0.0
-            found.append(
-                _Known(
-                    ", ".join(drive.joint),
-                    low,
-                    inertia,
-                    high,
-                    str(drive.status),
-                    False,
-                    f"{_parts(drive)}{drive.source}",
-                )
-            )
-    return found
+            low, high = drive.interval
+            inertia = drive.reflected or 0.0
+            text = f"{_parts(drive)}{drive.source}"
+            status = str(drive.status)
+            yield _Known(", ".join(drive.joint), low, inertia, high, status, False, text)
 
 
 def _parts(drive: Drive) -> str:
@@ -198,16 +203,19 @@ def _parts(drive: Drive) -> str:
         "gear ratio {}": drive.gear_ratio,
         "spring of {} N m/rad": drive.drive_stiffness,
     }
-    texts = [
-        text.format(interval_text(value)) for text, value in values.items() if value is not None
-    ]
+    texts = []
+    for text, value in values.items():
+        if value is not None:
+            texts.append(text.format(interval_text(value)))
     return f"{', '.join(texts)}; " if texts else ""
 
 
 def _drives_sheet(drives: list[_Known]) -> Sheet:
-    rows: list[Row] = [
-        (*drive[:5], "yes" if drive.used else "no", drive.source) for drive in drives
-    ]
+    rows: list[Row] = []
+    for drive in drives:
+        used = "yes" if drive.used else "no"
+        inertias = drive.low, drive.armature, drive.high
+        rows.append((drive.joints, *inertias, drive.status, used, drive.source))
     header = (
         Column("joints", "joints"),
         Column("low", "smallest reflected inertia", "kg m², kg"),
@@ -220,47 +228,60 @@ def _drives_sheet(drives: list[_Known]) -> Sheet:
 
 def _drive_line(drive: _Known) -> str:
     """What is known of some drives, for people."""
-    most = f"{drive.high:.3g}" if math.isfinite(drive.high) else "locked"
-    between = "" if drive.low == drive.high else f" ({drive.low:.3g} to {most})"
-    number = f"{drive.armature:.3g} kg m²{between}, {drive.status}"
-    known = drive.status if drive.status == "unknown" else number
+    names = few(drive.joints.split(", "), 4)
+    if drive.source.startswith(NOTHING):
+        return f"{names}: {drive.source}"
+    known = drive.status
+    if drive.status != "unknown":
+        known = f"{_inertia_text(drive)}, {drive.status}"
     unused = "" if drive.used else ", not used by default"
-    return f"{few(drive.joints.split(', '), 4)}: {known}{unused}: {drive.source}"
+    return f"{names}: {known}{unused}: {drive.source}"
+
+
+def _inertia_text(drive: _Known) -> str:
+    """The reflected inertia with its interval."""
+    text = f"{drive.armature:.3g} kg m²"
+    if drive.low == drive.high:
+        return text
+    most = f"{drive.high:.3g}" if math.isfinite(drive.high) else "locked"
+    return f"{text} ({drive.low:.3g} to {most})"
 
 
 def _lines(robot: Robot) -> list[tuple[str, str]]:
     """What a designer needs to know of a robot; (name, text)."""
-    srdf = (
-        f" (from {robot.source.srdf.name})"
-        if robot.source.srdf is not None and robot.postures
-        else ""
-    )
-    postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
-    followers = ", ".join(
-        " ".join(
-            [
-                f"{m.joint} =",
-                *(f"{by:g} {name} +" for name, by in m.leaders.items()),
-                f"{m.offset:g}",
-            ]
-        )
-        for m in robot.mimics
-    )
     base = usual_base(robot).base
-    velocities = robot.model.nv - 6 * (robot.free_base and base == "fixed")
-    size = f"{moving_text(robot, base)}, {count(velocities, 'velocity')}"
+    velocities = robot.model.nv
+    if robot.free_base and base == "fixed":
+        velocities -= 6
     ends = "feet" if recognised(robot) and not is_arm(robot) else "tips"
+    found = few(sensors(robot), 12)
     lines = {
-        "robot": f"{robot.name}, {size}",
+        "robot": f"{robot.name}, {moving_text(robot, base)}, {count(velocities, 'velocity')}",
         "file": str(robot.source.path),
         "base": base_text(robot, base),
         ends: few(each_foot(robot), 12),
-        "sensors": few(sensors(robot), 12)
-        or "no link or site is named like an IMU, gyro, accelerometer or camera",
-        "postures": f"{postures}; {reference_name(robot, None)} by default",
-        "mimic": followers,
+        "sensors": found or NO_SENSOR,
+        "postures": f"{_postures_text(robot)}; {reference_name(robot, None)} by default",
     }
-    return [(name, text) for name, text in lines.items() if text or name != "mimic"]
+    if robot.mimics:
+        lines["mimic"] = ", ".join(map(_mimic_text, robot.mimics))
+    return list(lines.items())
+
+
+def _postures_text(robot: Robot) -> str:
+    """The postures of a robot, and the file that they are from."""
+    if not robot.postures:
+        return "neutral"
+    names = ", ".join(robot.postures)
+    if robot.source.srdf is not None:
+        names += f" (from {robot.source.srdf.name})"
+    return f"{names}, neutral"
+
+
+def _mimic_text(mimic: Mimic) -> str:
+    """The position of a joint that follows others, by theirs."""
+    terms = [f"{factor:g} {name}" for name, factor in mimic.leaders.items()]
+    return f"{mimic.joint} = {' + '.join([*terms, f'{mimic.offset:g}'])}"
 
 
 def _bodies(robot: Robot) -> Sheet:
@@ -270,14 +291,10 @@ def _bodies(robot: Robot) -> Sheet:
     rows: list[Row] = []
     places = [frame for frame in robot.frames.values() if frame.kind in ("site", "geom")]
     for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
-        rows.append(
-            (
-                body.name,
-                "body",
-                robot.bodies[joint.parent].name if joint.parent >= 0 else "world",
-                float(body.mass),
-            )
-        )
+        parent = "world"
+        if joint.parent >= 0:
+            parent = robot.bodies[joint.parent].name
+        rows.append((body.name, "body", parent, float(body.mass)))
         rows += [(link, "link", body.name, None) for link in body.links[1:]]
         rows += [(place.name, place.kind, body.name, None) for place in places if place.body == i]
     header = (
@@ -290,6 +307,7 @@ def _bodies(robot: Robot) -> Sheet:
 
 
 def _joints(robot: Robot) -> Sheet:
+    """Every joint with its limits, None where there are none, and its armature."""
     rows: list[Row] = []
     for joint in robot.single_joints:
         armature = float(max(robot.model.armature[joint.v], default=0.0))
@@ -297,8 +315,12 @@ def _joints(robot: Robot) -> Sheet:
         if joint.v.stop - joint.v.start != 1:
             rows.append((joint.name, kind, None, None, None, armature))
             continue
-        factor, unit = (1.0, "m") if joint.unit == "m" else (180.0 / math.pi, "deg")
-        limits = [bound * factor if abs(bound) < 1e30 else None for bound in joint.limits]
+        factor, unit = math.degrees(1.0), "deg"
+        if joint.unit == "m":
+            factor, unit = 1.0, "m"
+        limits: list[float | None] = []
+        for limit in joint.limits:
+            limits.append(limit * factor if abs(limit) < NO_LIMIT else None)
         rows.append((joint.name, kind, *limits, unit, armature))
     header = (Column("name", "joint"), "kind", "lower", "upper", "unit", "armature [kg m², kg]")
     return Sheet(f"joints (read by Pinocchio {PINOCCHIO})", header, rows)
