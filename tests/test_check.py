@@ -1530,12 +1530,12 @@ def test_a_percentile_of_designs_that_cannot_be_computed_is_no_verdict(capfd, he
         (VARIES + PASSES, "no budget of it has a percentile"),
         (CASE + PASSES + "percentile = 95\n", "nothing that varies"),
         (VARIES + PASSES + "percentile = 5\n", "from 50 to 100 %"),
-        (VARIES + PASSES + 'percentile = 95\nbaseline_tolerance = "5%"\n', "a baseline holds none"),
+        (VARIES + PASSES + 'percentile = 95\nbaseline_tolerance = "5%"\n', "a baseline has none"),
         (VARIES.replace("100", "0.5") + PASSES, "a whole number from 1"),
         (
             VARIES.replace("each", "quantity", 1).replace('"±10%"', '"±10%"\neach = "mass:*"')
             + PASSES,
-            "either a quantity",
+            "either quantity",
         ),
         (VARIES.replace("±10%", "ten") + PASSES + "percentile = 95\n", "not a finite number"),
     ],
