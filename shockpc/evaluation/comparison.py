@@ -305,9 +305,9 @@ def _differences(
             numbers.append(profile.numbers(selection, places).tolist())
     differences = []
     for places, values in zip(rows, zip(*numbers, strict=True), strict=True):
-        known = tuple(None if math.isnan(x) else x for x in values)
-        if all(value is None for value in known):
+        if all(map(math.isnan, values)):
             continue
+        known = tuple(map(_existing, values))
         body = places[0].body
         always = body in (0, *limb) or of_points
         name = " / ".join(dict.fromkeys(place.name for place in places))
@@ -321,6 +321,11 @@ def _differences(
         return above, -_size(row, reciprocal)
 
     return Differences(selection, tuple(sorted(differences, key=rank)))
+
+
+def _existing(value: float) -> float | None:
+    """A number; None in place of NaN."""
+    return None if math.isnan(value) else value
 
 
 def _limb(profile: ShockProfile) -> list[int]:
@@ -371,12 +376,17 @@ def _size(row: Difference, reciprocal: bool) -> float:
     """The largest change, or that of the reciprocals: of an infinite radius of percussion the shock
     per metre is finite. −1 if there is none.
     """
-    values = list(row.values)
+    values = row.values
     if reciprocal:
-        values = [None if value is None else 1.0 / value for value in values]
+        values = tuple(map(_reciprocal, values))
     first, *others = values
     changes = [_change(first, value) for value in others]
     return max((abs(change) for change in changes if change is not None), default=-1.0)
+
+
+def _reciprocal(value: float | None) -> float | None:
+    """1/value; None if it does not exist."""
+    return None if value is None else 1.0 / value
 
 
 def _unmatched(

@@ -290,9 +290,10 @@ def _unproven(comparison: Comparison) -> list[str]:
     """
     quantities = [entry.selection for entry in comparison.quantities]
     scenes = [profile.scene for profile in comparison.profiles]
-    names = [
-        one.name for one in quantities if any(one.quantity.of_ground(scene) for scene in scenes)
-    ]
+    names = []
+    for selection in quantities:
+        if any(map(selection.quantity.of_ground, scenes)):
+            names.append(selection.name)
     return [f"in double precision: {few(names, 6)}"] if names else []
 
 

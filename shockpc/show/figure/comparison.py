@@ -251,7 +251,7 @@ def _shares(row: Difference) -> list[float]:
     first = row.values[0]
     if not first or not math.isfinite(first):
         return []
-    return [math.nan if share is None else share for share in row.shares]
+    return [float(share) for share in np.array(row.shares, dtype=float)]
 
 
 def _label(row: Difference, section: Differences, view: View, points: Sequence[str]) -> str:

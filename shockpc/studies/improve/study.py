@@ -349,7 +349,9 @@ def _usual_quantity(robot: Robot, scenes: Collection[Scene]) -> str:
         StudyError: the scenes have several points.
     """
     friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
-    points = dict.fromkeys(point.label for scene in scenes for point in scene.point)
+    points: dict[str, None] = {}
+    for scene in scenes:
+        points |= dict.fromkeys(point.label for point in scene.point)
     if len(points) > 1:
         raise StudyError(
             f"improve takes one quantity, and there are several points: {few(list(points), 4)}; "
@@ -386,9 +388,9 @@ def _usual_variables(
     """
     if robot.loops:
         raise _unnamed(robot, "loops move its joints together")
-    struck = [
-        robot.frame(contact.frame).body for scene in scenes.values() for contact in scene.contact
-    ]
+    struck = []
+    for scene in scenes.values():
+        struck += [robot.frame(contact.frame).body for contact in scene.contact]
     carrying = np.any(robot.ancestors[struck], axis=0)
     q = resolve(next(iter(scenes.values())), robot).q
     ranges = dict[str, tuple[float, float]]()

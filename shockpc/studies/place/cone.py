@@ -121,49 +121,67 @@ def _solve(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
     rounded set, the point of the unit ball that its ellipsoid is the image of. r is counted from
     the middle of the points, in units of their size.
     """
-    clarabel, sparse = _libraries()
     n, k, m = len(fields.c), len(cell.points), len(cell.offsets)
     n_t = 1 if fields.limit is None else n
+    n_limits = 0 if fields.limit is None else n
     rounded = bool(cell.rounding.any())
     rows = [*_linear_rows(fields, cell, n_t), *_cone_rows(fields, cell, n_t)]
-    columns = 4 if rounded else 3
-    blocks = []
-    for row in rows:
-        blocks.append([None if part is None else sparse.csc_matrix(part) for part in row[:columns]])
-    matrix = sparse.bmat(blocks, format="csc")
-    right = np.concatenate([row.right for row in rows])
-    n_limits = 0 if fields.limit is None else n
-    cones = [
-        clarabel.ZeroConeT(4),
-        clarabel.NonnegativeConeT(k + m + n_limits),
-        *[clarabel.SecondOrderConeT(4)] * (n + rounded),
-    ]
-    # The cost is t, or the mean of t.
-    width = matrix.shape[1]
-    cost = np.append(np.full(n_t, 1.0 / n_t), np.zeros(width - n_t))
-
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = SOLVER_TOLERANCE
-    quadratic = sparse.csc_matrix((width, width))
-    solver = clarabel.DefaultSolver(quadratic, cost, matrix, right, cones, settings)
-    solution = solver.solve()
-    status = clarabel.SolverStatus
-    if solution.status in (status.PrimalInfeasible, status.AlmostPrimalInfeasible):
+    solution = _minimize_t(rows, n_t, nonnegative=k + m + n_limits, cones=n + rounded)
+    if solution is None:
         return None
-
-    x = np.asarray(solution.x)
+    x, z = solution
     shares = np.maximum(x[n_t + 3 : n_t + 3 + k], 0.0)
     point = cell.points.T @ (shares / shares.sum())
     if rounded:
         ball = x[-3:]
         point = point + cell.rounding @ ball / max(float(np.linalg.norm(ball)), 1.0)
     # Rows: 4 equations, k shares, m half-spaces, limits; cones of 4 rows are the last ones.
-    z = np.asarray(solution.z)
     multipliers = np.maximum(z[4 + k : 4 + k + m], 0.0)
     of_limits = np.maximum(z[4 + k + m : 4 + k + m + n_limits], 0.0)
     y = -z[-4 * n :].reshape(n, 4)[:, 1:]
     return point, _lower_bound(fields, cell, y, multipliers, of_limits)
+
+
+def _minimize_t(
+    rows: list[_Rows], n_t: int, nonnegative: int, cones: int
+) -> tuple[Array, Array] | None:
+    """The unknowns and the multipliers of the rows where t, or its mean, is smallest; None if there
+    are no such unknowns.
+
+    Args:
+        rows: 4 equations, then inequalities, then cones of 4 rows.
+        n_t: number of the unknowns t, which are the first ones.
+        nonnegative: number of the inequalities.
+        cones: number of the cones.
+    """
+    clarabel, sparse = _libraries()
+    # Without a ball in any row there are no such columns.
+    with_ball = any(row.ball is not None and np.any(row.ball) for row in rows)
+    columns = 4 if with_ball else 3
+    blocks: list[list[Any]] = []
+    for row in rows:
+        of_row: list[Any] = [None] * columns
+        for k, part in enumerate(row[:columns]):
+            if part is not None:
+                of_row[k] = sparse.csc_matrix(part)
+        blocks.append(of_row)
+    matrix = sparse.bmat(blocks, format="csc")
+    right = np.concatenate([row.right for row in rows])
+    width = matrix.shape[1]
+    cost = np.append(np.full(n_t, 1.0 / n_t), np.zeros(width - n_t))
+    kinds = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(nonnegative)]
+    kinds += [clarabel.SecondOrderConeT(4)] * cones
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = SOLVER_TOLERANCE
+    quadratic = sparse.csc_matrix((width, width))
+    solver = clarabel.DefaultSolver(quadratic, cost, matrix, right, kinds, settings)
+    solution = solver.solve()
+    status = clarabel.SolverStatus
+    if solution.status in (status.PrimalInfeasible, status.AlmostPrimalInfeasible):
+        return None
+    return np.asarray(solution.x), np.asarray(solution.z)
 
 
 def _scale(cell: ConvexCell) -> tuple[Array, float]:

@@ -86,9 +86,9 @@ def _warnings(study: PlaceStudy) -> list[str]:
     refused = causes((name, str(reason)) for name, reason in study.failures)
     lines = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
     present = {sensor.name for sensor in study.today}
-    labels = dict.fromkeys(
-        point.label for profile in study.profiles for point in profile.scene.point
-    )
+    labels: dict[str, None] = {}
+    for profile in study.profiles:
+        labels |= dict.fromkeys(point.label for point in profile.scene.point)
     elsewhere = [label for label in labels if label not in present]
     if elsewhere:
         body = study.robot.bodies[study.body].name

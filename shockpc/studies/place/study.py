@@ -390,7 +390,7 @@ def _nested(profiles: Iterable[ShockProfile]) -> bool:
     level.
     """
     contacts = [{contact.frame for contact in profile.scene.contact} for profile in profiles]
-    return any(some < more for some, more in itertools.product(contacts, contacts))
+    return any(some < more for some, more in itertools.permutations(contacts, 2))
 
 
 def _points(scenes: Iterable[Scene]) -> tuple[Point, ...]:
