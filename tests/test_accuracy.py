@@ -36,7 +36,7 @@ from shockpc import (
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowSpace
 from shockpc.judgement.accuracy import data_sensitivity, double_error, hardly_sensitive, sensitive
-from shockpc.landing.contact import contact_block
+from shockpc.landing.contact import contact_constraint
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.posture import configuration
 from shockpc.landing.scene_file import plane_of
@@ -163,7 +163,7 @@ def test_the_impact_of_500_links_is_proven():
         configuration(robot, bent(robot, 0.05)),
     )
     block, before = (
-        contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z),
+        contact_constraint(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z),
         Motion(velocity, np.zeros(3), rest),
     )
     plane = plane_of(Scene(robot="chain"))

@@ -26,7 +26,7 @@ from shockpc import (
     shock_profile,
 )
 from shockpc.evaluation.varied_landings import varied_landings
-from shockpc.landing.closure import closure_block, closure_gap, loop_of
+from shockpc.landing.closure import closure_constraint, closure_gap, loop_of
 from shockpc.landing.scene_file import robot_of
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
@@ -227,7 +227,7 @@ def test_rows_of_a_closure_are_the_derivative_of_its_gap(bodies):
     gaps = closure_gap(
         dynamics(SLOT, np.array([pin.integrate(model, q, step) for step in steps])), loop
     )
-    K = row_jacobian(dynamics(SLOT, q[None]), [closure_block(loop)])[0]
+    K = row_jacobian(dynamics(SLOT, q[None]), [closure_constraint(loop)])[0]
     np.testing.assert_allclose(K.T, (gaps[: model.nv] - gaps[model.nv :]) / 2e-6, atol=1e-8)
 
 

@@ -23,11 +23,11 @@ from shockpc import (
     shock_profile,
     sweep,
 )
-from shockpc.landing.contact import contact_block, locate_lowest_point
+from shockpc.landing.contact import contact_constraint, locate_lowest_point
 from shockpc.landing.posture import configuration
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
-from shockpc.method.constraints import block_point, row_jacobian
+from shockpc.method.constraints import constraint_point, row_jacobian
 from shockpc.method.dynamics import dynamics
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -54,7 +54,7 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
         robot, Posture(base_rpy_deg=tuple(rng.uniform(-90.0, 90.0, 3).tolist()), joints=joints)
     )
     state = dynamics(robot, q[None])
-    found = contact_block(robot, Contact(frame=frame, offset=tuple(offset.tolist())), UP)
+    found = contact_constraint(robot, Contact(frame=frame, offset=tuple(offset.tolist())), UP)
     J_c = row_jacobian(state, [locate_lowest_point(found, state.rotation[:, found.body])])[0]
     data, index = robot.model.createData(), robot.model.getFrameId(frame)
 
@@ -89,8 +89,8 @@ def lowest(robot, rpy, offset=(0.0, 0.0, 0.0)):
     the foot's orientation.
     """
     state = dynamics(robot, configuration(robot, Posture(base_rpy_deg=rpy))[None])
-    found = contact_block(robot, Contact(frame="foot", at="lowest", offset=offset), UP)
-    point = block_point(state, locate_lowest_point(found, state.rotation[:, found.body]))[0]
+    found = contact_constraint(robot, Contact(frame="foot", at="lowest", offset=offset), UP)
+    point = constraint_point(state, locate_lowest_point(found, state.rotation[:, found.body]))[0]
     return point - state.position[0, 1], state.rotation[0, 1]
 
 

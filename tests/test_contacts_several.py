@@ -37,7 +37,7 @@ def anymal(contact=DIAGONAL, strike=None, **changes):
 def after(profile):
     """Velocity of every contact point after the impact (n, 3), world axes."""
     found = []
-    for contact, block in zip(profile.contacts, profile.landing.blocks, strict=False):
+    for contact, block in zip(profile.contacts, profile.landing.constraints, strict=False):
         found.append(
             contact.approach + dense.velocity(profile, block.body, np.reshape(block.point, 3))
         )

@@ -10,7 +10,7 @@ from robot_texts import BODY, body, mjcf, refused
 from trees import robot_from
 
 from shockpc import Contact, Posture, RobotError, Scene, shock_profile
-from shockpc.landing.closure import closure_block, closure_gap
+from shockpc.landing.closure import closure_constraint, closure_gap
 from shockpc.landing.posture import configuration
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
@@ -148,7 +148,7 @@ def test_loops_are_mujoco_s(tie, base):
             theirs[:, :3] = theirs[:, :3] @ pin.Quaternion(q[3:7]).matrix()
         state = dynamics(robot, q[None])
         ours, gap, a = (
-            row_jacobian(state, [closure_block(loop)])[0],
+            row_jacobian(state, [closure_constraint(loop)])[0],
             closure_gap(state, loop)[0],
             loop.bodies[0],
         )
@@ -178,7 +178,7 @@ def test_two_points_between_two_bodies_are_a_hinge(names):
     robot, (theirs, _) = robot_from(text, ".xml"), mujoco_of(text)
     assert [loop.name for loop in robot.loops] == ["b2–c2"] * 2
     ours = row_jacobian(
-        dynamics(robot, np.zeros((1, 5))), [closure_block(loop) for loop in robot.loops]
+        dynamics(robot, np.zeros((1, 5))), [closure_constraint(loop) for loop in robot.loops]
     )[0]
     assert np.linalg.matrix_rank(theirs, 1e-9) > np.linalg.matrix_rank(theirs[:3], 1e-9)
     np.testing.assert_allclose(row_space(ours), row_space(theirs), atol=1e-9)

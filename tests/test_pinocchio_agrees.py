@@ -14,7 +14,7 @@ from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.scene_file import plane_of
 from shockpc.method.approach import Motion
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.method.equation import System
 from shockpc.method.shock import shock
@@ -58,7 +58,7 @@ def test_the_method_needs_no_landing():
     q = pin.integrate(model, robot.start, np.full(model.nv, 0.2))
     velocity = np.array([0.4, 0.1, -1.0])
     foot = robot.frame("FL_foot")
-    held = ConstraintBlock("contact", "FL_foot", foot.body, foot.offset, np.eye(3), restitution=0.3)
+    held = Constraint("contact", "FL_foot", foot.body, foot.offset, np.eye(3), restitution=0.3)
     before = Motion(velocity, np.zeros(3), none)
     plane = plane_of(Scene(robot="go2"))
     system = System(robot, "free", plane, none > 0.0, none, none, before)

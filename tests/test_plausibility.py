@@ -33,7 +33,7 @@ from shockpc import (
 from shockpc.evaluation.budgets import Budget, Budgets, Case, DesignVariation
 from shockpc.evaluation.cost import ShockCost
 from shockpc.landing.resolve import resolve
-from shockpc.method.constraints import block_point
+from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
 from shockpc.quantities.heights import levels
 from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
@@ -683,7 +683,7 @@ def test_bodies_that_cannot_be_the_lowest_are_left_out(name: str):
     state = dynamics(
         robot, np.stack([pin.integrate(robot.model, landing.q, step) for step in steps])
     )
-    points = np.stack([block_point(state, landing.blocks[0])], axis=1)
+    points = np.stack([constraint_point(state, landing.constraints[0])], axis=1)
     few, every = (
         levels(landing, state.rotation, state.position, points, every=every)
         for every in (False, True)

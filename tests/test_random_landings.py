@@ -68,7 +68,7 @@ def assert_balances(profile, warnings):
     qd = np.array(before.joint_rates)
     qd[:6] = [*(R.T @ before.velocity), *(R.T @ before.omega)]
     for contact, given, block in zip(
-        profile.contacts, profile.scene.contact, profile.landing.blocks, strict=False
+        profile.contacts, profile.scene.contact, profile.landing.constraints, strict=False
     ):
         J = dense.point_rows(profile.robot.model, profile.q, given.frame, given.offset)
         for approach in (

@@ -12,7 +12,7 @@ from standing import quadruped, soles
 from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
 from shockpc.landing.auto_contact import with_own_faces
-from shockpc.landing.contact import contact_block
+from shockpc.landing.contact import contact_constraint
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.scene import Contact, Posture
@@ -687,6 +687,9 @@ def test_rows_of_each_kind_that_sticks_or_slides(biped, directions, rows):
         Contact(frame="left_foot", at="lowest", directions=directions, **one) for one in given
     ]
     assert (
-        tuple(contact_block(biped, contact, np.array([0.0, 0.0, 1.0])).size for contact in contacts)
+        tuple(
+            contact_constraint(biped, contact, np.array([0.0, 0.0, 1.0])).size
+            for contact in contacts
+        )
         == rows
     )

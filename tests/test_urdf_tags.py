@@ -9,7 +9,7 @@ from robot_texts import INERTIA, LIMIT, arm, joint, link, refused, urdf
 from trees import robot_from
 
 from shockpc import Contact, Joints, Posture, RobotError, Rotor, Scene, shock_profile
-from shockpc.landing.closure import closure_block, closure_gap
+from shockpc.landing.closure import closure_constraint, closure_gap
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene import Closure, LoopEnd
 from shockpc.method.constraints import row_jacobian
@@ -478,7 +478,7 @@ def test_loop_joints_hold_what_their_type_holds(loop: str, rows: int):
     robot = robot_from(four_bar(loop))
     assert robot.warnings == ()
     K = row_jacobian(
-        dynamics(robot, robot.start[None]), [closure_block(one) for one in robot.loops]
+        dynamics(robot, robot.start[None]), [closure_constraint(one) for one in robot.loops]
     )[0]
     assert K.shape == (rows, robot.model.nv)
     step = 1e-5

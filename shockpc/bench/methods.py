@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.landed import solved
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import approach_speeds
-from shockpc.method.constraints import block_axes, block_point
+from shockpc.method.constraints import constraint_axes, constraint_point
 from shockpc.quantities.selection import QUANTITIES
 
 PROVEN = "shockpc, exact"
@@ -105,8 +105,12 @@ def system_of(robot: Robot, scene: Scene) -> System:
     model.armature = landing.joint_model.armature
     blocks, constraints = landing.rows(state), []
     for block in blocks:
-        point, axes, n = block_point(state, block)[0], np.zeros((block.size, 6)), len(block.forces)
-        axes[:n, :3], axes[n:, 3:] = np.split(block_axes(state, block)[0], [n])
+        point, axes, n = (
+            constraint_point(state, block)[0],
+            np.zeros((block.size, 6)),
+            len(block.forces),
+        )
+        axes[:n, :3], axes[n:, 3:] = np.split(constraint_axes(state, block)[0], [n])
         ends = []
         for i, sign in ((block.body, 1.0), (block.other, -1.0)):
             if i >= 0:

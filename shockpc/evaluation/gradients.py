@@ -13,7 +13,7 @@ from shockpc.impact.derivatives import derivatives
 from shockpc.impact.impact import ColumnImpact, DoubleImpact
 from shockpc.impact.landed import solved
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.method.equation import Equation
 from shockpc.profile import needs_proof
@@ -105,7 +105,7 @@ def slopes(
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in of_impact)) or [0]
         equation, solution, jumps = solved(landing, state, with_strike=False, bodies=bodies)
         _, unclear = needs_proof(landing, equation, solution, trusted)
-        numbers = _of_posture(landing, state, equation.blocks, motions.twists, wanted)
+        numbers = _of_posture(landing, state, equation.constraints, motions.twists, wanted)
         impact = _ImpactSlopes(landing, equation, solution, jumps, bodies, motions)
         for column in of_impact:
             numbers[column.name] = impact.slope(column)
@@ -115,7 +115,7 @@ def slopes(
 def _of_posture(
     landing: PosedLanding,
     state: Dynamics,
-    blocks: Sequence[ConstraintBlock],
+    blocks: Sequence[Constraint],
     twists: Array,
     wanted: Sequence[Column],
 ) -> dict[str, tuple[Array, Array]]:

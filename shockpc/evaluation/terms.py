@@ -27,7 +27,7 @@ from shockpc.text.errors import StudyError
 
 
 def _normal_impulses(impact: Any, places: Sequence[Place]) -> Array:
-    normals = np.array([impact.blocks[place.number].normal for place in places])
+    normals = np.array([impact.constraints[place.number].normal for place in places])
     return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
 
 

@@ -12,7 +12,7 @@ from shockpc.impact.stops import with_stops
 from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import dynamics
 from shockpc.text.errors import SceneError, SolveError
 
@@ -51,11 +51,11 @@ def frictionless(landing: PosedLanding) -> PosedLanding:
 
     A flat contact keeps its moments about axes in the ground.
     """
-    contacts = list[ConstraintBlock]()
-    for block in landing.contacts:
-        n = block.normal
-        tilts = block.moments[np.abs(block.moments @ n) < 0.5]
-        contacts.append(block._replace(forces=n[None], moments=tilts, rebound=n))
+    contacts = list[Constraint]()
+    for constraint in landing.contacts:
+        n = constraint.normal
+        tilts = constraint.moments[np.abs(constraint.moments @ n) < 0.5]
+        contacts.append(constraint._replace(forces=n[None], moments=tilts, rebound=n))
     return replace(landing, contacts=tuple(contacts))
 
 

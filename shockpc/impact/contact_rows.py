@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.landed import independent_rows_of, rows_as_meant
 from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import NO_AXES, ConstraintBlock, slices_of
+from shockpc.method.constraints import NO_AXES, Constraint, slices_of
 from shockpc.method.equation import Equation
 
 
@@ -22,7 +22,7 @@ class RowLayout:
     along its normal.
 
     Attributes:
-        blocks: which blocks of Eq. 4 have some.
+        constraints: which constraints of Eq. 4 have some.
         rigid: (nc,) which rows of the equation are held rigidly: of loops, the tilt of soles, and
             of feet that stay where they are.
         turn: (n, nc) the rows of contacts, of those of the equation.
@@ -33,7 +33,7 @@ class RowLayout:
             normal, zero along the tangents.
     """
 
-    blocks: list[int]
+    constraints: list[int]
     rigid: np.ndarray
     turn: Array
     axes: Array
@@ -102,7 +102,7 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     """
     landing = landing.without_stops
     equation = landing.equation(landing.state)
-    layout = row_layout(landing.blocks, stands)
+    layout = row_layout(landing.constraints, stands)
     J, b = rows_as_meant(landing)
     H = equation.H[0]
     basis = np.eye(len(H))
@@ -129,18 +129,20 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
 
 def _independent_rigid_rows(landing: PosedLanding, layout: RowLayout) -> np.ndarray:
     """The rows of Eq. 4, of those held rigidly, from which all of these follow."""
-    blocks = list(landing.blocks)
-    for k in layout.blocks:
-        blocks[k] = _without_rows(blocks[k])
-    independent = independent_rows_of(landing, tuple(block for block in blocks if block.size))
+    constraints = list(landing.constraints)
+    for k in layout.constraints:
+        constraints[k] = _without_rows(constraints[k])
+    independent = independent_rows_of(
+        landing, tuple(constraint for constraint in constraints if constraint.size)
+    )
     return np.asarray(np.flatnonzero(layout.rigid)[independent])
 
 
-def row_layout(blocks: tuple[ConstraintBlock, ...], stands: bool = False) -> RowLayout:
+def row_layout(constraints: tuple[Constraint, ...], stands: bool = False) -> RowLayout:
     """The rows of contacts and standing feet. Args: as of `contact_rows`."""
     kinds = ("contact", "stop") if stands else ("contact", "stop", "stance")
-    having_rows = [k for k, block in enumerate(blocks) if block.kind in kinds]
-    size = sum(block.size for block in blocks)
+    having_rows = [k for k, constraint in enumerate(constraints) if constraint.kind in kinds]
+    size = sum(constraint.size for constraint in constraints)
     rigid = np.ones(size, dtype=bool)
     turns: list[Array] = []
     directions: list[Array] = []
@@ -148,15 +150,15 @@ def row_layout(blocks: tuple[ConstraintBlock, ...], stands: bool = False) -> Row
     axes: list[int] = []
     restitution: list[float] = []
     for number, k in enumerate(having_rows):
-        block = blocks[k]
-        along, axes_along = _axes(block)
-        start = slices_of(blocks)[k].start
+        constraint = constraints[k]
+        along, axes_along = _axes(constraint)
+        start = slices_of(constraints)[k].start
         # A stop has one row, along the rate of its joint; of others Fᵀ x = aᵀ for each axis a.
         forces = slice(start, start + 1)
         of_forces: Array = np.ones((1, 1))
-        if block.kind != "stop":
-            forces = slice(start, start + len(block.forces))
-            of_forces = np.asarray(np.linalg.lstsq(block.forces.T, along.T, rcond=None)[0].T)
+        if constraint.kind != "stop":
+            forces = slice(start, start + len(constraint.forces))
+            of_forces = np.asarray(np.linalg.lstsq(constraint.forces.T, along.T, rcond=None)[0].T)
         turn = np.zeros((len(along), size))
         turn[:, forces] = of_forces
         rigid[forces] = False
@@ -164,12 +166,12 @@ def row_layout(blocks: tuple[ConstraintBlock, ...], stands: bool = False) -> Row
         directions.append(along)
         for axis in axes_along.tolist():
             # With a direction of rebound, the normal alone has restitution.
-            bounces = axis == 2 or block.rebound is None
+            bounces = axis == 2 or constraint.rebound is None
             numbers.append(number)
             axes.append(axis)
-            restitution.append(block.restitution if bounces else 0.0)
+            restitution.append(constraint.restitution if bounces else 0.0)
     return RowLayout(
-        blocks=having_rows,
+        constraints=having_rows,
         rigid=rigid,
         turn=np.concatenate(turns),
         axes=np.concatenate(directions),
@@ -179,24 +181,24 @@ def row_layout(blocks: tuple[ConstraintBlock, ...], stands: bool = False) -> Row
     )
 
 
-def _without_rows(block: ConstraintBlock) -> ConstraintBlock:
+def _without_rows(constraint: Constraint) -> Constraint:
     """A contact without the rows that are not held rigidly on springs or with friction: an end stop
     has no other.
     """
-    return block._replace(
-        forces=NO_AXES, moments=NO_AXES if block.kind == "stop" else block.moments
+    return constraint._replace(
+        forces=NO_AXES, moments=NO_AXES if constraint.kind == "stop" else constraint.moments
     )
 
 
-def _axes(block: ConstraintBlock) -> tuple[Array, np.ndarray]:
+def _axes(constraint: Constraint) -> tuple[Array, np.ndarray]:
     """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the
     normal; and which (n,) they are.
     """
-    if block.kind == "stop":
+    if constraint.kind == "stop":
         return np.zeros((1, 3)), np.array([2])
-    _, size, basis = np.linalg.svd(block.forces)
+    _, size, basis = np.linalg.svd(constraint.forces)
     rank = int(np.sum(size > 3.0 * np.finfo(float).eps * size[0]))
-    normal = block.normal
+    normal = constraint.normal
     if rank == 3:
         return np.array([*across(normal), normal]), np.arange(3)
     if rank == 1:

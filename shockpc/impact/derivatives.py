@@ -27,10 +27,10 @@ from shockpc.landing.contact import lowest_point_turned
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.landing import Landing
 from shockpc.method.constraints import (
-    ConstraintBlock,
-    block_axes,
-    block_point,
-    block_wrenches,
+    Constraint,
+    constraint_axes,
+    constraint_point,
+    constraint_wrenches,
     moved_by,
     row_signs,
     slices_of,
@@ -91,7 +91,7 @@ def derivatives(
 
     # dJ_cᵀ λ − dH Δq̇ and −dJ_c Δq̇
     momenta = _momentum_rates(robot, landing.joint_model, state, turning, delta_qd)
-    dJ = _row_rates(robot, state, equation.blocks, turning)
+    dJ = _row_rates(robot, state, equation.constraints, turning)
     right = momenta.rates + impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
     left = delta_qd.swapaxes(1, 2)[:, None] @ dJ
     right = right.reshape(n, nv, 3 * nv)
@@ -239,7 +239,7 @@ def _momentum_rates(
 
 
 def _row_rates(
-    robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock], turning: _Turning
+    robot: Robot, state: Dynamics, constraints: Sequence[Constraint], turning: _Turning
 ) -> Array:
     """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the
     tangent; arguments as above.
@@ -247,14 +247,14 @@ def _row_rates(
     J, J_cross = turning
     n, nv = J.shape[:2]
     turned, _ = _masks(robot)
-    out = np.empty((n, sum(block.size for block in blocks), nv, nv))
-    for block, rows in zip(blocks, slices_of(blocks), strict=True):
+    out = np.empty((n, sum(constraint.size for constraint in constraints), nv, nv))
+    for constraint, rows in zip(constraints, slices_of(constraints), strict=True):
         # A column behind joint k changes by J_k × J_a, and the wrench of a row by that of its ends.
-        carried = block_wrenches(state, block)[:, None] @ J_cross
-        change = _wrench_rates(state, block, J)
+        carried = constraint_wrenches(state, constraint)[:, None] @ J_cross
+        change = _wrench_rates(state, constraint, J)
         carried = np.ascontiguousarray(carried.transpose(0, 2, 3, 1))
         change = np.ascontiguousarray(change.transpose(0, 2, 3, 1))
-        signed_J = (J * row_signs(state, block)[:, None])[:, None]
+        signed_J = (J * row_signs(state, constraint)[:, None])[:, None]
         dJ = out[:, rows]
         np.matmul(signed_J, carried, out=dJ)
         dJ *= turned.T
@@ -262,19 +262,19 @@ def _row_rates(
     return out
 
 
-def _wrench_rates(state: Dynamics, block: ConstraintBlock, J: Array) -> Array:
-    """Derivatives (N, nv, k, 6) of the wrenches of the rows of a block by each joint velocity."""
+def _wrench_rates(state: Dynamics, constraint: Constraint, J: Array) -> Array:
+    """Derivatives (N, nv, k, 6) of the wrenches of the rows of a constraint by each joint velocity."""
     omega, v = np.split(J, 2, axis=-1)
-    n = len(block.forces)
-    moves_point = moved_by(state, block.body)[:, None]
-    moves_axes = moved_by(state, block.axes_body)[:, None]
-    point = block_point(state, block)[:, None]
-    axes = block_axes(state, block)[:, None]
+    n = len(constraint.forces)
+    moves_point = moved_by(state, constraint.body)[:, None]
+    moves_axes = moved_by(state, constraint.axes_body)[:, None]
+    point = constraint_point(state, constraint)[:, None]
+    axes = constraint_axes(state, constraint)[:, None]
     d_point = (v + cross(omega, point)) * moves_point
     # Of a sole that sticks every point is held, so it does not matter how the lowest one moves
     # over it.
-    if block.lowest and block.size < 6:
-        rolls = lowest_point_turned(block, state.rotation[:, block.body]).swapaxes(1, 2)
+    if constraint.lowest and constraint.size < 6:
+        rolls = lowest_point_turned(constraint, state.rotation[:, constraint.body]).swapaxes(1, 2)
         d_point += (omega * moves_point) @ rolls
     d_axes = cross((omega * moves_axes)[:, :, None], axes)
     # of p × a:  p × da + dp × a
@@ -293,7 +293,7 @@ def _solved(
     n, nc = left.shape[:2]
     ny = right.shape[1]
     # Rows that depend on others are replaced by zeros, and so are their impulses.
-    most = landing.most_independent(equation.state, equation.blocks)
+    most = landing.most_independent(equation.state, equation.constraints)
     independent = np.ones((n, nc))
     for k, row_space in solution.row_spaces.items():
         regular = not row_space.uncertain and len(row_space.rows) >= most(k)[0]

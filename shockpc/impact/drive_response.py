@@ -81,7 +81,7 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     on_joints = turns[:, columns]
     reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
     unheld = solve_inertia(equation.inertia, reduced[None])
-    most = landing.most_independent(landing.state, equation.blocks)
+    most = landing.most_independent(landing.state, equation.constraints)
     held = solution_of(equation._replace(b=equation.J_c @ unheld), most)
 
     # Columns of the landing's strike as modelled, then of each drive.

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.exact.arithmetic import Numbers
 from shockpc.method.exact.balls import Balls, BallSolution, to_double
 from shockpc.method.exact.solution import ExactSolution
@@ -30,7 +30,7 @@ class ExactImpact(Impact):
 
     def __init__(self, solution: ExactSolution, landing: PosedLanding) -> None:
         self.solution, self.landing = solution, landing
-        self.state, self.blocks = solution.state, solution.posed.blocks
+        self.state, self.constraints = solution.state, solution.posed.constraints
         self.unique = solution.row_space.unique[None]
 
     def exact(self, values: Array) -> Numbers:
@@ -97,14 +97,14 @@ class ExactImpact(Impact):
         return np.asarray(np.where(constrained, super().joint_power(joints), own - coupled))
 
     def delassus(
-        self, block: ConstraintBlock, fixed: Sequence[ConstraintBlock], independent: list[int]
+        self, constraint: Constraint, fixed: Sequence[Constraint], independent: list[int]
     ) -> Any:
         """As of `ExactSolution`."""
-        return self.solution.delassus(block, fixed, independent)
+        return self.solution.delassus(constraint, fixed, independent)
 
-    def rigid_mobility(self, block: ConstraintBlock) -> Any:
+    def rigid_mobility(self, constraint: Constraint) -> Any:
         """As of `ExactSolution`."""
-        return self.solution.rigid_mobility(block)
+        return self.solution.rigid_mobility(constraint)
 
 
 class BallImpact(ExactImpact):

@@ -25,7 +25,7 @@ from shockpc.impact.landed import solution_in_doubles
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.method.approach import approach_speeds
-from shockpc.method.constraints import NO_AXES, ConstraintBlock, block_wrenches
+from shockpc.method.constraints import NO_AXES, Constraint, constraint_wrenches
 from shockpc.method.equation import Equation
 from shockpc.text.errors import SolveError
 
@@ -196,11 +196,11 @@ def friction_problem(landing: PosedLanding) -> FrictionProblem:
 
 def _problem_of(
     landing: PosedLanding,
-) -> tuple[FrictionProblem, ContactRows, tuple[ConstraintBlock, ...]]:
+) -> tuple[FrictionProblem, ContactRows, tuple[Constraint, ...]]:
     """The problem, the rows of contacts and standing feet, and the end stops."""
     rows = contact_rows(landing)
     m = int(rows.number[-1]) + 1
-    stops: tuple[ConstraintBlock, ...] = ()
+    stops: tuple[Constraint, ...] = ()
     along_stops = np.zeros((0, landing.robot.model.nv))
     stop_speeds = np.zeros(0)
     if landing.scene.stops:
@@ -246,7 +246,7 @@ def friction_problems(
     Returns: None where rows are held rigidly, so that each posture has a separate problem, as
         `friction_problem` has it.
     """
-    layout = row_layout(equation.blocks)
+    layout = row_layout(equation.constraints)
     if layout.rigid.any() or landing.scene.stops:
         return None
     to_contacts = np.zeros((3 * (int(layout.number[-1]) + 1), len(layout.rigid)))
@@ -452,9 +452,9 @@ def _energy_lost(
 ) -> float:
     """The kinetic energy that impulses (nc,) take, −λᵀ (v⁻ + v⁺) / 2 = −λᵀ (v⁻ + J_c Δẏ / 2) [J]."""
     v_before = equation.b[0, :, 3]
-    if any(block.restitution for block in landing.blocks):
+    if any(constraint.restitution for constraint in landing.constraints):
         # b is (1 + e) v⁻.
-        still = tuple(block._replace(restitution=0.0) for block in landing.blocks)
+        still = tuple(constraint._replace(restitution=0.0) for constraint in landing.constraints)
         v_before = approach_speeds(landing.state, still, landing.before)[0, :, 3]
     mean_velocity = v_before + equation.J_c[0] @ delta_y / 2.0
     return -float(np.nan_to_num(impulse) @ mean_velocity)
@@ -491,10 +491,10 @@ def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
     slip = np.zeros((len(axes), 3))
     free = np.unique(np.argwhere(~axes.any(axis=2))[:, 0])
     for k in free.tolist():
-        block = landing.blocks[k]
-        point = block._replace(forces=np.eye(3), moments=NO_AXES)
-        J = (block_wrenches(state, point) @ state.J)[0] * state.ancestors[block.body]
-        after = contact_velocity(landing, state, block)[0] + J @ delta_qd[0]
+        constraint = landing.constraints[k]
+        point = constraint._replace(forces=np.eye(3), moments=NO_AXES)
+        J = (constraint_wrenches(state, point) @ state.J)[0] * state.ancestors[constraint.body]
+        after = contact_velocity(landing, state, constraint)[0] + J @ delta_qd[0]
         slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ after
     return slip
 

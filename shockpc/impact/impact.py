@@ -20,10 +20,10 @@ from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.method.approach import twist_before
 from shockpc.method.constraints import (
-    ConstraintBlock,
-    block_axes,
-    block_point,
-    block_wrenches,
+    Constraint,
+    constraint_axes,
+    constraint_point,
+    constraint_wrenches,
     row_jacobian,
     slices_of,
 )
@@ -40,7 +40,7 @@ class Impact:
     Attributes:
         landing: whose posture is one of them, or that they differ from.
         state: the robot in the N postures.
-        blocks: what is held, described.
+        constraints: what is held, described.
         delta_qd: (N, nv, k) jumps of the joint velocities, Pinocchio's layout [rad/s, m/s].
         impulse: (N, nc, k) impulses along all rows, of the ground on the robot [N s].
         independent_impulse: (N, nc, k) the same with none along rows that depend on others, which
@@ -53,7 +53,7 @@ class Impact:
 
     landing: PosedLanding
     state: Dynamics
-    blocks: tuple[ConstraintBlock, ...]
+    constraints: tuple[Constraint, ...]
     delta_qd: Any
     impulse: Any
     independent_impulse: Any
@@ -162,21 +162,25 @@ class Impact:
         return self.strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property
-    def contacts(self) -> tuple[ConstraintBlock, ...]:
+    def contacts(self) -> tuple[Constraint, ...]:
         """The rows of what strikes."""
-        return self.blocks[: len(self.landing.contacts)]
+        return self.constraints[: len(self.landing.contacts)]
 
     @functools.cached_property
     def approach(self) -> Any:
         """Velocities (N, S, c, 3) of the contact points before the impact, world axes [m/s]."""
-        points = np.stack([block_point(self.state, block) for block in self.contacts], axis=1)
-        velocities = self.velocities_before([block.body for block in self.contacts], points)
-        for k, block in enumerate(self.contacts):
-            if block.kind == "stop":
-                of_stop = velocity_at_stop(self.state, block, self.landing.before)
+        points = np.stack(
+            [constraint_point(self.state, constraint) for constraint in self.contacts], axis=1
+        )
+        velocities = self.velocities_before(
+            [constraint.body for constraint in self.contacts], points
+        )
+        for k, constraint in enumerate(self.contacts):
+            if constraint.kind == "stop":
+                of_stop = velocity_at_stop(self.state, constraint, self.landing.before)
                 velocities[:, :, k] = of_stop[:, None]
-            if block.velocity is not None:
-                velocities[:, :, k] = self.exact(block.velocity)[..., None, :]
+            if constraint.velocity is not None:
+                velocities[:, :, k] = self.exact(constraint.velocity)[..., None, :]
         return velocities
 
     @property
@@ -266,13 +270,13 @@ class Impact:
         if self.moments is not None:
             loads[..., :3] -= self.along(self.moments)
         impulse = self.along(self.impulse)
-        for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
-            wrenches = block_wrenches(self.state, block)[:, None]
+        for constraint, rows in zip(self.constraints, slices_of(self.constraints), strict=True):
+            wrenches = constraint_wrenches(self.state, constraint)[:, None]
             wrench = (impulse[..., None, rows] @ wrenches)[..., 0, :]
-            if block.body >= 0:
-                loads[:, :, block.body] -= wrench
-            if block.other >= 0:
-                loads[:, :, block.other] -= -1 * wrench
+            if constraint.body >= 0:
+                loads[:, :, constraint.body] -= wrench
+            if constraint.other >= 0:
+                loads[:, :, constraint.other] -= -1 * wrench
         # + Σ F_child
         parents = self.landing.robot.parents
         for i in range(len(parents) - 1, 0, -1):
@@ -326,14 +330,14 @@ class Impact:
         """
         impulse = self.along(self.independent_impulse)
         force = moment = 0.0 * self.com[:, None]
-        for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
-            if block.kind in ("closure", "stop"):
+        for constraint, rows in zip(self.constraints, slices_of(self.constraints), strict=True):
+            if constraint.kind in ("closure", "stop"):
                 continue
-            n = len(block.forces)
-            parts = block_axes(self.state, block)[:, None] * impulse[..., rows, None]
+            n = len(constraint.forces)
+            parts = constraint_axes(self.state, constraint)[:, None] * impulse[..., rows, None]
             pushed = parts[..., :n, :].sum(axis=-2)
             turned = parts[..., n:, :].sum(axis=-2)
-            arm = (block_point(self.state, block) - self.com)[:, None]
+            arm = (constraint_point(self.state, constraint) - self.com)[:, None]
             force = force + pushed
             moment = moment + turned + cross(arm, pushed)
         return force, moment
@@ -386,7 +390,7 @@ class DoubleImpact(Impact):
         self.bodies = bodies
         self.strikes = strikes
         self.state = equation.state
-        self.blocks = equation.blocks
+        self.constraints = equation.constraints
         self.speeds = equation.b
         self.delta_qd = equation.full(solution.delta_qd)
         self.impulse = solution.impulse
@@ -403,17 +407,17 @@ class DoubleImpact(Impact):
         if inertias is not None:
             self.inertias = inertias
 
-    def delassus(self, block: ConstraintBlock) -> Array:
-        """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ
+    def delassus(self, constraint: Constraint) -> Array:
+        """Delassus matrices (N, n, n) of the rows of a constraint while nothing is held: J G (GᵀHG)⁻¹ Gᵀ
         Jᵀ [1/kg].
         """
-        J, G = row_jacobian(self.state, [block]), self.equation.G
+        J, G = row_jacobian(self.state, [constraint]), self.equation.G
         J = J if G is None else J @ G
         return np.asarray(J @ solve_inertia(self.equation.inertia, np.swapaxes(J, -1, -2)))
 
-    def rigid_mobility(self, block: ConstraintBlock) -> Array:
+    def rigid_mobility(self, constraint: Constraint) -> Array:
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""
-        wrenches = block_wrenches(self.state, block)
+        wrenches = constraint_wrenches(self.state, constraint)
         inertia = self.spatial_inertias.sum(axis=1)
         return np.asarray(wrenches @ np.linalg.solve(inertia, np.swapaxes(wrenches, -1, -2)))
 

@@ -25,8 +25,8 @@ from shockpc.impact.exact_impact import BallImpact
 from shockpc.impact.last_digits import last_digits_changed
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.method.constraints import (
-    ConstraintBlock,
-    block_axes,
+    Constraint,
+    constraint_axes,
     row_jacobian,
     row_terms,
     slices_of,
@@ -121,7 +121,7 @@ def solved(
     else:
         assert state is not None
         equation = landing.equation(state, with_strike)
-        solution = solution_of(equation, landing.most_independent(state, equation.blocks))
+        solution = solution_of(equation, landing.most_independent(state, equation.constraints))
     return Solved(equation, solution, jumps_of(equation, solution.delta_qd, bodies))
 
 
@@ -129,7 +129,7 @@ def solved(
 def solution_in_doubles(landing: PosedLanding) -> Solution:
     """Step 1 of a landing in its posture; computed once."""
     equation = landing.equation(landing.state)
-    return solution_of(equation, landing.most_independent(landing.state, equation.blocks))
+    return solution_of(equation, landing.most_independent(landing.state, equation.constraints))
 
 
 def proven(landing: PosedLanding) -> LandingProof:
@@ -146,7 +146,7 @@ def proven(landing: PosedLanding) -> LandingProof:
         raise without_kinetic_energy(landing, equation.state.H)
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise without_inertia(landing, equation)
-    most = landing.most_independent(landing.state, landing.blocks)
+    most = landing.most_independent(landing.state, landing.constraints)
     try:
         proof = enclosed(
             equation,
@@ -162,13 +162,13 @@ def proven(landing: PosedLanding) -> LandingProof:
         _refuse_singular(landing, equation, proof, len(proof.row_space.rows))
         if not proof.row_space.uncertain:
             return proof
-    rows = ", ".join(block.name for block in landing.blocks)
+    rows = ", ".join(constraint.name for constraint in landing.constraints)
     raise SolveError(
         f"no verdict: in {_posture(landing)} the rows of {rows} depend on one another so nearly "
         "that rounding can change how many of them are independent. Leave one out (a contact, a "
         "direction, the rotation of a flat one), put points that nearly meet exactly together or a "
         "billionth of the robot apart, or set another posture with --set",
-        blocks=[block.frame for block in landing.blocks],
+        blocks=[constraint.frame for constraint in landing.constraints],
     )
 
 
@@ -198,7 +198,7 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     rounding of the file left.
     """
     equation = landing.equation(landing.state)
-    most = landing.most_independent(landing.state, landing.blocks)(0)
+    most = landing.most_independent(landing.state, landing.constraints)(0)
     J = equation.J_c[0]
     b = equation.b[0, :, 3]
     if most[0] == len(J):
@@ -213,13 +213,13 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     return J - J_left * term_size[:, None] * size, b - b_left * term_size
 
 
-def independent_rows_of(landing: PosedLanding, blocks: tuple[ConstraintBlock, ...]) -> list[int]:
-    """Indices of independent ones among the rows of some blocks, alone, in the landing's posture."""
-    if not blocks:
+def independent_rows_of(landing: PosedLanding, constraints: tuple[Constraint, ...]) -> list[int]:
+    """Indices of independent ones among the rows of some constraints, alone, in the landing's posture."""
+    if not constraints:
         return []
     state = landing.state
-    equation = equation_of(landing.system._replace(before=None), state, blocks)
-    row_space = equation.row_space(landing.most_independent(state, blocks)(0))
+    equation = equation_of(landing.system._replace(before=None), state, constraints)
+    row_space = equation.row_space(landing.most_independent(state, constraints)(0))
     return [int(row) for row in row_space.rows]
 
 
@@ -304,7 +304,7 @@ def residual(proof: LandingProof) -> Residual:
     equation = landing.equation(state)
     b = equation.b[0]
     rows = np.delete(np.arange(len(b)), proof.row_space.rows)
-    left = row_jacobian(state, landing.blocks)[0] @ proof.delta_qd + b
+    left = row_jacobian(state, landing.constraints)[0] @ proof.delta_qd + b
     # The independent rows are met to the last digit of the proof. In the others a share of each
     # term is rounding: that of double precision here, and that with which they were found
     # dependent. That of a file's digits counts only where rows differ by it.
@@ -312,7 +312,7 @@ def residual(proof: LandingProof) -> Residual:
     if proof.row_space.discarded:
         tolerance = equation.tolerance
     tolerance = max(tolerance, proof.row_space.slack)
-    terms = row_terms(state, landing.blocks)[0]
+    terms = row_terms(state, landing.constraints)[0]
     size = column_sizes(terms)
     rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1)
     return Residual(rows, left[rows], b, rounding[rows], size[:, None] * proof.delta_qd)
@@ -327,7 +327,7 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
         return
     k = int(np.argmax(residuals.excess))
     worst, left = int(residuals.rows[k]), float(residuals.left[k, 3])
-    block, axis = _direction(equation, worst)
+    constraint, axis = _direction(equation, worst)
     free = ""
     if not landing.robot.free_base:
         free = (
@@ -337,22 +337,22 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
     elif landing.base != "free" and landing.robot.bodies[0].mass:
         free = ", or free the base"
     raise SolveError(
-        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s "
+        f"no verdict: {constraint.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s "
         f"are left along ({axis}), because the mechanism cannot move that way here, or another "
         "contact asks for the opposite; leave that direction out of the contact or of the contact "
         f"velocity, take another contact point or posture{free}",
-        blocks=[block.frame],
+        blocks=[constraint.frame],
         rows=[worst],
     )
 
 
-def _direction(equation: Equation, row: int) -> tuple[ConstraintBlock, str]:
+def _direction(equation: Equation, row: int) -> tuple[Constraint, str]:
     """The contact, standing foot, loop or stop that a row belongs to, and the row's axis."""
-    k = next(k for k, rows in enumerate(slices_of(equation.blocks)) if row < rows.stop)
-    block = equation.blocks[k]
-    rows = slices_of(equation.blocks)[k]
-    axis = block_axes(equation.state, block)[0, row - rows.start] + 0.0
-    return block, " ".join(f"{u:.3g}" for u in axis)
+    k = next(k for k, rows in enumerate(slices_of(equation.constraints)) if row < rows.stop)
+    constraint = equation.constraints[k]
+    rows = slices_of(equation.constraints)[k]
+    axis = constraint_axes(equation.state, constraint)[0, row - rows.start] + 0.0
+    return constraint, " ".join(f"{u:.3g}" for u in axis)
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
@@ -395,7 +395,7 @@ def _refuse_singular(
         raise without_inertia(landing, equation)
     rounded = (
         FAST < times <= UNPHYSICAL
-        and landing.mechanism.independent_here(landing.blocks, landing.state) < rank
+        and landing.mechanism.independent_here(landing.constraints, landing.state) < rank
     )
     if times <= UNPHYSICAL and not rounded:
         return
@@ -406,14 +406,14 @@ def _refuse_singular(
     if fast:
         where += f" with {few([_value(joint, landing.q) for joint in fast], 4)}"
     digits = ", up to rounding of the angles and lengths in the file" if rounded else ""
-    block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
+    constraint, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
     raise SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as '
-        f"the contact, because {where} is singular or nearly so ({block.name} has almost no motion "
+        f"the contact, because {where} is singular or nearly so ({constraint.name} has almost no motion "
         f"along ({axis}) there{digits}), or almost no inertia resists that motion. Set another "
         f"posture, such as with --set {first}=ANGLE, leave that direction out of the contact or "
         "of the contact velocity, or lock joints without inertia with --lock",
-        blocks=[block.frame],
+        blocks=[constraint.frame],
         bodies=[robot.bodies[body].name],
         joints=[joint.name for joint in fast],
     )

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.exact.kinematics import Data, data_of
 
 STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
@@ -30,9 +30,9 @@ def last_digits_changed(landing: PosedLanding, pattern: int) -> tuple[PosedLandi
     upper = np.triu(changed(data.inertia))
     inertia = upper + np.swapaxes(np.triu(upper, 1), 1, 2)
     fields = {name: changed(getattr(data, name)) for name in Data._fields if name != "inertia"}
-    struck = landing.blocks[: len(landing.contacts)]
-    contacts = tuple(_changed_rows(block, changed) for block in struck)
-    stance = tuple(_changed_rows(block, changed) for block in landing.stance)
+    struck = landing.constraints[: len(landing.contacts)]
+    contacts = tuple(_changed_rows(constraint, changed) for constraint in struck)
+    stance = tuple(_changed_rows(constraint, changed) for constraint in landing.stance)
     joints = landing.joint_model
     moved = replace(
         landing,
@@ -65,7 +65,7 @@ class _LastDigits:
         return np.asarray(np.where(values == 0.0, values, values + steps * np.spacing(values)))
 
 
-def _changed_rows(block: ConstraintBlock, changed: _LastDigits) -> ConstraintBlock:
+def _changed_rows(constraint: Constraint, changed: _LastDigits) -> Constraint:
     """The rows of a contact with other numbers."""
-    point = changed(block.point)
-    return block._replace(point=point, forces=changed(block.forces), lowest=())
+    point = changed(constraint.point)
+    return constraint._replace(point=point, forces=changed(constraint.forces), lowest=())

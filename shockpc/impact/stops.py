@@ -19,9 +19,15 @@ from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.landed import solved
 from shockpc.landing.auto_contact import with_own_faces
-from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
+from shockpc.landing.end_stops import (
+    at_stops,
+    driven_beyond,
+    missed_stops,
+    stop_constraint,
+    stops_at,
+)
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.equation import Equation
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
@@ -51,8 +57,8 @@ CONTRADICTS = 1e-10
 """Residual of the dual problem of `least_push` below which no motion meets the inequalities."""
 
 
-def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
-    """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these
+def stop_rows(landing: PosedLanding) -> tuple[tuple[Constraint, ...], Array, Array]:
+    """The stops at which joints are: constraints, rows (k, nv) of speeds away from them, and these
     before the impact (k,).
     """
     robot = landing.robot
@@ -61,11 +67,11 @@ def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array
     for k, (joint, side) in enumerate(sides):
         rows[k, joint.v.start] = side
     before = rows @ landing.before.joint_rates
-    blocks: list[ConstraintBlock] = []
+    constraints: list[Constraint] = []
     for (joint, side), speed in zip(sides, before.tolist(), strict=True):
         e = landing.scene.stop_restitution if speed < 0.0 else None
-        blocks.append(stop_block(robot, joint, side, e or 0.0))
-    return tuple(blocks), rows, before
+        constraints.append(stop_constraint(robot, joint, side, e or 0.0))
+    return tuple(constraints), rows, before
 
 
 def with_stops(landing: PosedLanding) -> PosedLanding:
@@ -94,8 +100,8 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     none does.
     """
     bare = landing.without_stops
-    blocks, rows, before = stop_rows(bare)
-    if not blocks:
+    constraints, rows, before = stop_rows(bare)
+    if not constraints:
         return bare
     equation, solution, _ = solved(bare)
     after = bare.before.joint_rates + equation.full(solution.delta_qd)[0, :, 3]
@@ -109,7 +115,7 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     except np.linalg.LinAlgError:
         return bare  # the proof names what has no inertia
     stops = _in_metric(rows, to_metric, equation, solution)
-    e = np.array([block.restitution for block in blocks])
+    e = np.array([constraint.restitution for constraint in constraints])
     missing = -(rows @ after + e * before)
     fastest = float(np.abs(after).max())
     missing[stops.fixed & (missing <= LEFT * fastest)] = 0.0
@@ -118,14 +124,14 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     except ArithmeticError:
         raise SolveError(
             "no verdict: the contacts drive joints beyond their stops, whatever these do "
-            f"({listed((block.frame for block in blocks), 4)}): the mechanism cannot move as they "
+            f"({listed((constraint.frame for constraint in constraints), 4)}): the mechanism cannot move as they "
             f"ask; leave a direction or "
             "a contact out, or the stops"
         ) from None
     acts = _acting(stops, impulse, missing, fastest)
     if not acts.any():
         return bare
-    return replace(bare, acting=tuple(blocks[k] for k in np.flatnonzero(acts)))
+    return replace(bare, acting=tuple(constraints[k] for k in np.flatnonzero(acts)))
 
 
 class _MetricRows(NamedTuple):
@@ -157,11 +163,11 @@ def _in_metric(
     """
     reduced = rows if equation.G is None else rows @ equation.G[0]
     bound = DEPENDS * np.linalg.norm(reduced @ to_metric, axis=1)
-    constraints = equation.J_c[0] @ to_metric
-    if len(constraints):
+    held = equation.J_c[0] @ to_metric
+    if len(held):
         if 0 in solution.row_spaces:
-            constraints = constraints[solution.row_spaces[0].rows]
-        null_space = np.linalg.qr(constraints.T, mode="complete")[0][:, len(constraints) :]
+            held = held[solution.row_spaces[0].rows]
+        null_space = np.linalg.qr(held.T, mode="complete")[0][:, len(held) :]
         to_metric = to_metric @ null_space
     left = reduced @ to_metric
     length = np.linalg.norm(left, axis=1)
@@ -200,9 +206,9 @@ def refuse_missed(landing: PosedLanding) -> None:
     Raises:
         SceneError: the text names them.
     """
-    striking = [block for block in landing.contacts if block.kind == "stop"]
+    striking = [constraint for constraint in landing.contacts if constraint.kind == "stop"]
     if missed_stops(landing.robot, striking, landing.q[None], landing.before.joint_rates)[0]:
-        names = listed((block.frame for block in striking), 4)
+        names = listed((constraint.frame for constraint in striking), 4)
         raise SceneError(
             f"{names}: a joint is not at the end stop that it is to strike, or does not move "
             f"towards it"

@@ -120,7 +120,7 @@ def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
     row_space = profile.row_space
     if not row_space.discarded:
         return
-    constraints = profile.landing.blocks
+    constraints = profile.landing.constraints
     loops = np.concatenate([np.full(one.size, one.kind == "closure") for one in constraints])
     of_loops = bool(loops.any())
     limit = f"below {DATA_TOLERANCE:.0e}"
@@ -261,7 +261,7 @@ def hardly_sensitive(profile: ShockProfile) -> bool:
     in_plane = np.abs(np.sum(proof.jumps[:, :3, 3] * normals, axis=1))
     turning = in_plane * landing.length
     turns = turning[turning > ROUNDED * profile.v_in]
-    slices = slices_of(landing.blocks)
+    slices = slices_of(landing.constraints)
     impulse = np.array([np.linalg.norm(proof.impulse[rows, 3]) for rows in slices])
     velocity = landing.before.velocity
     approach = max(abs(float(contact.normal @ velocity)) for contact in landing.contacts)

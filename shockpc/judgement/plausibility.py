@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
-from shockpc.method.constraints import block_point
+from shockpc.method.constraints import constraint_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
@@ -50,8 +50,8 @@ def heights(profile: ShockProfile) -> Iterator[Diagnostic]:
     numbers = on_ground(landing)
     if not numbers:
         return
-    held = [landing.blocks[k] for k in numbers]
-    points = np.stack([block_point(state, one) for one in held], axis=1)
+    held = [landing.constraints[k] for k in numbers]
+    points = np.stack([constraint_point(state, one) for one in held], axis=1)
     ground = _OnGround(
         names=[one.frame for one in held],
         points=points[0],
@@ -214,7 +214,7 @@ def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
     friction = profile.friction
     for number, size in enumerate(profile.value("tensile_impulse", "contact").tolist()):
         if size > 0.0:
-            name = profile.landing.blocks[number].name
+            name = profile.landing.constraints[number].name
             end = "keep to the ground. A real foot lifts off there: leave it out"
             if friction is not None and friction.state[number] != "sticks":
                 end = (
@@ -231,7 +231,7 @@ def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
     if given is None:
         return
     needed = profile.value("friction_needed", "contact").tolist()
-    for contact, friction in zip(profile.landing.blocks, needed, strict=False):
+    for contact, friction in zip(profile.landing.constraints, needed, strict=False):
         if friction > given:
             of_scene, to_stick = _told_apart(given, friction)
             text = (

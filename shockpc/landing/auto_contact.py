@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.contact import contact_block
+from shockpc.landing.contact import contact_constraint
 from shockpc.landing.directions import across
 from shockpc.landing.faces import carrying_faces, entering_speeds
 from shockpc.landing.landing import PosedLanding
@@ -29,7 +29,7 @@ from shockpc.landing.soles import (
     most_inside,
     sole_corners,
 )
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.robot.geometry import robot_size
 from shockpc.robot.lowest import height_of_lowest, lowest_points
 from shockpc.robot.robot import Robot
@@ -59,8 +59,8 @@ def resolve_contacts(landing: PosedLanding) -> PosedLanding:
     if not any("auto" in (contact.at, contact.kind) for contact in landing.asked):
         return landing
     unread = list[Diagnostic]()
-    for contact, block in zip(landing.asked, landing.asked_rows, strict=True):
-        if block.kind != "stop":
+    for contact, constraint in zip(landing.asked, landing.asked_rows, strict=True):
+        if constraint.kind != "stop":
             unread += _unread_geometry(landing.robot, contact)
     if unread:
         landing = replace(landing, warnings=(*landing.warnings, *unread))
@@ -77,7 +77,7 @@ def with_own_faces(landing: PosedLanding) -> PosedLanding:
     Raises:
         SolveError: what of the soles carries is not found.
     """
-    has_soles = bool(landing.lifted) or any(len(block.sole) for block in landing.contacts)
+    has_soles = bool(landing.lifted) or any(len(constraint.sole) for constraint in landing.contacts)
     if not has_soles or not landing.asked_rows:
         return landing
     return _with_faces(with_flat_soles(landing), carrying_faces)
@@ -98,7 +98,7 @@ def with_faces_of(
     Raises:
         SolveError: what of the soles carries is not found.
     """
-    if not landing.asked_rows or not any(len(block.sole) for block in landing.contacts):
+    if not landing.asked_rows or not any(len(constraint.sole) for constraint in landing.contacts):
         return landing
     flat = with_flat_soles(landing)
     carried = _with_faces(flat, lambda one: carrying_faces(mechanism(one)))
@@ -109,12 +109,14 @@ def with_flat_soles(landing: PosedLanding) -> PosedLanding:
     """The landing that was asked for, with every sole whose kind is open as a flat contact."""
     contacts = dict[int, Contact]()
     soles = dict[int, Array]()
-    for number, (contact, block) in enumerate(zip(landing.asked, landing.asked_rows, strict=True)):
-        if block.kind == "stop":
+    for number, (contact, constraint) in enumerate(
+        zip(landing.asked, landing.asked_rows, strict=True)
+    ):
+        if constraint.kind == "stop":
             contacts[number] = _as_point(contact)
             continue
-        placed = _placed(landing, contact, block)
-        sole = _sole(landing, contact, block)
+        placed = _placed(landing, contact, constraint)
+        sole = _sole(landing, contact, constraint)
         if sole is not None:
             soles[number] = sole
             placed = replace(placed, kind="flat")
@@ -146,10 +148,10 @@ def _with_contacts(
     """
     rows = []
     for number, contact in contacts.items():
-        block = landing.asked_rows[number]
-        if block.kind != "stop" and contact != landing.asked[number]:
-            block = contact_block(landing.robot, contact, block.normal)
-        rows.append(block._replace(sole=soles[number]) if number in soles else block)
+        constraint = landing.asked_rows[number]
+        if constraint.kind != "stop" and contact != landing.asked[number]:
+            constraint = contact_constraint(landing.robot, contact, constraint.normal)
+        rows.append(constraint._replace(sole=soles[number]) if number in soles else constraint)
     return replace(
         landing,
         scene=replace(landing.scene, contact=tuple(contacts.values())),
@@ -159,15 +161,15 @@ def _with_contacts(
     )
 
 
-def _placed(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Contact:
+def _placed(landing: PosedLanding, contact: Contact, constraint: Constraint) -> Contact:
     """A contact at a definite point, as a point if its kind is open."""
     placed = _as_point(contact)
     if contact.at != "auto" or contact.offset is not None:
         return placed
     robot, strikes = landing.robot, striking(landing.robot, contact.frame)
     is_point = not strikes.shapes or (strikes.is_place and not strikes.is_foot)
-    up = block.normal @ landing.state.rotation[0, block.body]
-    origin, tolerance = np.reshape(block.point, 3), landing.scene.ground_tolerance
+    up = constraint.normal @ landing.state.rotation[0, constraint.body]
+    origin, tolerance = np.reshape(constraint.point, 3), landing.scene.ground_tolerance
     if is_point or _is_near_lowest(robot, strikes, origin, up, tolerance):
         return placed
     own = own_shapes(robot, contact.frame)[0]
@@ -196,11 +198,11 @@ def _is_near_lowest(
     return distance <= INSIDE + SHARE * robot_size(robot, False) or distance <= most_inside(robot)
 
 
-def _sole(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> Array | None:
+def _sole(landing: PosedLanding, contact: Contact, constraint: Constraint) -> Array | None:
     """The corners (n, 3) of a contact's sole, in its body's frame [m]; None without one to choose."""
     if contact.kind != "auto" or contact.offset is not None:
         return None
-    x, y, z = (block.normal @ landing.state.rotation[0, block.body]).tolist()
+    x, y, z = (constraint.normal @ landing.state.rotation[0, constraint.body]).tolist()
     return sole_corners(landing.robot, contact.frame, (x, y, z), landing.scene.ground_tolerance)
 
 
@@ -235,7 +237,11 @@ def _with_faces(
         faces_of: finds the faces of such a landing, as `carrying_faces` does.
     """
     contacts = dict(enumerate(flat.scene.contact))
-    soles = {number: block.sole for number, block in enumerate(flat.contacts) if len(block.sole)}
+    soles = {
+        number: constraint.sole
+        for number, constraint in enumerate(flat.contacts)
+        if len(constraint.sole)
+    }
     if not soles:
         return flat
     landing, lifted = flat, list[int]()
@@ -276,15 +282,15 @@ def _on_face(landing: PosedLanding, number: int, face: np.ndarray) -> Contact:
         number: of the contact.
         face: numbers of the corners that carry.
     """
-    contact, block = landing.scene.contact[number], landing.contacts[number]
-    frame, rotation = landing.robot.frame(contact.frame), landing.state.rotation[0, block.body]
-    outline = block.sole @ rotation.T @ np.transpose(across(block.normal))
-    if len(face) == len(block.sole) and not is_thin(outline):
+    contact, constraint = landing.scene.contact[number], landing.contacts[number]
+    frame, rotation = landing.robot.frame(contact.frame), landing.state.rotation[0, constraint.body]
+    outline = constraint.sole @ rotation.T @ np.transpose(across(constraint.normal))
+    if len(face) == len(constraint.sole) and not is_thin(outline):
         return contact
     if landing.asked[number].at == "frame":
         # A point that is given stays where it is.
         return replace(contact, kind="point")
-    first, second = ends_of(block.sole[face])
+    first, second = ends_of(constraint.sole[face])
     middle = frame.rotation.T @ ((first + second) / 2.0 - frame.offset)
     x, y, z = middle.tolist()
     at_face = replace(contact, at="frame", offset=(x, y, z), kind="corner")

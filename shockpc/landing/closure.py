@@ -17,7 +17,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.landing.directions import unit_directions
 from shockpc.landing.movable import free_columns
 from shockpc.landing.scene import Closure
-from shockpc.method.constraints import ConstraintBlock, row_jacobian, world_point
+from shockpc.method.constraints import Constraint, row_jacobian, world_point
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
@@ -106,7 +106,7 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
     )
 
 
-def closure_block(loop: Loop) -> ConstraintBlock:
+def closure_constraint(loop: Loop) -> Constraint:
     """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its
     first body.
 
@@ -115,7 +115,7 @@ def closure_block(loop: Loop) -> ConstraintBlock:
     rows the derivative of `closure_gap`.
     """
     (a, b), frame = loop.bodies, loop.rotations[0]
-    return ConstraintBlock(
+    return Constraint(
         kind="closure",
         frame=loop.name,
         body=b,
@@ -314,7 +314,7 @@ class _Linkage(NamedTuple):
             return np.zeros((len(self.fixed), 0)), np.zeros((len(self.gap(state)), 0))
         G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.fixed)
         columns = np.eye(self.robot.model.nv) if G is None else G[0]
-        K = row_jacobian(state, [closure_block(loop) for loop in self.loops])[0]
+        K = row_jacobian(state, [closure_constraint(loop) for loop in self.loops])[0]
         return columns, K @ columns
 
     def refusal(self, q: Array) -> SceneError:

@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array, cross, cross_matrix
 from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.scene import ORIGIN, Contact, Scene
-from shockpc.method.constraints import NO_AXES, ConstraintBlock
+from shockpc.method.constraints import NO_AXES, Constraint
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.lowest import equally_low, lowest_point
@@ -73,9 +73,9 @@ def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Co
     return tuple(alike.get(name, replace(first, frame=name)) for name in names)
 
 
-def contact_block(
+def contact_constraint(
     robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact"
-) -> ConstraintBlock:
+) -> Constraint:
     """The rows of a contact, or of a foot that is down already and stays where it is, whatever
     strikes elsewhere.
 
@@ -107,7 +107,7 @@ def contact_block(
     if not lowest:
         point = frame.offset + point
     velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
-    return ConstraintBlock(
+    return Constraint(
         kind,
         contact.frame,
         frame.body,
@@ -207,7 +207,7 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
     return twist
 
 
-def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> ConstraintBlock:
+def locate_lowest_point(contact: Constraint, rotation: Array) -> Constraint:
     """A contact with its point in each posture, if that is the lowest one.
 
     Args:
@@ -244,7 +244,7 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     return shapes
 
 
-def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
+def lowest_point_turned(contact: Constraint, rotation: Array) -> Array:
     """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world
     x, y and z: it rolls [m].
 
@@ -286,12 +286,12 @@ def first_contact(robot: Robot, texts: Iterable[str]) -> str:
     return next(iter(given), "")
 
 
-def check_holds_normal(contact: Contact, block: ConstraintBlock, option: str) -> None:
+def check_holds_normal(contact: Contact, constraint: Constraint, option: str) -> None:
     """Refuse a contact whose directions do not span the normal of the ground, which an option
     needs.
     """
-    rank = np.linalg.matrix_rank(block.forces)
-    if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
+    rank = np.linalg.matrix_rank(constraint.forces)
+    if np.linalg.matrix_rank(np.vstack([constraint.forces, constraint.normal]), tol=1e-9) > rank:
         raise SceneError(
             f'contact "{contact.frame}" has {option}, so the directions in which it is held have to '
             "span the ground's normal; give directions along the normal and along the ground, such "

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array, velocity_at
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.scene import Contact
 from shockpc.method.approach import Motion, relative_twist
-from shockpc.method.constraints import NO_AXES, ConstraintBlock, block_point
+from shockpc.method.constraints import NO_AXES, Constraint, constraint_point
 from shockpc.method.dynamics import Dynamics
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import STOP, Robot
@@ -33,9 +33,9 @@ def has_stops(robot: Robot, joint: Joint) -> bool:
     return joint.kind in ("revolute", "prismatic") and any(joint is one for one in robot.joints)
 
 
-def stop_block(
+def stop_constraint(
     robot: Robot, joint: Joint, side: float, restitution: float = 0.0
-) -> ConstraintBlock:
+) -> Constraint:
     """The row of a stop: a unit moment, or force, on the joint's body away from the stop, and its
     opposite on the body before it.
 
@@ -50,7 +50,7 @@ def stop_block(
     body = next(i for i, carried in enumerate(robot.joints) if carried is joint)
     axis = side * (robot.bodies[body].rotation.T @ joint.axis)[None]
     slides = joint.kind == "prismatic"
-    return ConstraintBlock(
+    return Constraint(
         kind="stop",
         frame=joint.name,
         body=body,
@@ -63,7 +63,7 @@ def stop_block(
     )
 
 
-def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> ConstraintBlock:
+def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Constraint:
     """The row of an end stop that strikes: a joint runs into the stop towards which it moves.
 
     Its contact point is the centre of mass of the joint's body, whose velocity is that relative to
@@ -113,11 +113,11 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
             f'joint "{name}" is at {size * value:.6g} {unit} and moves {direction}, but {where}; '
             "set it there with --set, or let it move the other way"
         )
-    stop = stop_block(robot, joint, side, contact.restitution)
+    stop = stop_constraint(robot, joint, side, contact.restitution)
     return stop._replace(frame=frame, point=robot.bodies[stop.body].com)
 
 
-def missed_stops(robot: Robot, stops: list[ConstraintBlock], Q: Array, rates: Array) -> np.ndarray:
+def missed_stops(robot: Robot, stops: list[Constraint], Q: Array, rates: Array) -> np.ndarray:
     """Whether (N,) a joint is not at the stop that it strikes, or does not move towards it.
 
     Args:
@@ -134,16 +134,16 @@ def missed_stops(robot: Robot, stops: list[ConstraintBlock], Q: Array, rates: Ar
     return missed
 
 
-def velocity_at_stop(state: Dynamics, stop: ConstraintBlock, before: Motion) -> Array:
+def velocity_at_stop(state: Dynamics, stop: Constraint, before: Motion) -> Array:
     """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint,
     world axes [m/s].
     """
     relative = relative_twist(state, stop, before)
-    return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], block_point(state, stop)))
+    return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], constraint_point(state, stop)))
 
 
-def side_of(robot: Robot, stop: ConstraintBlock) -> float:
-    """The side of the row of a stop, as of `stop_block`."""
+def side_of(robot: Robot, stop: Constraint) -> float:
+    """The side of the row of a stop, as of `stop_constraint`."""
     axis = robot.joints[stop.body].axis
     assert axis is not None
     row = np.concatenate([stop.forces, stop.moments])[0]
@@ -151,7 +151,7 @@ def side_of(robot: Robot, stop: ConstraintBlock) -> float:
 
 
 def sides_of(joint: Joint, value: float) -> tuple[float, ...]:
-    """At which of its stops a joint is, or beyond it, as the side of `stop_block`.
+    """At which of its stops a joint is, or beyond it, as the side of `stop_constraint`.
 
     Args: value of its coordinate [rad, m].
     """
@@ -166,7 +166,7 @@ def sides_of(joint: Joint, value: float) -> tuple[float, ...]:
 
 def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, float]]:
     """The joints that are at a stop in a configuration (nq,) and not locked, with the side of it as
-    that of `stop_block`.
+    that of `stop_constraint`.
     """
     stops: list[tuple[Joint, float]] = []
     for joint in robot.single_joints:

@@ -17,7 +17,7 @@ import numpy as np
 from shockpc.core.corners import corner_impulse
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import ConstraintBlock, block_point, slices_of, world_point
+from shockpc.method.constraints import Constraint, constraint_point, slices_of, world_point
 from shockpc.method.dynamics import Dynamics
 from shockpc.text.errors import SolveError
 
@@ -50,7 +50,11 @@ def carrying_faces(landing: PosedLanding) -> dict[int, np.ndarray]:
     Raises:
         SolveError: the corners that carry are not found.
     """
-    soles = {number: block.sole for number, block in enumerate(landing.contacts) if len(block.sole)}
+    soles = {
+        number: constraint.sole
+        for number, constraint in enumerate(landing.contacts)
+        if len(constraint.sole)
+    }
     if not soles:
         return {}
     equation = landing.equation(landing.state)
@@ -60,7 +64,7 @@ def carrying_faces(landing: PosedLanding) -> dict[int, np.ndarray]:
     except np.linalg.LinAlgError:
         # The solution says what is wrong with the inertia.
         return {number: np.arange(len(corners)) for number, corners in soles.items()}
-    generators = _generators(landing.state, equation.blocks)
+    generators = _generators(landing.state, equation.constraints)
     X = np.linalg.solve(to_metric, equation.J_c[0].T)
     try:
         speed = corner_impulse(X, b, generators.free, generators.pushes).speed
@@ -82,8 +86,8 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
         lifted: numbers of these contacts, which take no impulse.
     """
     equation = landing.equation(landing.state)
-    b, rows = equation.b[0, :, 3], slices_of(equation.blocks)
-    generators = _generators(landing.state, equation.blocks)
+    b, rows = equation.b[0, :, 3], slices_of(equation.constraints)
+    generators = _generators(landing.state, equation.constraints)
     X = np.linalg.solve(np.linalg.cholesky(equation.H[0]), equation.J_c[0].T)
     of_lifted = np.concatenate([np.arange(len(b))[rows[number]] for number in lifted])
     free = generators.free[:, ~generators.free[of_lifted].any(axis=0)]
@@ -94,42 +98,44 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
     return [-float(speed[generators.contact == number].min()) for number in lifted]
 
 
-def _generators(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Generators:
-    """The generators of a landing. Args: blocks, all rows, those with a `sole` flat."""
-    size = sum(block.size for block in blocks)
+def _generators(state: Dynamics, constraints: Sequence[Constraint]) -> Generators:
+    """The generators of a landing. Args: constraints, all rows, those with a `sole` flat."""
+    size = sum(constraint.size for constraint in constraints)
     free = [np.zeros((size, 0))]
     pushes = [np.zeros((size, 0))]
     contact: list[int] = []
-    for number, (block, rows) in enumerate(zip(blocks, slices_of(blocks), strict=True)):
+    for number, (constraint, rows) in enumerate(
+        zip(constraints, slices_of(constraints), strict=True)
+    ):
         unit = np.eye(size)[:, rows]
-        if not len(block.sole):
+        if not len(constraint.sole):
             free.append(unit)
             continue
-        of_sole, of_corners = _of_sole(state, block)
+        of_sole, of_corners = _of_sole(state, constraint)
         free.append(unit @ of_sole)
         pushes.append(unit @ of_corners)
-        contact += [number] * len(block.sole)
+        contact += [number] * len(constraint.sole)
     columns = np.concatenate(free, axis=1), np.concatenate(pushes, axis=1)
     return Generators(*columns, np.array(contact))
 
 
-def _of_sole(state: Dynamics, block: ConstraintBlock) -> tuple[Array, Array]:
+def _of_sole(state: Dynamics, constraint: Constraint) -> tuple[Array, Array]:
     """Combinations (k, p) of the rows of a flat sole that act in both directions, and those (k, m)
     of a unit push at each corner. Args: the rows are forces, tilts, and a twist if it sticks.
     """
-    n = len(block.forces)
-    unit = np.eye(block.size)
+    n = len(constraint.forces)
+    unit = np.eye(constraint.size)
     forces, tilts, twist = unit[:, :n], unit[:, n : n + 2], unit[:, n + 2 :]
-    corners = world_point(state, block.body, block.sole[:, None])[:, 0]
-    from_point = corners - block_point(state, block)
+    corners = world_point(state, constraint.body, constraint.sole[:, None])[:, 0]
+    from_point = corners - constraint_point(state, constraint)
     # Forces along the ground: combinations of the forces' axes that are across the normal.
-    along_ground = np.linalg.svd((block.forces @ block.normal)[None])[2][1:]
+    along_ground = np.linalg.svd((constraint.forces @ constraint.normal)[None])[2][1:]
     # They act on the sole, and the contact's point may lie above that.
-    height = from_point.mean(axis=0) @ block.normal * block.normal
-    at_sole = cross(height, along_ground @ block.forces) @ block.moments[:2].T
+    height = from_point.mean(axis=0) @ constraint.normal * constraint.normal
+    at_sole = cross(height, along_ground @ constraint.forces) @ constraint.moments[:2].T
     sliding = forces @ along_ground.T + tilts @ at_sole.T
     # A push at a corner is a normal force at the contact's point, and its moment about that.
-    normal_force = np.linalg.lstsq(block.forces.T, block.normal, rcond=None)[0]
-    moments = cross(from_point, block.normal) @ block.moments[:2].T
+    normal_force = np.linalg.lstsq(constraint.forces.T, constraint.normal, rcond=None)[0]
+    moments = cross(from_point, constraint.normal) @ constraint.moments[:2].T
     pushes = (forces @ normal_force)[:, None] + tilts @ moments.T
     return np.concatenate([sliding, twist], axis=1), pushes

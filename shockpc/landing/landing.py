@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.frozen import frozen
 from shockpc.core.pulse import Pulse
 from shockpc.core.spatial import Array, Plane, freeze, read_only, velocity_at
-from shockpc.landing.closure import Assembly, closure_block
+from shockpc.landing.closure import Assembly, closure_constraint
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.joint_model import JointModel
@@ -27,7 +27,7 @@ from shockpc.landing.rank import Mechanism
 from shockpc.landing.scene import Contact, Scene
 from shockpc.method.approach import Motion, twist_before
 from shockpc.method.base import Base
-from shockpc.method.constraints import ConstraintBlock, block_point
+from shockpc.method.constraints import Constraint, constraint_point
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.method.equation import Equation, Posed, System, equation_of
 from shockpc.robot.elements import Loop
@@ -65,16 +65,19 @@ class Landing:
     robot: Robot
     plane: Plane
     up: Array
-    contacts: tuple[ConstraintBlock, ...]
+    contacts: tuple[Constraint, ...]
     lifted: tuple[int, ...]
-    stance: tuple[ConstraintBlock, ...]
+    stance: tuple[Constraint, ...]
     loops: tuple[Loop, ...]
     joint_model: JointModel
     before: Motion
     pulse: Pulse | None
 
     def __repr__(self) -> str:
-        held = [f'{block.kind} "{block.frame}"' for block in (*self.contacts, *self.stance)]
+        held = [
+            f'{constraint.kind} "{constraint.frame}"'
+            for constraint in (*self.contacts, *self.stance)
+        ]
         return f"{type(self).__name__}({self.robot.label}: {', '.join(held)})"
 
     @property
@@ -125,20 +128,20 @@ class Landing:
         return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
 
     def most_independent(
-        self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]
+        self, state: Dynamics, constraints: tuple[Constraint, ...]
     ) -> Callable[[int], tuple[int, float]]:
         """How many of some rows can be independent in any posture, and the effect of rounding on
         the others, as `Mechanism`'s.
         """
-        return self.mechanism.most_independent(blocks, state)
+        return self.mechanism.most_independent(constraints, state)
 
-    def rows(self, state: Dynamics) -> tuple[ConstraintBlock, ...]:
+    def rows(self, state: Dynamics) -> tuple[Constraint, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
         contacts = (
             locate_lowest_point(contact, state.rotation[:, contact.body])
             for contact in self.contacts
         )
-        return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
+        return (*contacts, *self.stance, *(closure_constraint(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
         """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq.
@@ -234,9 +237,9 @@ class PosedLanding(Landing):
     state: Dynamics
     assembly: Assembly | None = None
     warnings: tuple[Diagnostic, ...] = ()
-    acting: tuple[ConstraintBlock, ...] = ()
+    acting: tuple[Constraint, ...] = ()
     asked: tuple[Contact, ...] = ()
-    asked_rows: tuple[ConstraintBlock, ...] = ()
+    asked_rows: tuple[Constraint, ...] = ()
     chosen: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -283,15 +286,15 @@ class PosedLanding(Landing):
         """This landing without the rows of stops that act."""
         return replace(self, acting=()) if self.acting else self
 
-    def rows(self, state: Dynamics) -> tuple[ConstraintBlock, ...]:
+    def rows(self, state: Dynamics) -> tuple[Constraint, ...]:
         """As for any landing, then the stops that act."""
         return (*super().rows(state), *self.acting)
 
     def most_independent(
-        self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]
+        self, state: Dynamics, constraints: tuple[Constraint, ...]
     ) -> Callable[[int], tuple[int, float]]:
         """As for any landing; other postures have the number of the landing's posture."""
-        return self.mechanism.most_independent(blocks, state, self.state.Q[0])
+        return self.mechanism.most_independent(constraints, state, self.state.Q[0])
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
         """As for any landing; that of the landing's posture is computed once."""
@@ -308,18 +311,19 @@ class PosedLanding(Landing):
         return equation
 
     @functools.cached_property
-    def blocks(self) -> tuple[ConstraintBlock, ...]:
+    def constraints(self) -> tuple[Constraint, ...]:
         """What is held in this posture, as `rows`, each with one point (3,)."""
-        blocks = tuple(
-            block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state)
+        constraints = tuple(
+            constraint._replace(point=np.reshape(constraint.point, 3))
+            for constraint in self.rows(self.state)
         )
-        freeze(blocks)
-        return blocks
+        freeze(constraints)
+        return constraints
 
     @property
     def posed(self) -> Posed:
         """What balls are evaluated from."""
-        return Posed(self.system, self.q, self.blocks)
+        return Posed(self.system, self.q, self.constraints)
 
     @functools.cached_property
     def points(self) -> tuple[Place, ...]:
@@ -339,7 +343,7 @@ class PosedLanding(Landing):
     @functools.cached_property
     def contact_places(self) -> tuple[Place, ...]:
         """The contacts, then the standing feet; a frame with several has numbers after its name."""
-        frames = [block.frame for block in (*self.contacts, *self.stance)]
+        frames = [constraint.frame for constraint in (*self.contacts, *self.stance)]
         places: list[Place] = []
         for k, frame in enumerate(frames):
             times = frames[: k + 1].count(frame)
@@ -378,7 +382,8 @@ class PosedLanding(Landing):
     def fastest_approach(self) -> float:
         """Speed of the fastest contact before the impact [m/s]."""
         velocities = (
-            contact_velocity(self, self.state, block) for block in self.blocks[: len(self.contacts)]
+            contact_velocity(self, self.state, constraint)
+            for constraint in self.constraints[: len(self.contacts)]
         )
         return max(float(np.linalg.norm(velocity)) for velocity in velocities)
 
@@ -409,11 +414,11 @@ class OfLanding:
         return self.landing.scene
 
 
-def contact_velocity(landing: Landing, state: Dynamics, block: ConstraintBlock) -> Array:
+def contact_velocity(landing: Landing, state: Dynamics, constraint: Constraint) -> Array:
     """Velocity (N, 3) of a contact point before the impact, world axes [m/s]."""
-    if block.velocity is not None:
-        return np.broadcast_to(block.velocity, (len(state.J), 3))
-    if block.kind == "stop":
-        return velocity_at_stop(state, block, landing.before)
-    twist = twist_before(state, landing.before, block.body)
-    return np.asarray(velocity_at(twist[:, :3], twist[:, 3:], block_point(state, block)))
+    if constraint.velocity is not None:
+        return np.broadcast_to(constraint.velocity, (len(state.J), 3))
+    if constraint.kind == "stop":
+        return velocity_at_stop(state, constraint, landing.before)
+    twist = twist_before(state, landing.before, constraint.body)
+    return np.asarray(velocity_at(twist[:, :3], twist[:, 3:], constraint_point(state, constraint)))

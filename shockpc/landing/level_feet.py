@@ -20,7 +20,7 @@ from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
 from shockpc.landing.soles import LEVEL, most_inside, sole_corners
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
 from shockpc.robot.lowest import height_of_lowest, lowest_in_postures
@@ -105,7 +105,7 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
     return np.asarray(~strikes & (np.abs(height - lowest[:, None]) <= tolerance))
 
 
-def _lowest_of_contact(robot: Robot, contact: ConstraintBlock, down: Array) -> tuple[Array, float]:
+def _lowest_of_contact(robot: Robot, contact: Constraint, down: Array) -> tuple[Array, float]:
     """The lowest points (N or 1, 3) of a contact in its body's frame, and how far above the lowest
     point of its foot they may lie [m].
 

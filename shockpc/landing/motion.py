@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane, velocity_at
-from shockpc.landing.closure import closure_block
+from shockpc.landing.closure import closure_constraint
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.movable import free_columns
 from shockpc.landing.posture import settable_joints
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.method.approach import Motion
-from shockpc.method.constraints import ConstraintBlock, row_jacobian, slices_of
+from shockpc.method.constraints import Constraint, row_jacobian, slices_of
 from shockpc.method.dynamics import Dynamics
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
@@ -25,7 +25,7 @@ from shockpc.text.errors import SceneError
 def motion_of(
     robot: Robot,
     scene: Scene,
-    contacts: Sequence[ConstraintBlock],
+    contacts: Sequence[Constraint],
     loops: Sequence[Loop],
     joints: JointModel,
     plane: Plane,
@@ -46,7 +46,7 @@ def motion_of(
         )
     if loops and rates.any():
         rates = with_loops(
-            robot, state, [closure_block(loop) for loop in loops], rates, given, plane
+            robot, state, [closure_constraint(loop) for loop in loops], rates, given, plane
         )
     return Motion(velocity, _rotation(scene, plane), rates)
 
@@ -71,7 +71,7 @@ def _rotation(scene: Scene, plane: Plane) -> Array:
 
 
 def _rail(
-    robot: Robot, scene: Scene, contacts: Sequence[ConstraintBlock], state: Dynamics
+    robot: Robot, scene: Scene, contacts: Sequence[Constraint], state: Dynamics
 ) -> int | None:
     """The joint velocity along which a robot that its file ties to the world falls; None where it
     is not dropped on a rail.
@@ -163,7 +163,7 @@ def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.
 def with_loops(
     robot: Robot,
     state: Dynamics,
-    blocks: list[ConstraintBlock],
+    constraints: list[Constraint],
     rates: Array,
     given: np.ndarray,
     plane: Plane,
@@ -174,7 +174,7 @@ def with_loops(
     Raises:
         SceneError: the given ones open a loop.
     """
-    K = row_jacobian(state, blocks)[0]
+    K = row_jacobian(state, constraints)[0]
     if not given.all():
         G = free_columns(robot, "fixed", plane, state.rotation[:, 0], given)
         columns = np.eye(len(rates)) if G is None else G[0]
@@ -182,7 +182,7 @@ def with_loops(
     opening = np.abs(K @ rates)
     if opening.max() > 1e-9 * np.abs(rates).max():
         worst = max(
-            zip(blocks, slices_of(blocks), strict=True),
+            zip(constraints, slices_of(constraints), strict=True),
             key=lambda pair: float(opening[pair[1]].max()),
         )[0]
         raise SceneError(
@@ -193,7 +193,7 @@ def with_loops(
     return rates
 
 
-def separating(approach: Array, blocks: Sequence[ConstraintBlock]) -> np.ndarray:
+def separating(approach: Array, constraints: Sequence[Constraint]) -> np.ndarray:
     """Which contacts (..., c) make a landing no impact: they leave the ground, or none approaches
     it and they move along it.
 
@@ -201,11 +201,11 @@ def separating(approach: Array, blocks: Sequence[ConstraintBlock]) -> np.ndarray
 
     Args:
         approach: (..., c, 3) velocities of the contact points before the impact [m/s].
-        blocks: of the contacts.
+        constraints: of the contacts.
     """
     normals, stops = (
-        np.array([block.normal for block in blocks]),
-        np.array([block.kind == "stop" for block in blocks]),
+        np.array([constraint.normal for constraint in constraints]),
+        np.array([constraint.kind == "stop" for constraint in constraints]),
     )
     leaving = np.where(stops, -np.inf, (approach * normals).sum(axis=-1))
     rounding = 1e-9 * np.linalg.norm(approach, axis=-1).max(axis=-1, keepdims=True)

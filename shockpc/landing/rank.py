@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
 from shockpc.landing.movable import free_columns
 from shockpc.method.base import Base
-from shockpc.method.constraints import ConstraintBlock, row_jacobian, row_terms, row_tolerance
+from shockpc.method.constraints import Constraint, row_jacobian, row_terms, row_tolerance
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
@@ -67,9 +67,9 @@ class Mechanism(NamedTuple):
     loops: tuple[Loop, ...]
 
     def most_independent(
-        self, blocks: Sequence[ConstraintBlock], state: Dynamics, near: Array | None = None
+        self, constraints: Sequence[Constraint], state: Dynamics, near: Array | None = None
     ) -> Callable[[int], tuple[int, float]]:
-        """The largest number of independent rows that these blocks have in any posture, up to what
+        """The largest number of independent rows that these constraints have in any posture, up to what
         rounding of the file leaves.
 
         A singular value of the rows, in units of their terms, counts as zero where rounding of the
@@ -77,7 +77,7 @@ class Mechanism(NamedTuple):
         small in one posture alone is that of a singular posture.
 
         Args:
-            blocks: rows.
+            constraints: rows.
             state: the robot in N postures to start from, loops closed.
             near: (nq,) a posture from which the search starts for all that are beside it, loops
                 closed.
@@ -85,16 +85,16 @@ class Mechanism(NamedTuple):
         Returns: posture → that number, and the largest effect of rounding on the others, relative
             to the terms of the rows.
         """
-        count = sum(block.size for block in blocks)
-        single = self.base == "free" and len(blocks) == 1 and not self.loops
-        if not blocks or single or not np.any(rounding_of(self.robot) > LEAST_ROUNDING):
+        count = sum(constraint.size for constraint in constraints)
+        single = self.base == "free" and len(constraints) == 1 and not self.loops
+        if not constraints or single or not np.any(rounding_of(self.robot) > LEAST_ROUNDING):
             return lambda _: (count, 0.0)
         known = _known(self.robot)
-        attitude = self._attitude(blocks, state)
-        fixed_key = (*self._key(), *map(_structure, blocks))
+        attitude = self._attitude(constraints, state)
+        fixed_key = (*self._key(), *map(_structure, constraints))
 
         def most(k: int) -> tuple[int, float]:
-            at = [_in_posture(block, k) for block in blocks]
+            at = [_in_posture(constraint, k) for constraint in constraints]
             # With loops other postures are near by, so that their number depends on where one is.
             q = state.Q[k]
             if self.loops and near is not None and np.abs(q - near).max() <= BESIDE:
@@ -110,24 +110,26 @@ class Mechanism(NamedTuple):
         return most
 
     def _most_from(
-        self, blocks: Sequence[ConstraintBlock], q: Array, count: int
+        self, constraints: Sequence[Constraint], q: Array, count: int
     ) -> tuple[int, float]:
         """The largest number of independent rows, and the effect of rounding on the others, in
         other postures than q, and with loops in q too. Args: count, of all rows.
         """
-        s = self._rows(blocks, dynamics(self.robot, q[None])).s
+        s = self._rows(constraints, dynamics(self.robot, q[None])).s
         if len(s) == count and s[-1] > CLEAR:
             return count, 0.0
         postures = self._others(q)
         if self.loops:
             postures = [q, *postures]
-        return max(self._independent(blocks, posture) for posture in postures)
+        return max(self._independent(constraints, posture) for posture in postures)
 
-    def independent_here(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> int:
+    def independent_here(self, constraints: Sequence[Constraint], state: Dynamics) -> int:
         """The number of independent rows in one posture (N = 1), without those that rounding of the
         file alone may leave.
         """
-        rank, _ = self._independent([_in_posture(block, 0) for block in blocks], state.Q[0])
+        rank, _ = self._independent(
+            [_in_posture(constraint, 0) for constraint in constraints], state.Q[0]
+        )
         return rank
 
     def _key(self) -> tuple[object, ...]:
@@ -135,10 +137,13 @@ class Mechanism(NamedTuple):
         loops = tuple(loop.name for loop in self.loops)
         return self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *loops
 
-    def _attitude(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> Array:
+    def _attitude(self, constraints: Sequence[Constraint], state: Dynamics) -> Array:
         """What of the attitude of the base (N, ...) the number of independent rows depends on."""
         rotation = state.rotation[:, 0]
-        all_points = all(len(block.forces) == 3 and not len(block.moments) for block in blocks)
+        all_points = all(
+            len(constraint.forces) == 3 and not len(constraint.moments)
+            for constraint in constraints
+        )
         if self.base == "free" or not self.robot.free_base or (self.base == "fixed" and all_points):
             return np.zeros((len(rotation), 0))
         part = self.plane.normal @ rotation if self._turns else rotation
@@ -175,12 +180,12 @@ class Mechanism(NamedTuple):
             postures.append(posture)
         return postures
 
-    def _independent(self, blocks: Sequence[ConstraintBlock], q: Array) -> tuple[int, float]:
+    def _independent(self, constraints: Sequence[Constraint], q: Array) -> tuple[int, float]:
         """The number of independent rows in one posture, and the effect of rounding on the others."""
         state = dynamics(self.robot, q[None])
-        rows = self._rows(blocks, state)
-        changes = self._changes_by_rounding(blocks, state, rows)
-        bound = row_tolerance(blocks) * np.sqrt(len(rows.term_size))
+        rows = self._rows(constraints, state)
+        changes = self._changes_by_rounding(constraints, state, rows)
+        bound = row_tolerance(constraints) * np.sqrt(len(rows.term_size))
         rank = int(np.sum(rows.s > bound))
         while rank:
             # The part of the change that the rows which are kept do not have already.
@@ -193,44 +198,46 @@ class Mechanism(NamedTuple):
         return rank, SLACK * float(effect.max(initial=0.0))
 
     def _changes_by_rounding(
-        self, blocks: Sequence[ConstraintBlock], state: Dynamics, rows: "_Rows"
+        self, constraints: Sequence[Constraint], state: Dynamics, rows: "_Rows"
     ) -> Array:
         """By how much (6 nb, nc, ny) the rows, in units of their terms, change by the rounding of
         each body's angles and lengths.
         """
-        J = row_jacobian(state, blocks)
-        changes = (row_jacobian(_displaced(self.robot, state), blocks) - J) @ rows.columns
+        J = row_jacobian(state, constraints)
+        changes = (row_jacobian(_displaced(self.robot, state), constraints) - J) @ rows.columns
         in_terms_of = changes / rows.term_size[:, None] / rows.size
         rounding = np.repeat(rounding_of(self.robot), 3) / STEP
         return np.asarray(in_terms_of * rounding[:, None, None])
 
-    def _rows(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> "_Rows":
+    def _rows(self, constraints: Sequence[Constraint], state: Dynamics) -> "_Rows":
         """The rows in one posture (N = 1), in units of their terms."""
         columns = self._columns(state.rotation[:, 0])
-        terms = row_terms(state, blocks)[0] @ np.abs(columns)
+        terms = row_terms(state, constraints)[0] @ np.abs(columns)
         size = column_sizes(terms)
-        term_size, scaled = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
+        term_size, scaled = in_terms(row_jacobian(state, constraints)[0] @ columns, terms, size)
         return _Rows(columns, term_size, size, *np.linalg.svd(scaled))
 
 
-def _in_posture(block: ConstraintBlock, k: int) -> ConstraintBlock:
+def _in_posture(constraint: Constraint, k: int) -> Constraint:
     """A constraint with the point (3,) that it has in posture k."""
-    return block if block.point.ndim == 1 else block._replace(point=block.point[k])
+    return (
+        constraint if constraint.point.ndim == 1 else constraint._replace(point=constraint.point[k])
+    )
 
 
-def _structure(block: ConstraintBlock) -> tuple[object, ...]:
+def _structure(constraint: Constraint) -> tuple[object, ...]:
     """What identifies a constraint, but for its point."""
-    ends = block.kind, block.body, block.other, block.axes_body
-    return *ends, block.forces.tobytes(), block.moments.tobytes()
+    ends = constraint.kind, constraint.body, constraint.other, constraint.axes_body
+    return *ends, constraint.forces.tobytes(), constraint.moments.tobytes()
 
 
-def _point_key(block: ConstraintBlock) -> bytes:
+def _point_key(constraint: Constraint) -> bytes:
     """What identifies its point.
 
     The lowest point of a shape is another one in every posture, so it is not on an axis in all of
     them.
     """
-    return b"" if block.lowest else block.point.tobytes()
+    return b"" if constraint.lowest else constraint.point.tobytes()
 
 
 class _Rows(NamedTuple):

@@ -15,7 +15,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
-from shockpc.landing.contact import check_holds_normal, contact_block
+from shockpc.landing.contact import check_holds_normal, contact_constraint
 from shockpc.landing.end_stops import is_stop, striking_stop
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
@@ -35,7 +35,7 @@ from shockpc.landing.scene_file import (
 )
 from shockpc.landing.strike import Strike
 from shockpc.method.base import Base
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.elements import Loop
@@ -136,7 +136,7 @@ def pulse_of(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
-def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
+def _check_ground(scene: Scene, constraints: tuple[Constraint, ...]) -> None:
     """Refuse a friction or a restitution of end stops that has no meaning for the scene."""
     if scene.stop_restitution is not None and not scene.stops:
         raise SceneError(
@@ -144,28 +144,28 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
             "(--stops) too"
         )
     for check_options in from_wings("landing", "check_options"):
-        check_options(scene, blocks)
+        check_options(scene, constraints)
     if scene.friction is not None:
-        for contact, block in zip(scene.contact, blocks, strict=True):
-            _check_friction_at(contact, block)
+        for contact, constraint in zip(scene.contact, constraints, strict=True):
+            _check_friction_at(contact, constraint)
 
 
-def _check_friction_at(contact: Contact, block: ConstraintBlock) -> None:
+def _check_friction_at(contact: Contact, constraint: Constraint) -> None:
     """Refuse friction at an end stop, and at a contact that slides or is not held along the
     normal.
     """
-    if block.kind == "stop":
+    if constraint.kind == "stop":
         raise SceneError(
             f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out'
         )
-    if np.linalg.matrix_rank(block.forces) == 1:
+    if np.linalg.matrix_rank(constraint.forces) == 1:
         raise SceneError(
             f'contact "{contact.frame}" slides without friction, and a friction is given; leave out '
             "--slide (give it the directions x, y and z, or those along which it does not slide "
             "freely), or the friction",
             blocks=[contact.frame],
         )
-    check_holds_normal(contact, block, "friction")
+    check_holds_normal(contact, constraint, "friction")
 
 
 @checked
@@ -247,31 +247,33 @@ def _left_open(scene: Scene, robot: Robot) -> tuple[str, ...]:
 
 def _contacts(
     scene: Scene, robot: Robot, q: Array, joints: JointModel, up: Array
-) -> tuple[ConstraintBlock, ...]:
+) -> tuple[Constraint, ...]:
     """The rows of what strikes: contacts, and end stops that joints run into."""
-    blocks: list[ConstraintBlock] = []
+    constraints: list[Constraint] = []
     for contact in scene.contact:
         if is_stop(robot, contact.frame):
             rates, *_ = rates_of(robot, scene, joints)
-            blocks.append(striking_stop(robot, contact, q, rates))
+            constraints.append(striking_stop(robot, contact, q, rates))
         else:
-            blocks.append(contact_block(robot, contact, up))
-    return tuple(blocks)
+            constraints.append(contact_constraint(robot, contact, up))
+    return tuple(constraints)
 
 
-def _stance(scene: Scene, robot: Robot, up: Array) -> tuple[ConstraintBlock, ...]:
+def _stance(scene: Scene, robot: Robot, up: Array) -> tuple[Constraint, ...]:
     """The rows of the feet that stand."""
     feet = [point_at(robot, foot) for foot in scene.stance]
-    blocks: list[ConstraintBlock] = []
+    constraints: list[Constraint] = []
     for foot in feet:
         contact = Contact(frame=foot.frame, offset=foot.offset)
-        blocks.append(contact_block(robot, contact, up, "stance"))
-    return tuple(blocks)
+        constraints.append(contact_constraint(robot, contact, up, "stance"))
+    return tuple(constraints)
 
 
-def _common_normal(blocks: tuple[ConstraintBlock, ...], up: Array) -> Array:
+def _common_normal(constraints: tuple[Constraint, ...], up: Array) -> Array:
     """The normal (3,) of the ground at contacts and standing feet, where all have one; else up."""
-    normals = np.array([block.normal for block in blocks if block.kind != "stop"])
+    normals = np.array(
+        [constraint.normal for constraint in constraints if constraint.kind != "stop"]
+    )
     is_common = len(normals) and np.ptp(normals, axis=0).max() <= 1e-12
     return np.asarray(normals[0]) if is_common else up
 
@@ -327,7 +329,7 @@ def _check_landing(landing: PosedLanding) -> None:
     torque_limits(landing.robot, parts)
     for place in landing.mounted:
         strength(parts[place.number])
-    _refuse_twice(landing.blocks)
+    _refuse_twice(landing.constraints)
     for check_landing in from_wings("landing", "check_landing"):
         check_landing(landing)
 
@@ -375,9 +377,9 @@ def close_loops(scene: Scene, near: PosedLanding) -> Scene:
     return replace(scene, posture=posture, assemble=(*values, *turned))
 
 
-def _refuse_twice(blocks: tuple[ConstraintBlock, ...]) -> None:
+def _refuse_twice(constraints: tuple[Constraint, ...]) -> None:
     """Refuse contacts and standing feet that are the same point of the same body."""
-    points = [block for block in blocks if block.kind != "closure"]
+    points = [constraint for constraint in constraints if constraint.kind != "closure"]
     for first, second in itertools.combinations(points, 2):
         if first.body != second.body or np.linalg.norm(first.point - second.point) > 1e-9:
             continue
@@ -396,23 +398,23 @@ def _refuse_separation(landing: PosedLanding) -> None:
     not strike it.
     """
     approach = np.stack(
-        [contact_velocity(landing, landing.state, block)[0] for block in landing.contacts]
+        [contact_velocity(landing, landing.state, constraint)[0] for constraint in landing.contacts]
     )
     fastest_rate = float(np.abs(landing.before.joint_rates).max())
     parting = separating(approach, landing.contacts).tolist()
-    for contact, block, velocity, parts in zip(
+    for contact, constraint, velocity, parts in zip(
         landing.scene.contact, landing.contacts, approach, parting, strict=True
     ):
         moves = np.linalg.norm(velocity) > 1e-9 * fastest_rate
-        if block.kind == "stop" and not moves:
+        if constraint.kind == "stop" and not moves:
             raise SceneError(
-                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on '
-                f'the axis of "{block.frame}", so its speed there is zero and cannot be v_in; use '
+                f'the centre of mass of body "{landing.robot.bodies[constraint.body].name}" lies on '
+                f'the axis of "{constraint.frame}", so its speed there is zero and cannot be v_in; use '
                 "another end stop",
-                blocks=[block.frame],
+                blocks=[constraint.frame],
             )
         if parts:
-            leaving = float(velocity @ block.normal)
+            leaving = float(velocity @ constraint.normal)
             how = (
                 "is leaving the ground at"
                 if leaving > 1e-9

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.method.constraints import NO_AXES, ConstraintBlock, block_axes, block_wrenches
+from shockpc.method.constraints import NO_AXES, Constraint, constraint_axes, constraint_wrenches
 from shockpc.method.dynamics import Dynamics
 
 
@@ -40,7 +40,7 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     return np.asarray(of_base + (state.J @ rates[..., None])[..., 0])
 
 
-def relative_twist(state: Dynamics, stop: ConstraintBlock, before: Motion) -> Array:
+def relative_twist(state: Dynamics, stop: Constraint, before: Motion) -> Array:
     """Twist (N, 6) before the impact of the body of an end stop relative to the body before its
     joint.
 
@@ -53,7 +53,7 @@ def relative_twist(state: Dynamics, stop: ConstraintBlock, before: Motion) -> Ar
 
 
 def approach_speeds(
-    state: Dynamics, blocks: Sequence[ConstraintBlock], before: Motion | None
+    state: Dynamics, constraints: Sequence[Constraint], before: Motion | None
 ) -> Array:
     """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s,
     rad/s].
@@ -65,64 +65,66 @@ def approach_speeds(
     rate.
     """
     b = []
-    for block in blocks:
-        wrenches = block_wrenches(state, block)
+    for constraint in constraints:
+        wrenches = constraint_wrenches(state, constraint)
         speeds = np.zeros((*wrenches.shape[:2], 3 if before is None else 4), dtype=wrenches.dtype)
-        if block.kind == "contact":
-            _set_contact_speeds(speeds, state, block, wrenches, before)
-        elif block.kind == "stop" and before is not None:
-            twist = relative_twist(state, block, before)
-            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ twist[..., None])
+        if constraint.kind == "contact":
+            _set_contact_speeds(speeds, state, constraint, wrenches, before)
+        elif constraint.kind == "stop" and before is not None:
+            twist = relative_twist(state, constraint, before)
+            speeds[..., 3:] = (1.0 + constraint.restitution) * (wrenches @ twist[..., None])
         b.append(speeds)
     return np.concatenate(b, axis=1)
 
 
 def _set_contact_speeds(
-    speeds: Array, state: Dynamics, block: ConstraintBlock, wrenches: Array, before: Motion | None
+    speeds: Array, state: Dynamics, constraint: Constraint, wrenches: Array, before: Motion | None
 ) -> None:
     """Set the speeds (N, k, 4 or 3) that an impact undoes along the rows of a contact.
 
     A contact with a velocity of its own is not moved by unit strikes of the robot.
     """
-    rows = _undone(state, block, wrenches)
-    n = len(block.forces)
-    if block.velocity is None:
+    rows = _undone(state, constraint, wrenches)
+    n = len(constraint.forces)
+    if constraint.velocity is None:
         speeds[..., :3] = rows[..., 3:]
     if before is not None:
-        speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
-        if block.velocity is not None:
-            speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
+        speeds[..., 3:] = rows @ twist_before(state, before, constraint.body)[..., None]
+        if constraint.velocity is not None:
+            speeds[:, :n, 3] = (rows[:, :n, 3:] @ constraint.velocity[..., None])[..., 0]
 
 
-def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array) -> Array:
+def speeds_undone(state: Dynamics, constraints: Sequence[Constraint], qd: Array) -> Array:
     """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities
     (N, nv) before it.
     """
     b = []
-    for block in blocks:
-        wrenches = block_wrenches(state, block)
-        undone = _undone(state, block, wrenches) if block.kind == "contact" else 0.0 * wrenches
-        moving = np.where(state.ancestors[block.body], qd, 0.0)
+    for constraint in constraints:
+        wrenches = constraint_wrenches(state, constraint)
+        undone = (
+            _undone(state, constraint, wrenches) if constraint.kind == "contact" else 0.0 * wrenches
+        )
+        moving = np.where(state.ancestors[constraint.body], qd, 0.0)
         b.append(undone @ (state.J @ moving[..., None]))
     return np.concatenate(b, axis=1)
 
 
-def _undone(state: Dynamics, block: ConstraintBlock, wrenches: Array) -> Array:
+def _undone(state: Dynamics, constraint: Constraint, wrenches: Array) -> Array:
     """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a
     contact.
 
     Without a direction n of rebound they are (1 + e) W. With it, the wrench of a force along a gains
     e (a·n) times that of a force along n, and that of a moment e times its part across n.
     """
-    e, n = block.restitution, block.rebound
+    e, n = constraint.restitution, constraint.rebound
     if not e:
         return wrenches
     if n is None:
         return np.asarray(wrenches + e * wrenches)
-    m = len(block.forces)
-    share = (block_axes(state, block) @ n)[..., None]
-    along_n = block_wrenches(state, block._replace(forces=n[None], moments=NO_AXES))
-    about_n = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
+    m = len(constraint.forces)
+    share = (constraint_axes(state, constraint) @ n)[..., None]
+    along_n = constraint_wrenches(state, constraint._replace(forces=n[None], moments=NO_AXES))
+    about_n = constraint_wrenches(state, constraint._replace(forces=NO_AXES, moments=n[None]))
     of_forces = share[:, :m] * along_n
     of_moments = wrenches[:, m:] - share[:, m:] * about_n
     return np.asarray(wrenches + e * np.concatenate([of_forces, of_moments], axis=1))

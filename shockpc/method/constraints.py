@@ -20,7 +20,7 @@ from shockpc.robot.shapes import Shape
 NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 
 
-class ConstraintBlock(NamedTuple):
+class Constraint(NamedTuple):
     """The rows of one contact, standing foot, closure or end stop: its forces, then its moments.
 
     Attributes:
@@ -71,15 +71,17 @@ class ConstraintBlock(NamedTuple):
         return len(self.forces) + len(self.moments)
 
 
-def slices_of(blocks: Sequence[ConstraintBlock]) -> tuple[slice, ...]:
-    """Where the rows of each block lie among all rows."""
-    ends = itertools.accumulate(block.size for block in blocks)
-    return tuple(slice(end - block.size, end) for block, end in zip(blocks, ends, strict=True))
+def slices_of(constraints: Sequence[Constraint]) -> tuple[slice, ...]:
+    """Where the rows of each constraint lie among all rows."""
+    ends = itertools.accumulate(constraint.size for constraint in constraints)
+    return tuple(
+        slice(end - constraint.size, end) for constraint, end in zip(constraints, ends, strict=True)
+    )
 
 
-def block_point(state: Dynamics, block: ConstraintBlock) -> Array:
-    """Position (N, 3) of the point of a block, world axes, from the base [m]."""
-    return world_point(state, block.body, block.point)
+def constraint_point(state: Dynamics, constraint: Constraint) -> Array:
+    """Position (N, 3) of the point of a constraint, world axes, from the base [m]."""
+    return world_point(state, constraint.body, constraint.point)
 
 
 def world_point(state: Dynamics, body: int, point: Array) -> Array:
@@ -93,26 +95,30 @@ def world_point(state: Dynamics, body: int, point: Array) -> Array:
     return np.asarray(state.position[:, body] + arm)
 
 
-def block_axes(state: Dynamics, block: ConstraintBlock) -> Array:
+def constraint_axes(state: Dynamics, constraint: Constraint) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
-    axes = np.concatenate([block.forces, block.moments])
-    if block.axes_body < 0:
+    axes = np.concatenate([constraint.forces, constraint.moments])
+    if constraint.axes_body < 0:
         # Adding zeros makes balls of them where the posture is in balls, before doubles are
         # multiplied with doubles and rounded.
         return np.asarray(axes + 0.0 * state.origin[:, None])
-    return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
+    return np.asarray(axes @ np.swapaxes(state.rotation[:, constraint.axes_body], -1, -2))
 
 
-def block_wrenches(state: Dynamics, block: ConstraintBlock) -> Array:
+def constraint_wrenches(state: Dynamics, constraint: Constraint) -> Array:
     """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin
     [m], and force; world axes.
     """
-    return wrenches(block_point(state, block), block_axes(state, block), len(block.forces))
+    return wrenches(
+        constraint_point(state, constraint),
+        constraint_axes(state, constraint),
+        len(constraint.forces),
+    )
 
 
 def wrenches(point: Array, axes: Array, n: int) -> Array:
     """Wrenches (..., n + m, 6) of n unit forces at a point (..., 3), then m unit moments, as
-    `block_wrenches`.
+    `constraint_wrenches`.
 
     Args: axes (..., n + m, 3) of the forces, then of the moments.
     """
@@ -124,17 +130,17 @@ def wrenches(point: Array, axes: Array, n: int) -> Array:
     return out
 
 
-def row_jacobian(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
+def row_jacobian(state: Dynamics, constraints: Sequence[Constraint]) -> Array:
     """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the
     power of its wrench.
     """
     rows = []
-    for block in blocks:
-        rows.append(block_wrenches(state, block) @ state.J * row_signs(state, block))
+    for constraint in constraints:
+        rows.append(constraint_wrenches(state, constraint) @ state.J * row_signs(state, constraint))
     return np.concatenate(rows, axis=1)
 
 
-def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
+def row_terms(state: Dynamics, constraints: Sequence[Constraint]) -> Array:
     """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a
     share of its terms.
 
@@ -149,26 +155,30 @@ def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     origin = norm(state.position)[:, np.argmax(state.ancestors, axis=0)]
     linear = larger(linear, angular * origin)
     terms = []
-    for block in blocks:
-        r = norm(block_point(state, block))[:, None]
-        moved = np.abs(row_signs(state, block))
-        terms += [(r * angular + linear) * moved] * len(block.forces)
-        terms += [angular * moved] * len(block.moments)
+    for constraint in constraints:
+        r = norm(constraint_point(state, constraint))[:, None]
+        moved = np.abs(row_signs(state, constraint))
+        terms += [(r * angular + linear) * moved] * len(constraint.forces)
+        terms += [angular * moved] * len(constraint.moments)
     return np.stack(terms, axis=1)
 
 
-def row_tolerance(blocks: Sequence[ConstraintBlock]) -> float:
+def row_tolerance(constraints: Sequence[Constraint]) -> float:
     """Relative error of the terms of some rows: rounding, or that of the data where a loop is
     closed.
     """
-    return DATA_TOLERANCE if any(block.kind == "closure" for block in blocks) else TOLERANCE
+    return (
+        DATA_TOLERANCE
+        if any(constraint.kind == "closure" for constraint in constraints)
+        else TOLERANCE
+    )
 
 
-def row_signs(state: Dynamics, block: ConstraintBlock) -> Array:
-    """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where
+def row_signs(state: Dynamics, constraint: Constraint) -> Array:
+    """How (nv,) each joint velocity moves one end of a constraint against the other: 1, −1, or 0 where
     it moves neither or both.
     """
-    return moved_by(state, block.body) - moved_by(state, block.other)
+    return moved_by(state, constraint.body) - moved_by(state, constraint.other)
 
 
 def moved_by(state: Dynamics, body: int) -> Array:

@@ -9,7 +9,7 @@ from shockpc.core.inertia import Inertia, definite, diagonal_of, matrix_of
 from shockpc.core.spatial import Array, Plane
 from shockpc.method.approach import Motion, approach_speeds
 from shockpc.method.base import Base
-from shockpc.method.constraints import ConstraintBlock, row_jacobian, row_terms, row_tolerance
+from shockpc.method.constraints import Constraint, row_jacobian, row_terms, row_tolerance
 from shockpc.method.dynamics import Dynamics
 from shockpc.method.selection_matrix import free_columns
 from shockpc.robot.robot import Robot
@@ -44,12 +44,12 @@ class Posed(NamedTuple):
     Attributes:
         system: the robot, and what of it is free.
         q: (nq,) its configuration.
-        blocks: what is held, each with one point (3,).
+        constraints: what is held, each with one point (3,).
     """
 
     system: System
     q: Array
-    blocks: tuple[ConstraintBlock, ...]
+    constraints: tuple[Constraint, ...]
 
 
 class Equation(NamedTuple):
@@ -61,7 +61,7 @@ class Equation(NamedTuple):
         b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
         G: (N, nv, ny), or None where all velocities are free.
         state: the robot.
-        blocks: the rows.
+        constraints: the rows.
         system: the robot, and what of it is free.
     """
 
@@ -70,7 +70,7 @@ class Equation(NamedTuple):
     b: Array
     G: Array | None
     state: Dynamics
-    blocks: tuple[ConstraintBlock, ...]
+    constraints: tuple[Constraint, ...]
     system: System
 
     @property
@@ -81,11 +81,11 @@ class Equation(NamedTuple):
     @property
     def tolerance(self) -> float:
         """Relative error of the terms of the rows, as in `independent_rows`."""
-        return row_tolerance(self.blocks)
+        return row_tolerance(self.constraints)
 
     def terms(self) -> Array:
         """Sizes (N, nc, ny) of the terms that the entries of J_c are sums of."""
-        terms = row_terms(self.state, self.blocks)
+        terms = row_terms(self.state, self.constraints)
         return terms if self.G is None else np.asarray(terms @ np.abs(self.G))
 
     def cancellation(self) -> Array:
@@ -119,21 +119,21 @@ class Equation(NamedTuple):
         return delta if self.G is None else np.asarray(self.G @ delta)
 
 
-def equation_of(system: System, state: Dynamics, blocks: tuple[ConstraintBlock, ...]) -> Equation:
+def equation_of(system: System, state: Dynamics, constraints: tuple[Constraint, ...]) -> Equation:
     """Eq. 4, left: H, J_c and b = (1 + e) J_c q̇⁻, reduced to the free velocities (Eq. 7).
 
     Args:
         system: the robot, and what of it is free.
         state: it in N postures, with the armature of its joints.
-        blocks: what is held.
+        constraints: what is held.
     """
     G = free_columns(system.robot, system.base, system.plane, state.rotation[:, 0], system.locked)
-    J_c = row_jacobian(state, blocks)
-    b = approach_speeds(state, blocks, system.before)
+    J_c = row_jacobian(state, constraints)
+    b = approach_speeds(state, constraints, system.before)
     inertia = state.inertia
     if G is not None:
         inertia = np.swapaxes(G, -1, -2) @ state.H @ G
         J_c = J_c @ G
     if system.robot.negative_moments:
         inertia = definite(inertia)  # NaN, which is refused by name where a landing is solved
-    return Equation(inertia, J_c, b, G, state, blocks, system)
+    return Equation(inertia, J_c, b, G, state, constraints, system)

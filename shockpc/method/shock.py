@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.spatial import Array, body_jumps, cross
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics
 from shockpc.method.equation import Equation, System, equation_of
 
@@ -37,11 +37,11 @@ class Solved(NamedTuple):
 
 
 def shock(
-    system: System, state: Dynamics, blocks: tuple[ConstraintBlock, ...], most: Most | None = None
+    system: System, state: Dynamics, constraints: tuple[Constraint, ...], most: Most | None = None
 ) -> Solved:
     """Steps 1 and 2 of a system in N postures. Args: as of `equation_of`, and `Most`."""
     # Eq. 4, left:   H, J_c,  b = (1 + e) J_c q̇⁻;   Eq. 7:  GᵀHG and J_c G in their place
-    equation = equation_of(system, state, blocks)
+    equation = equation_of(system, state, constraints)
     solution = solution_of(equation, most)
     return Solved(equation, solution, jumps_of(equation, solution.delta_qd))
 

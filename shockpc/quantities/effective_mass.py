@@ -13,9 +13,9 @@ from shockpc.core.spatial import Array
 from shockpc.impact.exact_impact import BallImpact
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.landed import independent_rows_of
-from shockpc.landing.closure import closure_block
+from shockpc.landing.closure import closure_constraint
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import NO_AXES, ConstraintBlock
+from shockpc.method.constraints import NO_AXES, Constraint
 from shockpc.method.exact.arithmetic import entries
 from shockpc.method.exact.balls import BALLS, BallMatrix, Balls, PrecisionError
 from shockpc.quantities.quantity import Places
@@ -94,7 +94,7 @@ class Resistance:
         self.impact = impact
         self.landing: PosedLanding = impact.landing
         self.contact = self.landing.scene.contact[number]
-        self.constraint = impact.blocks[number]
+        self.constraint = impact.constraints[number]
         self.n = self.constraint.normal
         self.point = self.constraint._replace(forces=np.eye(3), moments=NO_AXES)
 
@@ -207,17 +207,15 @@ class Resistance:
             return self.point_mobility
         return self._delassus(self.point, self._constraints(held))
 
-    def _constraints(self, held: Array) -> tuple[ConstraintBlock, ...]:
+    def _constraints(self, held: Array) -> tuple[Constraint, ...]:
         """Standing feet, loops, and the contact's rotations about some axes (m, 3)."""
-        loops = tuple(closure_block(loop) for loop in self.landing.loops)
-        constraints: tuple[ConstraintBlock, ...] = (*self.landing.stance, *loops)
+        loops = tuple(closure_constraint(loop) for loop in self.landing.loops)
+        constraints: tuple[Constraint, ...] = (*self.landing.stance, *loops)
         if len(held):
             constraints += (self.point._replace(forces=NO_AXES, moments=held),)
         return constraints
 
-    def _delassus(
-        self, rows: ConstraintBlock, constraints: tuple[ConstraintBlock, ...]
-    ) -> BallMatrix:
+    def _delassus(self, rows: Constraint, constraints: tuple[Constraint, ...]) -> BallMatrix:
         """The Delassus matrix of some rows while constraints hold [1/kg]."""
         independent = independent_rows_of(self.landing, constraints)
         A: BallMatrix = self.impact.delassus(rows, constraints, independent)
@@ -256,7 +254,7 @@ def clear_resistance(impact: DoubleImpact, number: int) -> dict[str, Array]:
     They are NaN where robot and joints do not clearly move the point in every direction.
     """
     landing = impact.landing
-    constraint = impact.blocks[number]
+    constraint = impact.constraints[number]
     is_point = constraint.kind != "stop" and not len(constraint.moments)
     strikes = number < len(landing.contacts)
     if not (landing.floating and not landing.loops and is_point and strikes):

@@ -14,7 +14,7 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
 from shockpc.landing.soles import LEVEL, most_inside
-from shockpc.method.constraints import ConstraintBlock, block_point, wrenches
+from shockpc.method.constraints import Constraint, constraint_point, wrenches
 from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.geometry import body_outline, shapes_at
@@ -82,7 +82,7 @@ class Levels(NamedTuple):
         return np.asarray(self.spread > self.tolerance)
 
 
-def _held(landing: Landing) -> tuple[ConstraintBlock, ...]:
+def _held(landing: Landing) -> tuple[Constraint, ...]:
     """The contacts and the standing feet."""
     return (*landing.contacts, *landing.stance)
 
@@ -251,15 +251,15 @@ def _by_body(robot: Robot) -> tuple[tuple[_BodyPieces, ...], _Boxes]:
     return tuple(by_body), boxes
 
 
-def _levels_of_all(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Levels:
+def _levels_of_all(landing: Landing, state: Dynamics, blocks: Sequence[Constraint]) -> Levels:
     """Heights of every body in N postures."""
     points = _grounded_points(landing, state, blocks)
     return levels(landing, state.rotation, state.position, points, every=True)
 
 
-def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
+def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Constraint]) -> Array:
     """Points (N, c, 3) of the contacts and standing feet on flat ground, from the base [m]."""
-    return np.stack([block_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
+    return np.stack([constraint_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
 
 
 def _clearances(landing: Landing, heights: Levels, places: Sequence[Place]) -> Array:
@@ -274,7 +274,7 @@ def _clearances(landing: Landing, heights: Levels, places: Sequence[Place]) -> A
 
 
 def _reach(
-    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
+    landing: Landing, state: Dynamics, blocks: Sequence[Constraint], places: Sequence[Place]
 ) -> tuple[Array, np.ndarray]:
     """`REACH` of n contacts without shapes in N postures, (N, n), and the lowest shapes (N, n).
 
@@ -289,7 +289,7 @@ def _reach(
         contact = blocks[place.number]
         own = heights.others & (bodies == contact.body)
         cores.append(np.where(own, heights.core, np.inf))
-        points.append(block_point(state, contact) @ landing.up)
+        points.append(constraint_point(state, contact) @ landing.up)
     core = np.stack(cores, axis=1)
     return core.min(axis=2) - np.stack(points, axis=1), core.argmin(axis=2)
 
@@ -297,19 +297,19 @@ def _reach(
 def _spread_of(impact: Impact, places: Sequence[Place]) -> Array:
     """`SPREAD` (N, 1, 1) in N postures."""
     del places
-    heights = _levels_of_all(impact.landing, impact.state, impact.blocks)
+    heights = _levels_of_all(impact.landing, impact.state, impact.constraints)
     return heights.spread[:, None, None]
 
 
 def _clearance_of(impact: Impact, places: Sequence[Place]) -> Array:
     """`CLEARANCE` (N, 1, n) in N postures."""
-    heights = _levels_of_all(impact.landing, impact.state, impact.blocks)
+    heights = _levels_of_all(impact.landing, impact.state, impact.constraints)
     return _clearances(impact.landing, heights, places)[:, None]
 
 
 def _reach_of(impact: Impact, places: Sequence[Place]) -> Array:
     """`REACH` (N, 1, n) in N postures."""
-    reaches, _ = _reach(impact.landing, impact.state, impact.blocks, places)
+    reaches, _ = _reach(impact.landing, impact.state, impact.constraints, places)
     return reaches[:, None]
 
 
@@ -339,7 +339,7 @@ HEIGHTS = (SPREAD, CLEARANCE, REACH)
 def reach_rates(
     landing: Landing,
     state: Dynamics,
-    blocks: Sequence[ConstraintBlock],
+    blocks: Sequence[Constraint],
     twists: Array,
     places: Sequence[Place],
 ) -> tuple[Array, Array]:
@@ -350,7 +350,7 @@ def reach_rates(
     values, lowest = _reach(landing, state, blocks, places)
     low = np.take_along_axis(lowest_points(landing, state), lowest[..., None], axis=1)
     contacts = [blocks[place.number] for place in places]
-    arms = low - np.stack([block_point(state, contact) for contact in contacts], axis=1)
+    arms = low - np.stack([constraint_point(state, contact) for contact in contacts], axis=1)
     # Both points turn with the body: the rate is (r × n) · ω.
     turning = twists[:, [contact.body for contact in contacts], :3]
     return values, (np.cross(arms, landing.up)[:, :, None] @ turning)[:, :, 0]
@@ -359,7 +359,7 @@ def reach_rates(
 def height_rates(
     landing: Landing,
     state: Dynamics,
-    blocks: Sequence[ConstraintBlock],
+    blocks: Sequence[Constraint],
     twists: Array,
     places: Sequence[Place],
 ) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from shockpc.landing.landing import Landing
 from shockpc.landing.places import point_place
 from shockpc.landing.scene_file import point_at
 from shockpc.method.approach import speeds_undone
-from shockpc.method.constraints import block_axes, slices_of
+from shockpc.method.constraints import constraint_axes, slices_of
 from shockpc.method.dynamics import dynamics
 from shockpc.method.equation import Equation
 from shockpc.method.shock import solution_of
@@ -266,9 +266,9 @@ class ShockMaps(NamedTuple):
                 chunk = slice(k, k + CHUNK)
                 state = dynamics(self.robot, self.Q[chunk], landing.joint_model)
                 equation = landing.equation(state, with_strike=False)
-                speeds = speeds_undone(state, equation.blocks, rates[chunk])
+                speeds = speeds_undone(state, equation.constraints, rates[chunk])
                 equation = equation._replace(b=speeds)
-                most = landing.most_independent(state, equation.blocks)
+                most = landing.most_independent(state, equation.constraints)
                 solution = solution_of(equation, most)
                 jumps[chunk] = equation.full(solution.delta_qd)[..., 0]
                 impulses.append(_impulses(landing, equation, solution))
@@ -335,11 +335,11 @@ def _impulses(landing: Landing, equation: Equation, solution: Solution) -> Array
     They are NaN where they are not determined.
     """
     impulses = []
-    feet = equation.blocks[: len(landing.contacts) + len(landing.stance)]
+    feet = equation.constraints[: len(landing.contacts) + len(landing.stance)]
     for foot, rows in zip(feet, slices_of(feet), strict=True):
         n = len(foot.forces)
         forces = slice(rows.start, rows.start + n)
-        axes = block_axes(equation.state, foot)[:, :n]
+        axes = constraint_axes(equation.state, foot)[:, :n]
         impulse = (solution.impulse[:, None, forces, 0] @ axes)[:, 0]
         for k, row_space in solution.row_spaces.items():
             if not row_space.unique[forces].all():

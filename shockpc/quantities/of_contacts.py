@@ -8,9 +8,9 @@ from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array, cross
 from shockpc.impact.impact import Impact
 from shockpc.method.constraints import (
-    ConstraintBlock,
-    block_axes,
-    block_point,
+    Constraint,
+    constraint_axes,
+    constraint_point,
     slices_of,
     world_point,
 )
@@ -40,10 +40,10 @@ PULLS = 1e-12
 """Share of the impulse of a contact from which on its pull is no rounding [1]."""
 
 
-def _rows(impact: Impact, places: Places) -> list[tuple[ConstraintBlock, slice]]:
+def _rows(impact: Impact, places: Places) -> list[tuple[Constraint, slice]]:
     """The constraint of each contact, and where its rows are."""
-    slices = slices_of(impact.blocks)
-    return [(impact.blocks[place.number], slices[place.number]) for place in places]
+    slices = slices_of(impact.constraints)
+    return [(impact.constraints[place.number], slices[place.number]) for place in places]
 
 
 def _forces(impact: Impact, places: Places) -> Any:
@@ -52,13 +52,13 @@ def _forces(impact: Impact, places: Places) -> Any:
     return np.stack(forces, axis=-2)
 
 
-def _force(impact: Impact, contact: ConstraintBlock, rows: slice) -> Any:
+def _force(impact: Impact, contact: Constraint, rows: slice) -> Any:
     """Impulse (N, S, 3) of a contact [N s]: the sum of those along the axes of its forces."""
     n = len(contact.forces)
     impulse = impact.along(impact.impulse)[..., rows][..., :n]
     if contact.kind != "stop":
         return impulse @ impact.exact(contact.forces)
-    axes = block_axes(impact.state, contact)[:, None, :n]
+    axes = constraint_axes(impact.state, contact)[:, None, :n]
     # A hinge's stop has no force, whose sum is no ball.
     return (impulse[..., None, :] @ axes)[..., 0, :] + impact.exact(np.zeros(3))
 
@@ -81,7 +81,9 @@ def _moment_determined(impact: Impact, places: Places) -> np.ndarray:
 def _point(impact: Impact, places: Places) -> Any:
     """Points (N, 1, n, 3) at which the contacts strike, world [m]."""
     origin = impact.exact(impact.state.origin)
-    points = [block_point(impact.state, contact) + origin for contact, _ in _rows(impact, places)]
+    points = [
+        constraint_point(impact.state, contact) + origin for contact, _ in _rows(impact, places)
+    ]
     return np.stack(points, axis=1)[:, None]
 
 
@@ -99,7 +101,7 @@ def _moment(impact: Impact, places: Places) -> Any:
         n = len(contact.forces)
         axes = impact.exact(contact.moments)
         if contact.kind == "stop":
-            axes = block_axes(impact.state, contact)[:, None, n:]
+            axes = constraint_axes(impact.state, contact)[:, None, n:]
         moment = (impulse[..., rows][..., None, n:] @ axes)[..., 0, :]
         known = len(contact.moments) and impact.unique[:, None, rows].all(axis=-1, keepdims=True)
         moments.append(np.where(known, moment, np.nan))

@@ -101,13 +101,13 @@ def _stop_impulse(impact: Impact, places: Places) -> Any:
     They are in the direction of the joints' coordinates; NaN where they are not determined.
     """
     impulse = impact.along(impact.impulse)
-    stops = [constraint.kind == "stop" for constraint in impact.blocks]
+    stops = [constraint.kind == "stop" for constraint in impact.constraints]
     if not impact.landing.scene.stops and not any(stops):
         return np.full((*impulse.shape[:2], len(places)), np.nan)
     names = [place.name for place in places]
     total = [0.0 * impulse[..., 0] for _ in places]
-    slices = slices_of(impact.blocks)
-    for constraint, rows, stop in zip(impact.blocks, slices, stops, strict=True):
+    slices = slices_of(impact.constraints)
+    for constraint, rows, stop in zip(impact.constraints, slices, stops, strict=True):
         joint = constraint.frame.removeprefix(STOP)
         if not stop or joint not in names:
             continue
@@ -119,7 +119,7 @@ def _stop_impulse(impact: Impact, places: Places) -> Any:
 
 def _stop_acts(impact: Impact, places: Places) -> Array:
     """(N, S, n) 1 where an end stop of a joint acts, else 0."""
-    stops = (constraint for constraint in impact.blocks if constraint.kind == "stop")
+    stops = (constraint for constraint in impact.constraints if constraint.kind == "stop")
     acting = {constraint.frame.removeprefix(STOP) for constraint in stops}
     acts = np.array([float(place.name in acting) for place in places])
     shape = impact.along(impact.delta_qd).shape[:2]

@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.level_feet import feet_beside
 from shockpc.method.approach import approach_speeds
-from shockpc.method.constraints import block_point
+from shockpc.method.constraints import constraint_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.of_contacts import pull
 from shockpc.quantities.quantity import Evaluation, Places, Quantity, Relations, Scope
@@ -46,7 +46,7 @@ def _approach(impact: Impact) -> Any:
     """v⁻ along each row (N, nc, 4 or 3), as `approach_speeds` without restitution [m/s, rad/s]."""
     has_strike = impact.speeds.shape[-1] == 4
     before = impact.landing.before if has_strike else None
-    plastic = [constraint._replace(restitution=0.0) for constraint in impact.blocks]
+    plastic = [constraint._replace(restitution=0.0) for constraint in impact.constraints]
     return approach_speeds(impact.state, plastic, before)
 
 
@@ -122,7 +122,7 @@ def _levels(impact: Impact) -> Levels | None:
     if not on_flat:
         return None
     state = impact.state
-    points = np.stack([block_point(state, impact.blocks[k]) for k in on_flat], axis=1)
+    points = np.stack([constraint_point(state, impact.constraints[k]) for k in on_flat], axis=1)
     rotation = state.rotation.astype(float, copy=False)
     position = state.position.astype(float, copy=False)
     return levels(landing, rotation, position, points.astype(float, copy=False))

@@ -53,7 +53,10 @@ def contact_peaks(motion: Motion, places: Places) -> Array:
     """Peak forces (n,) of contacts [N], and when each is reached [s]; NaN of the end stop of a
     hinge, which has a torque.
     """
-    numbers, hinge = _numbers(places), [not len(block.forces) for block in motion.landing.blocks]
+    numbers, hinge = (
+        _numbers(places),
+        [not len(block.forces) for block in motion.landing.constraints],
+    )
     return np.where(np.array(hinge)[numbers], np.nan, np.array(motion.peaks(_loads))[:, numbers])
 
 

@@ -450,7 +450,7 @@ def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
     """The directions in which a contact is not stopped, because the mechanism moves it there only
     by what rounding leaves.
     """
-    block, rows = profile.landing.blocks[i], slices_of(profile.landing.blocks)[i]
+    block, rows = profile.landing.constraints[i], slices_of(profile.landing.constraints)[i]
     for combination in profile.row_space.infeasible:
         axis = combination[rows][: len(block.forces)] @ block.forces
         length = float(np.linalg.norm(axis))

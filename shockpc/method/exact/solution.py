@@ -17,7 +17,7 @@ import numpy as np
 from shockpc.core.impulse import RowSpace
 from shockpc.core.spatial import Array, body_jumps, in_body_axes
 from shockpc.method.approach import Motion, approach_speeds
-from shockpc.method.constraints import ConstraintBlock, block_wrenches, row_jacobian
+from shockpc.method.constraints import Constraint, constraint_wrenches, row_jacobian
 from shockpc.method.dynamics import geared_bodies
 from shockpc.method.equation import Posed
 from shockpc.method.exact.arithmetic import Arithmetic, Matrix, Numbers, entries, solve
@@ -171,7 +171,7 @@ class ExactSolution:
     @cached_property
     def _rows(self) -> Numbers:
         """The rows (nc, ny) in the free velocities."""
-        return self._reduced(row_jacobian(self.state, self.posed.blocks)[0])
+        return self._reduced(row_jacobian(self.state, self.posed.constraints)[0])
 
     @cached_property
     def _by_rows(self) -> tuple[Matrix, Matrix]:
@@ -196,7 +196,7 @@ class ExactSolution:
     @cached_property
     def speeds(self) -> Numbers:
         """Speeds b (1, nc, 4) that the impact undoes along each row [m/s, rad/s]."""
-        return np.asarray(approach_speeds(self.state, self.posed.blocks, self.before))
+        return np.asarray(approach_speeds(self.state, self.posed.constraints, self.before))
 
     @cached_property
     def impulse(self) -> Numbers:
@@ -264,30 +264,30 @@ class ExactSolution:
         return constrained
 
     def delassus(
-        self, block: ConstraintBlock, fixed: Sequence[ConstraintBlock], independent: list[int]
+        self, constraint: Constraint, fixed: Sequence[Constraint], independent: list[int]
     ) -> Any:
-        """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the
+        """Delassus matrix (n, n) of the rows of a constraint while others stay held: J P Jᵀ, with P the
         inverse inertia on these [1/kg].
 
         Args:
-            block: the rows, as a unit impulse each.
+            constraint: the rows, as a unit impulse each.
             fixed: rows that stay held.
             independent: which of these are independent.
 
         Raises:
             SingularError: the held rows depend on one another.
         """
-        J = self.arithmetic.matrix(self._reduced(row_jacobian(self.state, [block])[0]))
+        J = self.arithmetic.matrix(self._reduced(row_jacobian(self.state, [constraint])[0]))
         if not independent:
             return J * self._fixed_response(J, None)
         R = self._reduced(row_jacobian(self.state, fixed)[0])[independent]
         return J * self._fixed_response(J, R)
 
-    def rigid_mobility(self, block: ConstraintBlock) -> Any:
+    def rigid_mobility(self, constraint: Constraint) -> Any:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free,
         and nothing held.
         """
-        wrenches = self.arithmetic.matrix(block_wrenches(self.state, block)[0])
+        wrenches = self.arithmetic.matrix(constraint_wrenches(self.state, constraint)[0])
         total = sum(self.body_inertias, start=self.arithmetic.block(6, 6))
         return wrenches * solve(total, wrenches.transpose(), of_inertia=True)
 

@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.landed import CONTRADICTION, LandingProof
 from shockpc.landing.landing import PosedLanding
-from shockpc.method.constraints import ConstraintBlock, block_point
+from shockpc.method.constraints import Constraint, constraint_point
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.heights import levels, on_ground
 from shockpc.quantities.of_bodies import ROUNDED
@@ -208,7 +208,7 @@ def _ten_digits(row: Sequence[float]) -> list[float] | None:
 
 def _contacts(profile: ShockProfile) -> list[dict[str, Any]]:
     """The contacts: where they are, and how fast for a velocity of the base."""
-    blocks = profile.landing.blocks
+    blocks = profile.landing.constraints
     base = profile.landing.before.velocity
     contacts = []
     for k, (contact, normal) in enumerate(
@@ -228,7 +228,7 @@ def _contacts(profile: ShockProfile) -> list[dict[str, Any]]:
     return contacts
 
 
-def _follows_base(block: ConstraintBlock) -> bool:
+def _follows_base(block: Constraint) -> bool:
     """Whether a contact moves with the base: neither at a velocity of its own nor an end stop."""
     return block.velocity is None and block.kind != "stop"
 
@@ -261,7 +261,7 @@ def _grounds(profile: ShockProfile) -> list[dict[str, Any]]:
     """Names and normals of the contacts and standing feet."""
     grounds = []
     for place in profile.places("contact"):
-        normal = profile.landing.blocks[place.number].normal
+        normal = profile.landing.constraints[place.number].normal
         grounds.append({"name": printable(place.name), "normal": normal.tolist()})
     return grounds
 
@@ -277,7 +277,7 @@ def _ground(landing: PosedLanding) -> dict[str, Any] | None:
         return None
     state = landing.state
     blocks = [(*landing.contacts, *landing.stance)[k] for k in level]
-    points = np.stack([block_point(state, block) for block in blocks], axis=1)
+    points = np.stack([constraint_point(state, block) for block in blocks], axis=1)
     here = levels(landing, state.rotation, state.position, points)
     depths = (points[0] @ landing.up - here.contacts[0]).tolist()
     contacts = []

@@ -6,7 +6,7 @@ import math
 
 from shockpc.landing.closure import Assembly
 from shockpc.landing.end_stops import side_of
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.wording import proof_text, shown_as
@@ -97,7 +97,7 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
     return lines or ["no end stop acts"]
 
 
-def _stop_line(profile: ShockProfile, stop: ConstraintBlock) -> str:
+def _stop_line(profile: ShockProfile, stop: Constraint) -> str:
     """The impulse of an end stop, and its largest force where the scene says how stiff it is."""
     name = stop.frame.removeprefix(STOP)
     side = "minimum" if side_of(profile.robot, stop) > 0.0 else "maximum"

@@ -15,7 +15,7 @@ from shockpc.judgement.first_number import (
     worst_place,
 )
 from shockpc.landing.places import Place
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.selection import select
 from shockpc.quantities.shock_profile import ShockProfile
@@ -162,7 +162,7 @@ def worst_margins(profiles: Sequence[ShockProfile]) -> list[tuple[float, str]] |
     return worst if any(name for _, name in worst) else None
 
 
-def mass_text(profile: ShockProfile, contact: ContactImpulse, block: ConstraintBlock) -> str:
+def mass_text(profile: ShockProfile, contact: ContactImpulse, block: Constraint) -> str:
     """The effective mass of a contact with the rows that act, and that along the normal alone
     (Khatib) beside it.
     """
@@ -176,12 +176,12 @@ def mass_text(profile: ShockProfile, contact: ContactImpulse, block: ConstraintB
     return f"{text} ({normal} kg along the normal, without friction)"
 
 
-def slides_freely(block: ConstraintBlock) -> bool:
+def slides_freely(block: Constraint) -> bool:
     """Whether a contact is held along its normal alone."""
     return bool(np.linalg.matrix_rank(block.forces) == 1)
 
 
-def friction_text(contact: ContactImpulse, block: ConstraintBlock) -> str:
+def friction_text(contact: ContactImpulse, block: Constraint) -> str:
     """Whether a contact sticks, and with which friction, or slides."""
     if slides_freely(block):
         return "slides without friction"

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from shockpc.landing.places import PlaceKind
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.shock_profile import ShockProfile
@@ -102,7 +102,7 @@ def rounding_text(profile: ShockProfile) -> str:
     return text
 
 
-def stop_text(contact: ContactImpulse, stop: ConstraintBlock) -> str:
+def stop_text(contact: ContactImpulse, stop: Constraint) -> str:
     """The impulse of an end stop that strikes, and what resists it."""
     if len(stop.forces):
         impulse, unit, inertia = contact.impulse, "N s", "mass along its joint"

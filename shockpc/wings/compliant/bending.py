@@ -180,7 +180,7 @@ def step_of_force(landing: PosedLanding) -> str:
     remedy = f"a step: {RINGS}; take --contact-law damper"
     if landing.scene.contact_damping is not None:
         return f"the force of --contact-damping starts with {remedy}"
-    rows = row_layout(landing.without_stops.blocks, stands=True)
+    rows = row_layout(landing.without_stops.constraints, stands=True)
     if landing.scene.contact_law == "damper" or rows.restitution.min(initial=1.0) >= STEEP:
         return ""
     along = "" if rows.restitution[rows.normal].min(initial=1.0) < STEEP else " along the ground"

@@ -15,7 +15,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import with_faces_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
-from shockpc.method.constraints import ConstraintBlock, slices_of
+from shockpc.method.constraints import Constraint, slices_of
 from shockpc.method.dynamics import dynamics, geared_bodies
 from shockpc.robot.elements import Loop
 from shockpc.text.errors import SceneError
@@ -90,7 +90,7 @@ class FlexibleLanding(PosedLanding):
         """
         equation, hinges = self.equation(self.state), self.hinges
         kept = np.concatenate(
-            [np.full(block.size, held or block.kind == "closure") for block in self.blocks]
+            [np.full(block.size, held or block.kind == "closure") for block in self.constraints]
         )
         rows = (
             np.eye(len(self.flexible.stiffness))[hinges]
@@ -151,7 +151,7 @@ def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
     contacts, joints = len(landing.contacts), landing.joint_model
     blocks = [
         _on_segments(flexible, block)
-        for block in landing.without_stops.blocks[: contacts + len(landing.stance)]
+        for block in landing.without_stops.constraints[: contacts + len(landing.stance)]
     ]
     q, zero = flexible.configuration(landing.q), np.zeros(landing.robot.model.nv)
     whole = flexible.velocities
@@ -198,7 +198,7 @@ def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
     impulse = np.linalg.lstsq(J @ np.linalg.solve(equation.H[0], J.T), b, rcond=1e-10)[0]
     speeds = [
         b[rows][: len(block.forces)]
-        for rows, block in zip(slices_of(equation.blocks), landing.contacts, strict=False)
+        for rows, block in zip(slices_of(equation.constraints), landing.contacts, strict=False)
     ]
     squared_frequency = stiffness * float(np.sum(np.concatenate(speeds) ** 2)) / float(b @ impulse)
     model, hinges = landing.joint_model, landing.hinges
@@ -210,7 +210,7 @@ def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
     )
 
 
-def _on_segments(flexible: FlexibleRobot, block: ConstraintBlock) -> ConstraintBlock:
+def _on_segments(flexible: FlexibleRobot, block: Constraint) -> Constraint:
     """The rows of a contact or of an end stop on the segments that they act on; each contact is
     where it is in this posture.
     """

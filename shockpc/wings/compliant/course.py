@@ -28,7 +28,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
-from shockpc.method.constraints import block_point
+from shockpc.method.constraints import constraint_point
 from shockpc.method.exact.proof import motion as size_of
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
@@ -408,7 +408,9 @@ class CompliantLanding:
         for contact, compression in zip(landing.contacts, self._compression.tolist(), strict=True):
             if contact.kind == "stop":
                 continue
-            reach = np.linalg.norm(coms - block_point(state, contact)[0], axis=1) + robot.gyration
+            reach = (
+                np.linalg.norm(coms - constraint_point(state, contact)[0], axis=1) + robot.gyration
+            )
             if compression > DEEPEST_SHARE * (size := float(reach.max())):
                 text = (
                     f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches "

@@ -15,7 +15,7 @@ from shockpc.impact.stops import stop_rows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.record import spelled
 from shockpc.landing.scene import Contact
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.text.errors import SolveError
 from shockpc.wings.compliant.loads import constant_forces
 from shockpc.wings.compliant.motion.contacts import attach_rotors, series_damping
@@ -51,7 +51,7 @@ class ElementSystem:
     rows: ContactRows
     free: Array
     strikes: np.ndarray
-    stops: tuple[ConstraintBlock, ...]
+    stops: tuple[Constraint, ...]
     along: Array
     inertia: Array
     elements: Elements
@@ -158,7 +158,7 @@ def _refuse_turning(landing: PosedLanding, rows: ContactRows) -> None:
         )
 
 
-def _further_stops(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
+def _further_stops(landing: PosedLanding) -> tuple[tuple[Constraint, ...], Array, Array]:
     """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where
     the scene leaves them out.
     """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from shockpc.landing.contact import check_holds_normal
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import printable
 
@@ -27,7 +27,7 @@ class _Idle(NamedTuple):
     message: str
 
 
-def check_options(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
+def check_options(scene: Scene, blocks: tuple[Constraint, ...]) -> None:
     """Refuse options of finite stiffness that have no meaning for the scene.
 
     Args:

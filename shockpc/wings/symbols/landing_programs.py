@@ -200,7 +200,7 @@ def refuse(landing: PosedLanding) -> None:
                 f'a landing of robot "{landing.robot.name}" that {what} cannot be written in '
                 f"symbols; {change}"
             )
-    for block, posed in zip(landing.contacts + landing.stance, landing.blocks, strict=True):
+    for block, posed in zip(landing.contacts + landing.stance, landing.constraints, strict=True):
         if block.kind == "stop":
             raise SceneError(
                 f"{block.name} cannot be written in symbols; name a frame as the contact",
@@ -225,16 +225,16 @@ def refuse(landing: PosedLanding) -> None:
     solution = solved(landing, dynamics(landing.robot, Q, landing.joint_model)).solution
     if not np.isfinite(solution.condition).any():
         raise without_inertia(landing, landing.equation(landing.state))
-    if solution.rank.max() < sum(block.size for block in landing.blocks):
+    if solution.rank.max() < sum(block.size for block in landing.constraints):
         raise _dependent(landing)
 
 
 def _dependent(landing: PosedLanding) -> SceneError:
-    names = [block.name for block in landing.blocks]
+    names = [block.name for block in landing.constraints]
     return SceneError(
         f"the rows of {', '.join(names)} are dependent in every posture, so they cannot be "
         "written in symbols; leave a direction or a contact out",
-        blocks=[block.frame for block in landing.blocks],
+        blocks=[block.frame for block in landing.constraints],
     )
 
 
@@ -251,7 +251,7 @@ def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:
             landing.plane,
             landing.up,
         ),
-        *(landing.blocks, tuple(landing.joint_model), landing.before, repr(landing.pulse)),
+        *(landing.constraints, tuple(landing.joint_model), landing.before, repr(landing.pulse)),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
-from shockpc.method.constraints import ConstraintBlock
+from shockpc.method.constraints import Constraint
 from shockpc.method.exact.arithmetic import Numbers, SingularError
 from shockpc.method.exact.kinematics import data_of
 from shockpc.quantities.selection import quantity
@@ -141,7 +141,7 @@ def live_landing(
             contacts=tuple(_tilted(block, T) for block in contacts),
             stance=tuple(_tilted(block, T) for block in stance),
         )
-        rows = symbols.RowSpace.every(sum(block.size for block in here.blocks))
+        rows = symbols.RowSpace.every(sum(block.size for block in here.constraints))
         changed = data._replace(mass=mass, inertia=inertia)
         solution = symbols.SymbolSolution(here.posed, rows, changed)
         impact = symbols.SymbolImpact(solution, here)
@@ -203,7 +203,7 @@ def _masses(landing: PosedLanding) -> Iterator[Slider]:
         yield Slider("mass", landing.robot.bodies[body].name, "kg", mass, 0.2 * mass, 3.0 * mass)
 
 
-def _places(contact: ConstraintBlock, boxes: Array) -> Iterator[Slider]:
+def _places(contact: Constraint, boxes: Array) -> Iterator[Slider]:
     for k, axis in enumerate("xyz"):
         value = float(contact.point[k])
         low, high = boxes[contact.body][:, k].tolist()
@@ -238,7 +238,7 @@ def _configuration(robot: Robot, q: Array, values: dict[str, Any]) -> Numbers:
     return found
 
 
-def _tilted(block: ConstraintBlock, T: Numbers) -> ConstraintBlock:
+def _tilted(block: Constraint, T: Numbers) -> Constraint:
     """What is held, where the ground is tilted; rows along all axes stay, as they hold the same."""
     if block.axes_body >= 0 or (
         np.linalg.matrix_rank(block.forces) == 3

@@ -322,7 +322,7 @@ class SymbolSolution(ExactSolution):
     @cached_property
     def _cancellation(self) -> Symbol:
         """By how much terms cancel in the entries of the rows, as `Equation.cancellation` [1]."""
-        terms = row_terms(self.state, self.posed.blocks)[0]
+        terms = row_terms(self.state, self.posed.constraints)[0]
         for follower, leaders in reversed(self._mimics):
             for leader, by in leaders:
                 terms[:, leader] = terms[:, leader] + terms[:, follower] * abs(by)
@@ -350,7 +350,7 @@ class SymbolImpact(ExactImpact):
             SingularError: no inertia resists a motion, or the rows depend on one another, in any
                 posture.
         """
-        rows = RowSpace.every(sum(block.size for block in landing.blocks))
+        rows = RowSpace.every(sum(block.size for block in landing.constraints))
         solution = SymbolSolution(landing.posed._replace(q=_symbols(q)), rows)
         solution.set_motion(_symbols(before))
         moving = replace(landing, q=solution.posed.q, before=solution.before or landing.before)

@@ -15,7 +15,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
-from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
+from shockpc.landing.closure import assemble, closure_constraint, follow, moved_joints
 from shockpc.landing.contact import first_contact, landing_frames
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import with_loops
@@ -244,7 +244,7 @@ class RecordedLandings:
         robot, table, blocks = (
             self.robot,
             self.table,
-            [closure_block(loop) for loop in landing.loops],
+            [closure_constraint(loop) for loop in landing.loops],
         )
         others = fixed_joints(robot, Posture(), landing.scene.assemble)
         given, followers = robot.velocities(table.joints), robot.velocities(robot.followers)

@@ -15,7 +15,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import GRAVITY
-from shockpc.method.constraints import block_point
+from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
@@ -295,7 +295,7 @@ class LoggedMotion:
             state = dynamics(self.robot, self.Q[a : a + CHUNK])
             for c, contact in enumerate(self.landing.contacts):
                 block = locate_lowest_point(contact, state.rotation[:, contact.body])
-                points[a : a + CHUNK, c] = state.origin + block_point(state, block)
+                points[a : a + CHUNK, c] = state.origin + constraint_point(state, block)
         return points
 
     def rail_before(
@@ -327,7 +327,7 @@ class LoggedMotion:
             state.position + (state.rotation @ robot.coms[..., None])[..., 0],
             up,
         )
-        foot = [block_point(state, self.landing.contacts[c]) @ up for c in contacts]
+        foot = [constraint_point(state, self.landing.contacts[c]) @ up for c in contacts]
         T, rise = self.time[touch] - self.time[lift], (com[1] - foot[1][1]) - (com[0] - foot[0][0])
         if rise / T + 0.5 * GRAVITY * T <= 0.0:
             return np.nan

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.method.approach import Motion, twist_before
-from shockpc.method.constraints import block_wrenches
+from shockpc.method.constraints import constraint_wrenches
 from shockpc.method.dynamics import dynamics
 from shockpc.wings.recordings.logs.logged_motion import TWIST, LoggedMotion
 
@@ -56,7 +56,9 @@ def base_velocity(
     rows, speeds = [], []
     for c in contacts:
         block = motion.landing.contacts[c]
-        wrenches = block_wrenches(state, locate_lowest_point(block, state.rotation[:, block.body]))
+        wrenches = constraint_wrenches(
+            state, locate_lowest_point(block, state.rotation[:, block.body])
+        )
         rows.append(wrenches.reshape(-1, 6))
         speeds.append((wrenches @ twist_before(state, legs, block.body)[..., None]).ravel())
     A, b = np.concatenate(rows), -np.concatenate(speeds)
