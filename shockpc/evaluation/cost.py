@@ -42,7 +42,9 @@ of its scale.
 
 
 class ShockCost:
-    """The worst of a number over some landings as a function of its variables, for any optimiser::
+    """The worst of a number over some landings as a function of its variables, for any optimiser.
+
+    For example, with SciPy::
 
         cost = shockpc.ShockCost(
             scene, "shock@imu_link", [("*_KFE", "-120:-10"), ("base-pitch", "-20:20")]
