@@ -101,15 +101,16 @@ class Labels:
         """
         size = self._size(text, LETTERS)
         sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
-        shifts = [
-            np.array(side) * (farther * gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8)
-            for farther in FARTHER
-            for side in sides
-        ]
-        look: dict[str, Any] = (
-            {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
-        )
-        self._write([mark + shift for shift in shifts], text, LETTERS, **look)
+        middles = []
+        for farther in FARTHER:
+            for side in sides:
+                nearer = 1.0 if 0 in side else 0.8  # to a corner
+                distance = farther * gap * self._inch + size / 2.0
+                middles.append(mark + np.array(side) * distance * nearer)
+        style: dict[str, Any] = {"fontweight": "bold"}
+        if faint:
+            style = {"color": PALE, "fontweight": "normal"}
+        self._write(middles, text, LETTERS, **style)
 
     def on_line(self, line: Array, text: str, faint: bool = False) -> None:
         """Write a short text on a line (n, 2) [m], where it covers least."""

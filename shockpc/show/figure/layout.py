@@ -66,50 +66,52 @@ class Page:
                 less high.
             column: left edge of the column [inches]; by default right of the pictures.
         """
-        shown = [_cut_rows(rows) for rows in tables]
         self._x = width + 2.0 * MARGIN if column is None else column
-        across = max(width + MARGIN, self._x + COLUMN + MARGIN if tables else 0.0)
-        beside, below = (_wrapped(notes, room) for room in (COLUMN, width - LEFT))
-        tall, rest = column_height(tables, notes), height + UNDER + NOTE * len(below)
-        under = bool(notes) and max(rest, column_height(tables, ())) < max(height, tall)
-        top = max(rest, column_height(tables, ())) if under else max(height, tall)
-        top += MARGIN
-        lines = [
-            part
-            for line in heading[1:]
-            for part in textwrap.wrap(line, int(LETTERS * (across - 2.0 * MARGIN)))
-        ]
-        self.low, up = top - height, top + 0.5 + 0.18 * len(lines)
+        across = width + MARGIN
+        if tables:
+            across = max(across, self._x + COLUMN + MARGIN)
+        # Notes are under the tables, or under the pictures where the page then is less high.
+        below = _wrapped(notes, width - LEFT)
+        with_notes_below = height + UNDER + NOTE * len(below)
+        if_below = max(with_notes_below, column_height(tables, ()))
+        if_beside = max(height, column_height(tables, notes))
+        under = bool(notes) and if_below < if_beside
+        top = MARGIN + (if_below if under else if_beside)
+        lines = []
+        for line in heading[1:]:
+            lines += textwrap.wrap(line, int(LETTERS * (across - 2.0 * MARGIN)))
+        self.low = top - height
+        up = top + 0.5 + 0.18 * len(lines)
         self.figure = Figure(figsize=(across, up))
         self._axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, across), ylim=(0.0, up))
         self._axes.set_axis_off()
-        for k, text in enumerate([heading[0], *lines]):
-            y, size, weight = (
-                up - 0.14 - 0.07 * bool(k) - 0.18 * k,
-                8.0 if k else 11.0,
-                "normal" if k else "bold",
-            )
-            self.write(MARGIN, y, text, size, across - 2.0 * MARGIN, fontweight=weight)
+        room = across - 2.0 * MARGIN
+        self.write(MARGIN, up - 0.14, heading[0], 11.0, room, fontweight="bold")
+        for k, text in enumerate(lines, start=1):
+            self.write(MARGIN, up - 0.14 - 0.07 - 0.18 * k, text, 8.0, room, fontweight="normal")
         self._y = top
-        for rows in shown:
-            self._table(rows)
+        for rows in tables:
+            self._table(_cut_rows(rows))
             self._y -= LINE
-        x, y = (LEFT, self.low - UNDER) if under else (self._x, self._y)
-        for text in below if under else beside:
-            self.write(x, y, text, 7.0, fontstyle="italic")
+        if under:
+            self._write_notes(LEFT, self.low - UNDER, below)
+        elif notes:
+            self._y = self._write_notes(self._x, self._y, _wrapped(notes, COLUMN)) - LINE
+
+    def _write_notes(self, x: float, y: float, lines: Sequence[str]) -> float:
+        """Write lines down from (x, y) [inches]; returns the place of the next."""
+        for line in lines:
+            self.write(x, y, line, 7.0, fontstyle="italic")
             y -= NOTE
-        if notes and not under:
-            self._y = y - LINE
+        return y
 
     def _table(self, rows: TableRows) -> None:
         """Write rows into the column; numbers are under each other at their right edge."""
         stops = [0.0, 0.2, *(COLUMN - 0.62 * k for k in reversed(range(len(rows[0]) - 2)))]
         for k, row in enumerate(rows):
             for column, (stop, cell) in enumerate(zip(stops, row, strict=False)):
-                weight, side = (
-                    "bold" if k == 0 or column == 0 else "normal",
-                    "left" if column < 2 else "right",
-                )
+                weight = "bold" if k == 0 or column == 0 else "normal"
+                side = "left" if column < 2 else "right"
                 self.write(self._x + stop, self._y, cell, fontweight=weight, ha=side)
             self._y -= LINE
             if k == 0:
@@ -203,24 +205,18 @@ class Page:
                 Rectangle(place, step, 0.12, facecolor=colour, edgecolor=INK, linewidth=0.5)
             )
         for k, level in enumerate(levels):
-            self.write(
-                x + k * step,
-                y - 0.05,
-                "∞" if math.isinf(level) else f"{round(level, 12):g}",
-                7.0,
-                ha="center",
-            )
+            number = "∞" if math.isinf(level) else f"{round(level, 12):g}"
+            self.write(x + k * step, y - 0.05, number, 7.0, ha="center")
         self.write(x + width / 2.0, y - 0.2, text, ha="center")
 
     def key(self, place: tuple[float, float] | None = None, columns: int = 1) -> None:
         """Explain the signs of the pictures down from a place [inches], by default the end of the
         column.
         """
-        signs = {
-            sign.get_label(): sign
-            for axes in self.figure.axes
-            for sign in axes.get_legend_handles_labels()[0]
-        }
+        signs: dict[Any, Any] = {}
+        for axes in self.figure.axes:
+            handles, _ = axes.get_legend_handles_labels()
+            signs |= {sign.get_label(): sign for sign in handles}
         self._axes.legend(
             handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()),
             loc="upper left",
@@ -234,21 +230,27 @@ class Page:
 
 def _cut_rows(rows: TableRows) -> TableRows:
     """A table as it is shown."""
-    return [
-        *rows[: ROWS + 1],
-        *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1)),
-    ]
+    left = len(rows) - ROWS - 1
+    if left <= 0:
+        return [*rows]
+    return [*rows[: ROWS + 1], ("", f"and {left} more")]
 
 
 def _wrapped(notes: Sequence[str], width: float) -> list[str]:
     """The lines of notes that are as wide as this [inches]."""
-    return [part for note in notes for part in textwrap.wrap(note, max(int(17.2 * width), 20))]
+    letters = max(int(17.2 * width), 20)
+    lines = []
+    for note in notes:
+        lines += textwrap.wrap(note, letters)
+    return lines
 
 
 def column_height(tables: Sequence[TableRows], notes: Sequence[str], signs: int = 7) -> float:
     """Height of a column with a key of so many signs [inches]."""
+    if not tables:
+        return 0.0
     rows = sum(len(_cut_rows(rows)) + 1.2 for rows in tables)
-    return LINE * (rows + signs) + NOTE * len(_wrapped(notes, COLUMN)) if tables else 0.0
+    return LINE * (rows + signs) + NOTE * len(_wrapped(notes, COLUMN))
 
 
 def cut(name: str, most: int) -> str:

@@ -3,6 +3,7 @@ joints, sensors, velocities.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -112,11 +113,17 @@ def draw_bodies(axes: Axes, view: View, fine: float = 4000.0, scale: float = 1.0
             "linestyle": DOTTED if drawn.box else "solid",
             "edgecolor": faded(INK, fade),
         }
-        label = BOXED if drawn.box else OUTLINED if drawn.outlined else None
+        label = None
+        if drawn.box:
+            label = BOXED
+        elif drawn.outlined:
+            label = OUTLINED
         edge = outlined(
             axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style
         )
-        for k, patch in [] if drawn.outlined else layers(drawn.region, drawn.field):
+        if drawn.outlined:
+            continue
+        for k, patch in layers(drawn.region, drawn.field):
             axes.add_artist(patch).set(
                 facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge
             )
@@ -135,20 +142,24 @@ def layers(region: PlaneShape, field: Field) -> list[tuple[int, Patch]]:
     U, sigma, turn = np.linalg.svd(field.A, full_matrices=False)
     # Over the body, shock does not change visibly along a direction of a smaller singular value.
     smallest = 1e-3 / max(x1 - x0, y1 - y0)
+    scale = np.maximum(sigma, smallest)
+
+    # Centre of the ellipses: A u + c is smallest there, along the directions that count.
     middle = np.array([x0 + x1, y0 + y1]) / 2.0
-    away = U.T @ (field.c + field.A @ middle) / np.maximum(sigma, smallest)
+    away = U.T @ (field.c + field.A @ middle) / scale
     centre = middle - turn.T @ np.where(sigma > smallest, away, 0.0)
-    least, top = field.at(centre), band(field.at(shapely.get_coordinates(region)).max())
+
+    least = field.at(centre)
+    top = band(field.at(shapely.get_coordinates(region)).max())
+    angle = math.degrees(math.atan2(turn[0, 1], turn[0, 0]))
     patches: list[tuple[int, Patch]] = [(top, Rectangle((x0, y0), x1 - x0, y1 - y0, linewidth=0.0))]
     for k in reversed(range(top)):
-        if EDGES[k + 1] > least:
-            width, height = (
-                2.0 * math.sqrt(EDGES[k + 1] ** 2 - least**2) / np.maximum(sigma, smallest)
-            )
-            angle = math.degrees(math.atan2(turn[0, 1], turn[0, 0]))
-            patches.append(
-                (k, Ellipse((centre[0], centre[1]), width, height, angle=angle, linewidth=0.0))
-            )
+        edge = EDGES[k + 1]
+        if edge > least:
+            # |A u + c|² = least² + (sigma_1 u_1)² + (sigma_2 u_2)² = edge²
+            width, height = 2.0 * math.sqrt(edge**2 - least**2) / scale
+            ellipse = Ellipse((centre[0], centre[1]), width, height, angle=angle, linewidth=0.0)
+            patches.append((k, ellipse))
     return patches
 
 
@@ -164,16 +175,44 @@ def outlined(axes: Axes, region: PlaneShape, detail: float, **style: Any) -> Pat
 def draw_marks(axes: Axes, view: View, window: Window) -> None:
     """Draw all marks over the bodies on axes that show a window."""
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
-    visible = {
-        i: view.centres[i]
-        for i in view.numbers
-        if i in view.centres and window.holds(view.centres[i], 0.05)
-    }
+    visible: dict[int, Array] = {}
+    for i in view.numbers:
+        if i in view.centres and window.holds(view.centres[i], 0.05):
+            visible[i] = view.centres[i]
+    _draw_signs(axes, view, window, labels, visible)
+    draw_velocities(axes, view, window)
+    for place, velocity in zip(view.contacts, view.velocities, strict=True):
+        for share in (0.0, 0.35, 0.7, 1.0):
+            labels.keep_free(place + share * window.arrow * velocity, 0.08)
+    _tags(view, labels)
+    circles = _draw_circles(axes, view, window, visible)
+
+    # Labels, those of centres first.
+    for group in _near_one_another(view, window, visible):
+        faint = group[0] in view.faint
+        text = _numbers(view, group)
+        centre = visible[group[0]]
+        labels.place(centre, f"({text})" if faint else text, gap=OWN, faint=faint)
+    for k, place in enumerate(view.sensors):
+        labels.place(place, letter(k), gap=0.06)
+    for same in circles:
+        line = _circle(visible[same[0]], view.radii[same[0]])
+        labels.on_line(line, _numbers(view, same), faint=same[0] in view.faint)
+
+
+def _numbers(view: View, bodies: Sequence[int]) -> str:
+    return ", ".join(str(view.numbers[i]) for i in bodies)
+
+
+def _draw_signs(
+    axes: Axes, view: View, window: Window, labels: Labels, visible: Mapping[int, Array]
+) -> None:
+    """Draw joints, centres of percussion and sensors, and keep labels off them."""
+    firm: list[Array] = []
+    faint: list[Array] = []
+    for i, centre in visible.items():
+        (faint if i in view.faint else firm).append(centre)
     joints = [place for place in view.joints if window.holds(place)]
-    firm, faint = (
-        [centre for i, centre in visible.items() if (i in view.faint) is pale]
-        for pale in (False, True)
-    )
     kinds = (
         ("joint", joints, 0.03),
         ("centre", firm, OWN),
@@ -184,42 +223,36 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
         for place in places:
             axes.plot(*place, **SIGNS[sign])
             labels.keep_free(place, room)
-    draw_velocities(axes, view, window)
-    for place, velocity in zip(view.contacts, view.velocities, strict=True):
-        for share in (0.0, 0.35, 0.7, 1.0):
-            labels.keep_free(place + share * window.arrow * velocity, 0.08)
-    _tags(view, labels)
+
+
+def _near_one_another(view: View, window: Window, visible: Mapping[int, Array]) -> list[list[int]]:
+    """Bodies whose centres of percussion are so near one another that they have one label."""
     groups: list[list[int]] = []
-    circles: dict[tuple[float, ...], list[int]] = {}
     for i, centre in visible.items():
-        alike = [group for group in groups if (group[0] in view.faint) is (i in view.faint)]
-        near = [
-            group
-            for group in alike
-            if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch
-        ]
-        (near[0].append(i) if near else groups.append([i]))
+        for group in groups:
+            alike = (group[0] in view.faint) is (i in view.faint)
+            if alike and np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch:
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _draw_circles(
+    axes: Axes, view: View, window: Window, visible: Mapping[int, Array]
+) -> list[list[int]]:
+    """Draw the circles of radius RoPc that are mostly visible; bodies with the same circle."""
+    circles: dict[tuple[Any, ...], list[int]] = {}
+    for i, centre in visible.items():
         circle = _circle(centre, view.radii[i])
-        if window.holds(circle).mean() > WHOLE:
-            axes.plot(*circle.T, **SIGNS["faint circle" if i in view.faint else "circle"])
-            circles.setdefault(
-                (*(np.append(centre, view.radii[i]) / window.inch).round(1), i in view.faint), []
-            ).append(i)
-    for group in groups:
-        text = ", ".join(str(view.numbers[i]) for i in group)
-        labels.place(
-            visible[group[0]],
-            f"({text})" if group[0] in view.faint else text,
-            gap=OWN,
-            faint=group[0] in view.faint,
-        )
-    for k, place in enumerate(view.sensors):
-        labels.place(place, letter(k), gap=0.06)
-    for same in circles.values():
-        line = _circle(visible[same[0]], view.radii[same[0]])
-        labels.on_line(
-            line, ", ".join(str(view.numbers[i]) for i in same), faint=same[0] in view.faint
-        )
+        if window.holds(circle).mean() <= WHOLE:
+            continue
+        faint = i in view.faint
+        axes.plot(*circle.T, **SIGNS["faint circle" if faint else "circle"])
+        inches = np.append(centre, view.radii[i]) / window.inch
+        circles.setdefault((*inches.round(1).tolist(), faint), []).append(i)
+    return list(circles.values())
 
 
 def _circle(centre: Array, radius: float) -> Array:
@@ -230,7 +263,8 @@ def _circle(centre: Array, radius: float) -> Array:
 
 def letter(index: int) -> str:
     """The letter that stands for a sensor: a to z, then aa, ab and so on."""
-    return (letter(index // 26 - 1) if index >= 26 else "") + chr(ord("a") + index % 26)
+    before = letter(index // 26 - 1) if index >= 26 else ""
+    return before + chr(ord("a") + index % 26)
 
 
 def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:

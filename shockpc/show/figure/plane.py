@@ -129,13 +129,15 @@ def _heading(profile: ShockProfile) -> list[str]:
         f"base {scene.base or 'free'}",
         f"speed {strike_text(profile)}",
     ]
-    words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
-    words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
+    if scene.plane != "xz":
+        words.append(f"plane {plane_text(profile).partition(';')[0]}")
+    if not all(contact.sticks for contact in scene.contact):
+        words.append("contact slides")
     kinds = {contact.kind for contact in scene.contact}
     words += [f"{kind} of a sole" for kind in ("edge", "corner") if kind in kinds]
-    words += [
-        f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e
-    ]
+    restitution = max(contact.restitution for contact in scene.contact)
+    if restitution:
+        words.append(f"restitution {restitution:g}")
     return [
         f"{robot}: shock of landing on {contacts}",
         "; ".join(words),
@@ -149,15 +151,14 @@ def _body_rows(profile: ShockProfile, view: View) -> TableRows:
     rows: TableRows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
     for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = (
-            f"{short(low)}–{short(high)}"
-            if np.isfinite(high)
-            else f"{short(profile.shock_com[i])} CoM"
-        )
-        cells = [*map(short, view.centres[i])] if i in view.centres else ["none", ""]
-        cells.append(short(profile.ropc[i]))
+        shock = f"{short(profile.shock_com[i])} CoM"
+        if np.isfinite(high):
+            shock = f"{short(low)}–{short(high)}"
+        numbers = [short(x) for x in view.centres.get(i, ())]
+        numbers.append(short(profile.ropc[i]))
         if i in view.faint:
-            cells = [f"({cell})" if cell not in ("none", "") else cell for cell in cells]
+            numbers = [f"({number})" for number in numbers]
+        cells = numbers if i in view.centres else ["none", "", *numbers]
         rows.append((str(number), cut(profile.bodies[i], 18), *cells, shock))
     return rows
 
@@ -178,51 +179,60 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     warnings of the landing.
     """
     notes = ["CoPc in world axes, as in the picture; report and CSV give it in body axes."]
-    share = {
-        number: float(profile.out_of_plane_share[i])
-        for i, number in view.numbers.items()
-        if profile.out_of_plane_share[i] > OUT_OF_PLANE
-    }
-    if share:
-        notes.append(
-            f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the "
-            f"motion is out of the plane; colours "
-            "hold in the middle of the body, CoPc and RoPc for the motion in the plane"
-            f"{f', which are in brackets above {100.0 * BRACKETED:.0f} %' if view.faint & set(view.numbers) else ''}."
-        )
-    more = {}
-    for drawn in view.drawn:
-        i = drawn.body
-        if i in view.numbers and not drawn.outlined and not drawn.region.is_empty:
-            shock = float(drawn.field.at(shapely.get_coordinates(drawn.region)).max())
-            if band(shock) > band(float(np.fmax(profile.shock_max[i], profile.shock_com[i]))):
-                more[view.numbers[i]] = shock
-    if more:
-        listed = ", ".join(f"{short(shock)} on {number}" for number, shock in more.items())
-        notes.append(
-            f"colours are on what is drawn and reach {listed}; the table is over the collision "
-            f"geometry, or at the CoM of a "
-            "body without it."
-        )
-    unseen = [
-        printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty
-    ]
+    notes += [*_out_of_plane_notes(profile, view), *_colour_notes(profile, view)]
+    unseen = [drawn.body for drawn in view.drawn if drawn.region.is_empty]
     if unseen:
-        notes.append(f"not drawn, neither shape nor valid inertia: {few(unseen, 3)}")
-    lost = [
-        printable(shape.mesh.rpartition("/")[2], 24)
-        for shape in drawn_outline(profile.robot).unread
-        if shape.mesh
-    ]
+        names = [printable(profile.bodies[i], 20) for i in unseen]
+        notes.append(f"not drawn, neither shape nor valid inertia: {few(names, 3)}")
+    lost: dict[str, None] = {}
+    for shape in drawn_outline(profile.robot).unread:
+        if shape.mesh:
+            lost[printable(shape.mesh.rpartition("/")[2], 24)] = None
     if lost:
-        notes.append(
-            f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}"
-        )
+        notes.append(f"meshes that are missing or cannot be read: {few(list(lost), 2)}")
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
     warnings = profile.health.warnings
     notes += [f"warning: {printable(str(warning), 220)}" for warning in warnings[:WARNINGS]]
-    notes += [f"{count(len(warnings) - WARNINGS, 'more warning')} in the report"] * (
-        len(warnings) > WARNINGS
-    )
+    if len(warnings) > WARNINGS:
+        notes.append(f"{count(len(warnings) - WARNINGS, 'more warning')} in the report")
     return notes
+
+
+def _out_of_plane_notes(profile: ShockProfile, view: View) -> list[str]:
+    """The numbered bodies that move out of the plane."""
+    shares: dict[int, float] = {}
+    for i, number in view.numbers.items():
+        share = float(profile.out_of_plane_share[i])
+        if share > OUT_OF_PLANE:
+            shares[number] = share
+    if not shares:
+        return []
+    numbers = ", ".join(map(str, shares))
+    brackets = ""
+    if not view.faint.isdisjoint(view.numbers):
+        brackets = f", which are in brackets above {100.0 * BRACKETED:.0f} %"
+    return [
+        f"{numbers}: up to {100.0 * max(shares.values()):.0f} % of the motion is out of the plane; "
+        "colours hold in the middle of the body, CoPc and RoPc for the motion in the plane"
+        f"{brackets}."
+    ]
+
+
+def _colour_notes(profile: ShockProfile, view: View) -> list[str]:
+    """The numbered bodies whose colours are above the shock of the table."""
+    texts = []
+    for drawn in view.drawn:
+        i = drawn.body
+        if i not in view.numbers or drawn.outlined or drawn.region.is_empty:
+            continue
+        shock = float(drawn.field.at(shapely.get_coordinates(drawn.region)).max())
+        listed = float(np.fmax(profile.shock_max[i], profile.shock_com[i]))
+        if band(shock) > band(listed):
+            texts.append(f"{short(shock)} on {view.numbers[i]}")
+    if not texts:
+        return []
+    return [
+        f"colours are on what is drawn and reach {', '.join(texts)}; the table is over the "
+        "collision geometry, or at the CoM of a body without it."
+    ]

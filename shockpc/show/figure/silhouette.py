@@ -43,13 +43,11 @@ def surface(shapes: Sequence[Shape]) -> Array:
     axes.
     """
     sides = np.concatenate([np.eye(3), -np.eye(3)])
-    return np.concatenate(
-        [
-            shape.farthest(side)
-            for shape in shapes
-            for side in (sides if shape.rounding.any() else sides[:1])
-        ]
-    )
+    points = []
+    for shape in shapes:
+        directions = sides if shape.rounding.any() else sides[:1]
+        points += [shape.farthest(side) for side in directions]
+    return np.concatenate(points)
 
 
 def projection(shape: Shape, plane: Plane) -> PlaneShape:
@@ -98,25 +96,21 @@ def silhouette(
         edges: those of meshes by the identity of their triangles, which shapes at several places
             share; new ones are added.
     """
-    parts, edges = [], {} if edges is None else edges
+    known = {} if edges is None else edges
+    parts = []
     for shape in shapes:
         if shape.mesh is None:
-            parts.append(projection(shape, plane))
+            part = projection(shape, plane)
+        else:
+            vertices, triangles, _ = shape.mesh
+            if id(triangles) not in known:
+                known[id(triangles)] = Edges.of(triangles, len(vertices))
+            corners = to_plane(vertices, plane)
+            part = _projection(corners, triangles, known[id(triangles)], 0.7 * resolution)
+        if part.is_empty:
             continue
-        vertices, triangles, _ = shape.mesh
-        if id(triangles) not in edges:
-            edges[id(triangles)] = Edges.of(triangles, len(vertices))
-        parts.append(
-            _projection(
-                to_plane(vertices, plane), triangles, edges[id(triangles)], 0.7 * resolution
-            )
-        )
-    # A plate seen from its edge has no area, so it gets a width.
-    parts = [
-        part if part.area > resolution**2 else part.buffer(resolution)
-        for part in parts
-        if not part.is_empty
-    ]
+        # A plate seen from its edge has no area, so it gets a width.
+        parts.append(part if part.area > resolution**2 else part.buffer(resolution))
     return shapely.union_all(parts).simplify(resolution / 2.0)
 
 
@@ -131,42 +125,12 @@ def _projection(
     cell.
     """
     low, high = corners_of_box(vertices)
-    extent = high - low
-    pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
-    pixel *= max(
-        1.0,
-        float(np.abs(vertices[edges.high, 1] - vertices[edges.low, 1]).sum())
-        / pixel
-        / MOST_CROSSINGS,
-    )
-    width, height = (int(n) + 5 for n in extent / pixel)
+    pixel = _cell_size(vertices, edges, pixel, high - low)
+    width, height = (int(n) + 5 for n in (high - low) / pixel)
     x, y = ((vertices - low) / pixel + 2.0).T
-    row = np.ceil(y).astype(np.int64)
-    a, b, c = triangles.T
-    turn = np.sign((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a]))
-    # The contributions of two neighbours to their common edge cancel: only folds and rims remain,
-    # few of a fine mesh.
-    change = np.bincount(
-        edges.edge, weights=np.tile(turn, 3) * edges.sense, minlength=len(edges.low)
-    )
-    change *= np.sign(row[edges.low] - row[edges.high])
-    (kept,) = np.nonzero(change)
-    start, end, change = edges.low[kept], edges.high[kept], change[kept]
-
-    first, count = np.minimum(row[start], row[end]), np.abs(row[end] - row[start])
-    slope = (x[end] - x[start]) / (y[end] - y[start])
-    rise = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    column = np.ceil(
-        np.repeat(x[start] + slope * (first - y[start]), count) + np.repeat(slope, count) * rise
-    )
-    cell = (np.repeat(first, count) + rise) * width + column.astype(np.int64)
-    steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
-    covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
-
-    columns, rows = (
-        low[0] + (np.arange(width) - 2.0) * pixel,
-        low[1] + (np.arange(height) - 2.0) * pixel,
-    )
+    covered = _covered_cells(x, y, triangles, edges, (width, height))
+    columns = low[0] + (np.arange(width) - 2.0) * pixel
+    rows = low[1] + (np.arange(height) - 2.0) * pixel
     contours: Any = contourpy.contour_generator(
         columns, rows, covered.astype(float), fill_type=contourpy.FillType.ChunkCombinedOffsetOffset
     )
@@ -175,3 +139,49 @@ def _projection(
         return shapely.MultiPoint(vertices).convex_hull
     areas = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons))
     return shapely.union_all(shapely.buffer(areas, 0.0))
+
+
+def _cell_size(vertices: Array, edges: Edges, pixel: float, extent: Array) -> float:
+    """The side of a cell [m], enlarged where a grid would have too many cells or crossings."""
+    pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
+    climbs = np.abs(vertices[edges.high, 1] - vertices[edges.low, 1])
+    crossings = float(climbs.sum()) / pixel
+    return pixel * max(1.0, crossings / MOST_CROSSINGS)
+
+
+def _covered_cells(
+    x: Array, y: Array, triangles: NDArray[np.int64], edges: Edges, size: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """The cells (height, width) whose centres triangles cover.
+
+    Args:
+        x: (n,) horizontal coordinates of the vertices in cells.
+        y: (n,) vertical ones.
+        triangles: (m, 3) of these.
+        edges: of the triangles.
+        size: width and height of the grid.
+    """
+    width, height = size
+    row = np.ceil(y).astype(np.int64)
+    a, b, c = triangles.T
+    turn = np.sign((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a]))
+    # The contributions of two neighbours to their common edge cancel: only folds and rims remain,
+    # few of a fine mesh.
+    sides = np.tile(turn, 3) * edges.sense
+    change = np.bincount(edges.edge, weights=sides, minlength=len(edges.low))
+    change *= np.sign(row[edges.low] - row[edges.high])
+    (kept,) = np.nonzero(change)
+    start, end, change = edges.low[kept], edges.high[kept], change[kept]
+
+    # The rows that each edge crosses, one after the other, and the column in each.
+    first = np.minimum(row[start], row[end])
+    count = np.abs(row[end] - row[start])
+    slope = (x[end] - x[start]) / (y[end] - y[start])
+    before = np.repeat(np.cumsum(count) - count, count)
+    rise = np.arange(int(count.sum())) - before
+    at_first = x[start] + slope * (first - y[start])
+    column = np.ceil(np.repeat(at_first, count) + np.repeat(slope, count) * rise)
+
+    cell = (np.repeat(first, count) + rise) * width + column.astype(np.int64)
+    steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
+    return np.asarray(np.cumsum(steps.reshape(height, width), axis=1) > 0.5)
