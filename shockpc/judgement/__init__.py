@@ -1,3 +1,1 @@
-"""How far to trust a profile, and what it takes for granted: it reads profiles, and nothing below
-knows it.
-"""
+"""Judgement of profiles: errors, warnings and assumptions; nothing below reads it."""

@@ -1,4 +1,4 @@
-"""How far to trust a result: the error of double precision, and the sensitivity to the data."""
+"""Accuracy of a result: the error of double precision, and the sensitivity to the data."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -307,6 +307,7 @@ def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ..
     except (PrecisionError, SingularError):
         return np.inf, tuple(_sensitive("the result", "", np.inf))
 
+    # The jumps of the bodies: the largest change of the patterns, of the motion of each body.
     length = profile.robot.rotation_lengths
     exact = proof.jumps[..., 3:]
     size = motion(exact, length)[:, 0]
@@ -316,6 +317,7 @@ def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ..
     body = profile.robot.bodies[worst].name
     warnings = [*_sensitive(f'the result of body "{body}"', body, float(moves[worst]))]
 
+    # The results: the same of each place, of the size of the result there.
     for k, (entry, places, before) in enumerate(results):
         changes = [_lengths(after[k + 1] - before) for after in patterns]
         size = _lengths(before)

@@ -104,7 +104,7 @@ class Range(NamedTuple):
 
 
 def drives_advice(joints: Sequence[str]) -> str:
-    """What to give where the drives of some joints, as `deciding_joints` has them, decide."""
+    """Advice where the drives of some joints, as of `deciding_joints`, decide."""
     names = few([printable(name) for name in joints], 4)
     return (
         f"the drives of {names} decide: give narrower intervals with --drives, --rotor or "
@@ -114,7 +114,7 @@ def drives_advice(joints: Sequence[str]) -> str:
 
 
 def has_range(landing: PosedLanding) -> bool:
-    """Whether some drive of a landing is not known exactly."""
+    """True if some drive of a landing is not known exactly."""
     model = landing.joint_model
     return bool(np.any(model.low < model.high))
 
@@ -202,10 +202,11 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
 
     # |Y + B λ| at each end, and how far that is from |Y|.
     drives = [change[response.columns] for change in changes]
+    here = np.linalg.norm(Y)
     ways = []
     for end in drives:
         length = np.linalg.norm(Y + B @ response.box.impulses(end))
-        ways.append(abs(float(length - np.linalg.norm(Y))))
+        ways.append(abs(float(length - here)))
     columns: list[int] = []
     for end, way in zip(drives, ways, strict=True):
         if way > NEARLY * max(ways):
@@ -219,7 +220,7 @@ def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -
 def _jump_beside(
     landing: PosedLanding, selection: Selection, place: Place
 ) -> tuple[Selection, Place]:
-    """What is linear in the drives at the place of a number: an impulse of the ground, or a jump.
+    """An impulse of the ground, or a jump, at the place of a number: it is linear in the drives.
 
     That of a place without a body is the jump of the heaviest one.
     """
@@ -255,7 +256,7 @@ def _searched(landing: PosedLanding, selection: Selection, places: Sequence[Plac
 
 
 def _key(selection: Selection, place: Place) -> tuple[object, ...]:
-    """What tells a number at a place from others of a landing."""
+    """Key of a number at a place among those of a landing."""
     return selection.name, place.name, place.body, place.number, place.joint, place.r.tobytes()
 
 
@@ -274,7 +275,7 @@ def _kept_ends(landing: PosedLanding) -> dict[tuple[object, ...], list[Array]]:
 
 
 class _Linear(NamedTuple):
-    """What a number follows from that is linear in jumps and impulses.
+    """A quantity linear in jumps and impulses, from which a number follows.
 
     Attributes:
         quantity: the linear one.
@@ -327,13 +328,13 @@ def _possible_extremes(landing: PosedLanding) -> list[Array]:
 
 
 def _is_motion(landing: PosedLanding, selection: Selection) -> bool:
-    """Whether a number is of a landing that lasts."""
+    """True if a number is of a landing that lasts."""
     scene = landing.scene
     return selection.quantity.of_ground(scene) and scene.yields
 
 
 def _follows(landing: PosedLanding, selection: Selection) -> bool:
-    """Whether a number of samples follows from the jumps of Eq. 4, which are linear in the drives."""
+    """True if a number of samples follows from the jumps of Eq. 4, which are linear in the drives."""
     scene, wanted = landing.scene, selection.quantity
     bonded = scene.friction is None and not scene.yields and not scene.stops
     return bonded and (wanted.of, wanted.key) in OF_JUMPS
@@ -350,7 +351,7 @@ def _followed(
 
 
 def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
-    """How the ends of a range are found, if no other face of a sole carries there."""
+    """Kind of the ends of a range, if no other face of a sole carries there."""
     wanted = selection.quantity
     if landing.scene.stops or wanted.of_ground(landing.scene):
         return "samples"
@@ -360,7 +361,7 @@ def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
 
 
 def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linear | None:
-    """What a number follows from; None where it is of another kind."""
+    """The linear quantity from which a number follows; None where it is of another kind."""
     wanted = selection.quantity
     key = wanted.of, wanted.key
     component = selection.axis is not None
@@ -411,7 +412,7 @@ def _sought(landing: PosedLanding, selection: Selection, place: Place) -> list[A
 
 
 def _vectors(landing: PosedLanding, selection: Selection, place: Place) -> tuple[Array, Array]:
-    """What a number follows from, as a vector (m,), and its response (m, n) to the drives."""
+    """Vector (m,) from which a number follows, and its response (m, n) to the drives."""
     response = drive_response(landing)
     linear = _linear(landing, selection, place)
     if linear is None:
@@ -426,7 +427,7 @@ def _vectors(landing: PosedLanding, selection: Selection, place: Place) -> tuple
 
 
 def _other_faces(landing: PosedLanding, changes: list[Array]) -> bool:
-    """Whether other faces of the soles carry with other inertias, by changes (nv,)."""
+    """True if other faces of the soles carry with other inertias, by changes (nv,)."""
     asked = zip(landing.asked, landing.scene.contact, strict=False)
     if not landing.lifted and not any(_has_faces(*contacts) for contacts in asked):
         return False
@@ -435,12 +436,12 @@ def _other_faces(landing: PosedLanding, changes: list[Array]) -> bool:
 
 
 def _has_faces(asked: Contact, contact: Contact) -> bool:
-    """Whether a contact is of a sole, or is a given point of one. Args: as asked for; as it is."""
+    """True if a contact is of a sole, or is a given point of one. Args: as asked for; as it is."""
     return contact.kind != "point" or (asked.kind == "auto" and asked.at == "frame")
 
 
 def _faces(landing: PosedLanding) -> tuple[object, ...]:
-    """What of the soles carries: where contacts strike, and which feet are lifted."""
+    """The contacts as they strike, and the feet that are lifted: the faces of the soles that carry."""
     return *landing.scene.contact, *landing.lifted
 
 

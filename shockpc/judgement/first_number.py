@@ -18,9 +18,7 @@ def shock_of(profile: ShockProfile) -> Selection:
 
 @memoized()
 def first_place(profile: ShockProfile) -> Place:
-    """The IMU of a robot, else its worst sensor or point, else the centre of mass of its heaviest
-    body.
-    """
+    """The IMU of a robot, else its worst sensor or point, else its heaviest body's centre of mass."""
     imus = imu_places(profile)
     return imus[0] if imus else worst_place(profile) or profile.bracketed[0]
 
@@ -48,7 +46,5 @@ def first_range(profile: ShockProfile) -> Range | None:
 
 @memoized()
 def first_deciding(profile: ShockProfile) -> tuple[str, ...]:
-    """Names of the joints whose drives decide about the first number, those with the largest effect
-    first.
-    """
+    """Names of the joints whose drives decide about the first number, the largest effect first."""
     return deciding_joints(profile, shock_of(profile), first_place(profile))

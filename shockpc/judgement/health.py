@@ -1,5 +1,6 @@
-"""What judges a profile: how far to trust its numbers, and every warning of it."""
+"""The judgement of a profile: the errors of its numbers, and every warning."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 
@@ -34,15 +35,17 @@ from shockpc.text.wings import from_wings
 
 
 def health_of(profile: ShockProfile) -> Health:
-    """How far to trust a profile."""
+    """The errors of a profile, with its warnings."""
     proof = profile.proof
+    jumps = profile.double_jumps[..., 3]
+    sensitivity, _ = data_sensitivity(profile)
     return Health(
         rank=len(profile.row_space.rows),
         rows=len(proof.impulse),
         error_bound=float(np.max(proof.bounds)),
         body_error_bounds=tuple(map(float, proof.bounds)),
-        double_error=double_error(profile.landing, proof, profile.double_jumps[..., 3]),
-        data_sensitivity=data_sensitivity(profile)[0],
+        double_error=double_error(profile.landing, proof, jumps),
+        data_sensitivity=sensitivity,
         bits=proof.bits,
         warnings=profile.warnings,
     )
@@ -50,29 +53,30 @@ def health_of(profile: ShockProfile) -> Health:
 
 def _not_known(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of what nobody knows, or what looks wrong, of what the landing takes for granted."""
-    for one in not_known(profile):
-        yield Diagnostic(one.kind, "+".join(one.subjects), one.effect, str(one))
+    for unknown in not_known(profile):
+        subjects = "+".join(unknown.subjects)
+        yield Diagnostic(unknown.kind, subjects, unknown.effect, str(unknown))
 
 
 def warnings_of(profile: ShockProfile) -> tuple[Diagnostic, ...]:
     """The warnings of a profile, one for each cause, those of the largest effect first."""
-    return by_cause(warning for check in CHECKS for warning in check(profile))
+    return by_cause(itertools.chain.from_iterable(check(profile) for check in CHECKS))
 
 
 def _of_robot_file(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """What the reader of the robot's file warns of."""
+    """Warnings of the reader of the robot's file."""
     for text in profile.robot.warnings:
         yield Diagnostic("robot", profile.robot.name, None, text)
 
 
 def _of_landing(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """What changes of the robot and the resolution of the scene warn of."""
+    """Warnings of changes of the robot, and of the resolution of the scene."""
     yield from profile.robot.change_warnings
     yield from profile.landing.warnings
 
 
 def _of_wings(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """What wings warn of."""
+    """Warnings of wings."""
     for checks in from_wings("checks", "CHECKS"):
         for check in checks:
             yield from check(profile)

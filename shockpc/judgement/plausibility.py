@@ -52,11 +52,12 @@ def heights(profile: ShockProfile) -> Iterator[Diagnostic]:
         return
     held = [landing.constraints[k] for k in numbers]
     points = np.stack([constraint_point(state, one) for one in held], axis=1)
+    level_ground = landing.up[2] > 1.0 - 1e-9
     ground = _OnGround(
         names=[one.frame for one in held],
         points=points[0],
         levels=levels(landing, state.rotation, state.position, points),
-        along="" if landing.up[2] > 1.0 - 1e-9 else " (along the ground's normal)",
+        along="" if level_ground else " (along the ground's normal)",
     )
     yield from _below_their_points(profile, ground)
     yield from _uneven(ground)

@@ -1,4 +1,4 @@
-"""What a landing takes for granted.
+"""Assumptions of a landing.
 
 That is drives that nobody gave, what was chosen, and what looks wrong in the robot's file.
 """
@@ -35,7 +35,7 @@ CONTACT_OPTIONS = "--contact-point and --contact-kind change it"
 
 
 def unknowns_of(profile: ShockProfile) -> tuple[Unknown, ...]:
-    """What a landing takes for granted, a record for each cause.
+    """Assumptions of a landing, a record for each cause.
 
     What is not known comes before what was chosen, and of each the largest effect on the first
     number of the answer.
@@ -54,7 +54,7 @@ def not_known(profile: ShockProfile) -> tuple[Unknown, ...]:
 
 
 def merged(landings: Iterable[tuple[Unknown, ...]]) -> list[Unknown]:
-    """What several landings take for granted, one record a cause.
+    """Assumptions of several landings, one record a cause.
 
     It is that of the largest effect, with the names of all.
     """
@@ -129,7 +129,7 @@ def _effect(profile: ShockProfile) -> float:
 
 
 def _other(kind: str, status: str, subjects: tuple[str, ...], text: str, remedy: str) -> Unknown:
-    """What a landing takes for granted besides drives, of which no effect is computed."""
+    """An assumption besides drives, of which no effect is computed."""
     return Unknown(kind, status, subjects, (), text, remedy, 1.0)
 
 
@@ -151,7 +151,7 @@ def some_joints(robot: Robot, joints: Sequence[str]) -> str:
 
 
 def _remedy(profile: ShockProfile, joints: tuple[str, ...]) -> str:
-    """What to give where drives are not known."""
+    """Advice where drives are not known."""
     robot = profile.robot
     if like := similar_robots(robot):
         return f"joints are named like those of {few(like, 4)}: --drives {like[0]}"
@@ -221,7 +221,7 @@ def _posture(profile: ShockProfile) -> Iterator[Unknown]:
 
 
 def _base(profile: ShockProfile) -> Iterator[Unknown]:
-    """How the base moves, where the limbs of the robot decide that and not its file."""
+    """Motion of the base, where the limbs of the robot decide that and not its file."""
     if "base" in profile.landing.chosen:
         text = "the base is freed, because legs hang on it"
         if profile.landing.base == "fixed":

@@ -1,3 +1,1 @@
-"""Every number that a landing has, declared once: its key, unit, title, what it belongs to, and its
-formula.
-"""
+"""The numbers of a landing, each declared once: key, unit, title, kind of place and formula."""

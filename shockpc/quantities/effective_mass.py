@@ -264,9 +264,11 @@ def clear_resistance(impact: DoubleImpact, number: int) -> dict[str, Array]:
     A = impact.delassus(point)
     by_joints = A - impact.rigid_mobility(point)
 
+    # The smallest eigenvalues of A and A − A_L tell in doubles whether they are regular.
     whole = np.trace(A, axis1=1, axis2=2)
     robot_moves = np.linalg.eigvalsh(A)[:, 0] > CLEAR * whole
     joints_move = np.linalg.eigvalsh(by_joints)[:, 0] > CLEAR * whole
+    # 1 / (nᵀ A n), nᵀ A⁻¹ n, nᵀ (A − A_L) n / nᵀ A n and det(A⁻¹ (A − A_L)).
     regular = np.where(robot_moves[:, None, None], A, np.eye(3))
     with np.errstate(all="ignore"):
         frictionless = 1.0 / (n @ A @ n)

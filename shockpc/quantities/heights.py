@@ -363,8 +363,7 @@ def height_rates(
     twists: Array,
     places: Sequence[Place],
 ) -> tuple[Array, Array]:
-    """`SPREAD`, and `CLEARANCE` of bodies, (N, 1 + n) in N postures, and how fast (N, 1 + n, d)
-    they change.
+    """`SPREAD` and `CLEARANCE` of n bodies (N, 1 + n), and their rates (N, 1 + n, d) in d motions.
 
     Spread and clearance change as the lowest points rise: each at ω · (p × n) + v · n, with the
     ground's normal n. Which points are the lowest changes at kinks.

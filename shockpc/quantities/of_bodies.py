@@ -1,6 +1,4 @@
-"""Step 3 for the bodies: centres and radii of percussion (shock paper, Eqs. 11 and 12), and shock
-over their geometry.
-"""
+"""Quantities of bodies: step 3 (shock paper, Eqs. 11 and 12), and shock over their geometry."""
 
 from typing import Any, NamedTuple
 

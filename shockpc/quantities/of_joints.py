@@ -1,6 +1,4 @@
-"""What the joints go through: jumps of their rates, and the impulses that bearings and gearboxes
-carry.
-"""
+"""Quantities of joints: jumps of their rates, and impulses of bearings and gearboxes."""
 
 from typing import Any
 
@@ -50,8 +48,9 @@ def _delta_qd(impact: Impact, places: Places) -> Any:
 
 
 def _rate_after(impact: Impact, places: Places) -> Any:
-    """Rates (N, S, n) after the impact, which a motor has to follow: those before it and their
-    jumps.
+    """Rates (N, S, n) after the impact: those before it and their jumps.
+
+    A motor has to follow them.
     """
     before = impact.exact(np.asarray(impact.landing.before.joint_rates))[..., None, :]
     return _of_joints(impact, places, before + impact.along(impact.delta_qd))

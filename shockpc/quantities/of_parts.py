@@ -1,6 +1,4 @@
-"""How far parts are from their ratings: margins by velocity change, by acceleration and by the
-torques of joints.
-"""
+"""Quantities of parts: margins by velocity change, by acceleration and by torque."""
 
 from collections.abc import Callable
 from typing import Any
@@ -162,7 +160,7 @@ def _largest_peak(impact: Impact, values: Array) -> float:
 
 
 def _lacks_peak(landing: PosedLanding) -> str:
-    """What a landing lacks for a peak of a part."""
+    """Message of what a landing lacks for a peak of a part; empty if nothing."""
     if landing.pulse or landing.scene.yields:
         return ""
     return f"{NEEDS_PULSE}, or a contact stiffness"
@@ -216,7 +214,8 @@ def _torque(impact: Impact, places: Places, durations: Array) -> Any:
     determined = impact.unique[:, None].all(axis=-1, keepdims=True)
     known = determined & ~np.isnan(numbers) & ~np.isnan(rates) & ~sprung
     size = np.where(numbers < 0.0, -impulse, impulse)
-    return np.where(known, size * impact.exact(np.nan_to_num(rates)), np.nan)
+    torque = size * impact.exact(np.nan_to_num(rates))
+    return np.where(known, torque, np.nan)
 
 
 def _rates(impact: Impact, durations: Array) -> Array:

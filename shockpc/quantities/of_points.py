@@ -1,6 +1,4 @@
-"""What a point of a body feels: its jump of velocity, the shock, and the most and least severe
-impact directions.
-"""
+"""Quantities of points: jump of velocity, shock, and extreme impact directions."""
 
 from typing import Any
 
@@ -76,7 +74,7 @@ def pulse_peak(impact: Impact, places: Places) -> Any:
 
 
 def _lacks_pulse(landing: PosedLanding) -> str:
-    """What a landing lacks for a peak."""
+    """Message of what a landing lacks for a peak; empty if nothing."""
     return NEEDS_PULSE if landing.pulse is None else ""
 
 
@@ -153,8 +151,9 @@ def largest_reading(impact: Impact, values: Array) -> float:
 
 
 def lacks_bandwidth(landing: PosedLanding) -> str:
-    """What a landing lacks for readings of accelerometers; nothing where it gives the bandwidth of
-    one.
+    """Message of what a landing lacks for readings of accelerometers; empty if nothing.
+
+    The bandwidth of one accelerometer is enough.
     """
     return "" if low_passes_of(landing.scene) else NEEDS_BANDWIDTH
 
@@ -184,8 +183,9 @@ def directions(impact: Impact, places: Places) -> ExtremeDirections:
 
 @cached
 def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
-    """The most severe of them (N, 1, n, 3) and the shocks there (N, 1, n), without the others in
-    many postures.
+    """The most severe impact directions (N, 1, n, 3) of points and the shocks there (N, 1, n).
+
+    In many postures the least severe ones are not computed.
     """
     maps = _maps(impact, places)
     if len(maps) == 1:
@@ -195,8 +195,9 @@ def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
 
 
 def _maps(impact: Impact, places: Places) -> Array:
-    """Jumps (N, n, 3, 3) of the velocities of points for unit strikes along x, y and z, axes of
-    their bodies' frames.
+    """Jumps (N, n, 3, 3) of the velocities of points for unit strikes along x, y and z.
+
+    They are in the axes of the bodies' frames.
     """
     jumps = impact.maps_of([place.body for place in places])
     r = np.broadcast_to(_r(impact, places), (*jumps.shape[:2], 3)).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""What an impact does to the robot as a whole, and how far its numbers are known."""
+"""Quantities of the robot as a whole, and errors of its numbers."""
 
 from typing import Any, Literal
 
@@ -129,7 +129,7 @@ def _levels(impact: Impact) -> Levels | None:
 
 
 def _depth(impact: Impact, places: Places) -> Array:
-    """How far (N, 1, 1) other links reach below the lowest contact on flat ground [m].
+    """Depth (N, 1, 1) of other links below the lowest contact on flat ground [m].
 
     Standing feet count as contacts; NaN where no contact is on flat ground.
     """

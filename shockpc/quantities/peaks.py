@@ -20,9 +20,7 @@ ROUNDING = 1e-10
 
 
 def _wrench(impact: Impact, places: Places) -> Array:
-    """Forces, moments, and the parts along the axes (N, S, 3 n, 3) that n joints carry, one after
-    the other.
-    """
+    """Forces, moments, and the parts along the axes that n joints carry, (N, S, 3 n, 3)."""
     force, moment, along = (
         np.asarray(entry.compute(impact, places)) for entry in (FORCE, MOMENT, ALONG)
     )
@@ -30,8 +28,10 @@ def _wrench(impact: Impact, places: Places) -> Array:
 
 
 def _loads(impact: Impact, _: Places) -> Array:
-    """All whose peaks a landing shows, n vectors (N, S, n, 3): forces of contacts, velocities of
-    points and parts, wrenches.
+    """All n vectors (N, S, n, 3) whose peaks a landing shows.
+
+    They are the forces of contacts, the velocities of points and parts, and the wrenches of
+    joints.
     """
     landing = impact.landing
     shown = (
@@ -39,9 +39,8 @@ def _loads(impact: Impact, _: Places) -> Array:
         (point_velocity, _points(landing)),
         (_wrench, landing.places("joint")),
     )
-    return np.concatenate(
-        [np.asarray(compute(impact, places)) for compute, places in shown if places], axis=2
-    )
+    vectors = [np.asarray(compute(impact, places)) for compute, places in shown if places]
+    return np.concatenate(vectors, axis=2)
 
 
 def _points(landing: PosedLanding) -> list[Place]:
@@ -50,29 +49,26 @@ def _points(landing: PosedLanding) -> list[Place]:
 
 
 def contact_peaks(motion: Motion, places: Places) -> Array:
-    """Peak forces (n,) of contacts [N], and when each is reached [s]; NaN of the end stop of a
-    hinge, which has a torque.
+    """Peak forces (n,) of contacts [N], and their times (n,) [s].
+
+    They are NaN of the end stop of a hinge, which has a torque.
     """
-    numbers, hinge = (
-        _numbers(places),
-        [not len(block.forces) for block in motion.landing.constraints],
-    )
-    return np.where(np.array(hinge)[numbers], np.nan, np.array(motion.peaks(_loads))[:, numbers])
+    numbers = _numbers(places)
+    hinges = np.array([not len(held.forces) for held in motion.landing.constraints])
+    peaks = np.array(motion.peaks(_loads))[:, numbers]
+    return np.where(hinges[numbers], np.nan, peaks)
 
 
 def point_peaks(motion: Motion, places: Places) -> Array:
     """Peak accelerations (n,) of points [m/s²], and when each is reached [s]."""
     landing = motion.landing
-    index = {
-        (place.body, place.r.tobytes()): k
-        for k, place in enumerate(_points(landing), len(landing.contact_places))
-    }
-    columns = [index.get((place.body, place.r.tobytes()), -1) for place in places]
-    return (
-        np.array(motion.peaks(point_velocity, places))
-        if -1 in columns
-        else np.array(motion.peaks(_loads))[:, columns]
-    )
+    shown = dict[tuple[int, bytes], int]()
+    for k, place in enumerate(_points(landing), len(landing.contact_places)):
+        shown[place.body, place.r.tobytes()] = k
+    keys = [(place.body, place.r.tobytes()) for place in places]
+    if not all(key in shown for key in keys):
+        return np.array(motion.peaks(point_velocity, places))
+    return np.array(motion.peaks(_loads))[:, [shown[key] for key in keys]]
 
 
 def joint_peaks(motion: Motion, places: Places) -> Array:
@@ -82,7 +78,8 @@ def joint_peaks(motion: Motion, places: Places) -> Array:
     unknown inertia.
     """
     joints = {place.name: k for k, place in enumerate(motion.landing.places("joint"))}
-    force, moment, along = motion.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
+    peaks, _ = motion.peaks(_loads)
+    force, moment, along = peaks[-3 * len(joints) :].reshape(3, -1)
     least = ROUNDING * max(force.max(initial=0.0), moment.max(initial=0.0))
     peaks = np.array([force, moment, np.where(along <= least, 0.0, along)])
     peaks = peaks[:, [joints[place.name] for place in places]]

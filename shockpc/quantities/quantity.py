@@ -1,4 +1,4 @@
-"""What a quantity is, and how it is evaluated on an impact."""
+"""The record of a quantity, and its evaluation on an impact."""
 
 import functools
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ class Scope(NamedTuple):
 
 
 class Evaluation(NamedTuple):
-    """How a quantity is computed.
+    """Arithmetic in which a quantity is computed, and of what.
 
     Attributes:
         on: of what: the impact of the scene, that of the same landing with joints of another model
@@ -56,7 +56,7 @@ class Evaluation(NamedTuple):
 
 
 class Relations(NamedTuple):
-    """What a quantity has to do with others.
+    """Relations of a quantity to others.
 
     Attributes:
         most_severe: of a shock: that of the most severe strike at the same place, to which errors
@@ -124,31 +124,31 @@ class Quantity(NamedTuple):
 
     @property
     def vector(self) -> bool:
-        """Whether a value is a vector (3,)."""
+        """True if a value is a vector (3,)."""
         return self.form == "vector"
 
     @property
     def signed(self) -> bool:
-        """Whether a value is a number that may be negative."""
+        """True if a value is a number that may be negative."""
         return self.form == "signed"
 
     @property
     def flag(self) -> bool:
-        """Whether a value is 1 or 0, which documents write as true or false."""
+        """True if a value is 1 or 0, which documents write as true or false."""
         return self.form == "flag"
 
     @property
     def decided_by_ground(self) -> bool:
-        """Whether it is 1 or 0 by what flat ground allows."""
+        """True if it is 1 or 0 by what flat ground allows."""
         return self.relations.role in ("feasible", "tilt")
 
     def per_landing(self, scene: Scene) -> bool:
-        """Whether it is computed in one posture at a time, for a landing of a scene."""
+        """True if it is computed in one posture at a time, for a landing of a scene."""
         on_stiffness = self.evaluation.exact == "rigid" and scene.yields
         return self.evaluation.postures != "many" or on_stiffness
 
     def of_ground(self, scene: Scene) -> bool:
-        """Whether it depends on the friction or on the contact stiffness of a scene.
+        """True if it depends on the friction or on the contact stiffness of a scene.
 
         It is then computed in double precision.
         """
@@ -179,7 +179,7 @@ class Quantity(NamedTuple):
 
     @property
     def note(self) -> str:
-        """What else a user has to know of it."""
+        """Remarks that a user has to know."""
         one_posture = self.evaluation.postures != "many"
         exact = self.evaluation.exact
         remarks = {
@@ -242,7 +242,7 @@ def largest_shock(impact: Impact, values: Array) -> Any:
 
 
 def reach(impact: Impact, values: Array) -> float:
-    """How far from the world's origin something of the robot is, at least [m]."""
+    """Largest distance of something of the robot from the world's origin, at least [m]."""
     del values
     origin = np.abs(impact.state.origin.astype(float)).max()
     bodies = np.abs(impact.state.position.astype(float)).max()

@@ -148,7 +148,9 @@ def sensor_peaks(
         largest = [float(np.nan_to_num(peaks[0, k]).max()) for _, peaks in causes]
         cause, every = causes[int(np.argmax(largest))]
         peaks = every[0, k]
-        axis = "" if places[k].name in _without_axes(landing) else AXES[int(peaks.argmax())]
+        axis = AXES[int(peaks.argmax())]
+        if places[k].name in _without_axes(landing):
+            axis = ""
         if low_pass is not None:
             cause += f", behind a filter of {low_pass}"
         sensors.append(SensorPeak(float(peaks.max()), axis, cause))

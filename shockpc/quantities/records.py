@@ -1,6 +1,4 @@
-"""The records of a profile: what there is at one place of a kind, by name; their fields are
-quantities of that kind.
-"""
+"""Records of a profile, one for each place of a kind; their fields are quantities of that kind."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -24,8 +22,9 @@ NO_KEYS: Mapping[str, str] = {}
 
 
 def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
-    """A record of one place: its fields are quantities of a kind by key, None without a value,
-    whose titles document them.
+    """Decorator of a record of one place, whose fields are quantities of a kind by key.
+
+    A field is None without a value. The titles of the quantities document the fields.
     """
 
     def described(record: type[R]) -> type[R]:
@@ -61,7 +60,7 @@ class PointShock(NamedTuple):
 
 @_record_of("part")
 class PartMargin(NamedTuple):
-    """How far a part, at a point or of a joint, is from what it withstands.
+    """Margin of a part, at a point or of a joint, to what it withstands.
 
     Attributes:
         part: its name.
@@ -96,7 +95,7 @@ class PartMargin(NamedTuple):
 
 @_record_of("contact")
 class ContactImpulse(NamedTuple):
-    """What the ground does at a contact; masses that cannot give way are infinite.
+    """Impulse of the ground at a contact; masses that cannot give way are infinite.
 
     Attributes:
         frame: its name.
@@ -120,7 +119,7 @@ class ContactImpulse(NamedTuple):
 
 @_record_of("contact")
 class StanceImpulse(NamedTuple):
-    """What the ground does at a foot that stands already.
+    """Impulse of the ground at a foot that stands already.
 
     Attributes:
         frame: its name.
@@ -135,7 +134,7 @@ class StanceImpulse(NamedTuple):
 
 @_record_of("joint")
 class JointLoad(NamedTuple):
-    """What a joint goes through.
+    """Load of a joint.
 
     Attributes:
         joint: its name.

@@ -1,6 +1,4 @@
-"""The table of all quantities, and how a text names one: KEY, KIND.KEY, and KEY.x for a component
-of a vector.
-"""
+"""The table of all quantities, and their names in texts: KEY, KIND.KEY, and KEY.x of a vector."""
 
 import functools
 from collections.abc import Mapping
@@ -64,7 +62,7 @@ WITHOUT_SYMBOLS = frozenset(
 
 
 def has_symbols(quantity: Quantity) -> bool:
-    """Whether the numbers of a quantity can be written in symbols, for any posture."""
+    """True if the numbers of a quantity can be written in symbols, for any posture."""
     computed = quantity.evaluation.postures == "many" and not quantity.relations.role
     return computed and quantity.of != "part" and quantity.key not in WITHOUT_SYMBOLS
 
@@ -98,7 +96,7 @@ class Selection(NamedTuple):
         return np.asarray(norm(values) if self.axis is None else values[..., self.axis])
 
     def worse(self, values: Any) -> Any:
-        """How severe values (n,) are: greater is worse; −∞ where there is none.
+        """Severities (n,) of values (n,): greater is worse; −∞ where there is none.
 
         Of signed ones the magnitudes count.
 
@@ -111,7 +109,7 @@ class Selection(NamedTuple):
 
     @property
     def signed(self) -> bool:
-        """Whether the number may be negative."""
+        """True if the number may be negative."""
         return self.quantity.signed or self.axis is not None
 
 
@@ -138,8 +136,9 @@ def quantity(kind: PlaceKind, key: str) -> Quantity:
 
 @checked
 def select(text: str) -> Selection:
-    """The selection that a text means: KEY, or KIND.KEY where several kinds have it; .x, .y or .z
-    after it for a component.
+    """The selection that a text means: KEY, or KIND.KEY where several kinds have it.
+
+    A component of a vector has .x, .y or .z after it.
 
     Raises:
         UnknownName: there is none; the text names the nearest, and the command that lists all.

@@ -1,6 +1,4 @@
-"""What an analysis gives back: a landing and its proof; every other number is a quantity, computed
-when it is read.
-"""
+"""The result of an analysis: a landing and its proof; all other numbers are quantities."""
 
 import pkgutil
 from functools import cached_property
@@ -78,8 +76,9 @@ class ShockProfile(LandingValues):
     _repr_html_ = shown_by("studies.analyze.report:landing_report")
 
     def show(self) -> None:
-        """Show the landing in three dimensions, as in report.html: in the cell of a notebook, else
-        in a browser.
+        """Show the landing in three dimensions, as in report.html.
+
+        It is shown in the cell of a notebook, else in a browser.
 
         Raises:
             OutputError: Plotly is not installed, or no browser is found.
@@ -101,8 +100,9 @@ class ShockProfile(LandingValues):
 
     @cached_property
     def scene(self) -> Scene:
-        """What lands, with every default filled in; in place of a posture that is computed the
-        values of its joints.
+        """The scene that lands, with every default filled in.
+
+        In place of a posture that is computed it has the values of its joints.
         """
         return spelled_out(self.landing.scene, self.robot)
 
@@ -118,14 +118,16 @@ class ShockProfile(LandingValues):
 
     @property
     def joint_model(self) -> str:
-        """The model: "free" (no reflected inertia), "geared" (every joint has some), "locked"
-        (every joint holds) or "mixed".
+        """The model of the joints: "free", "geared", "locked" or "mixed".
+
+        "free" has no reflected inertia; "geared" has some at every joint; of "locked" every
+        joint holds.
         """
         return self.landing.joint_model.name
 
     @property
     def assembly(self) -> Assembly | None:
-        """What closing the loops changed; None without loops."""
+        """Changes by closing the loops; None without loops."""
         return self.landing.assembly
 
     @cached_property
@@ -157,8 +159,9 @@ class ShockProfile(LandingValues):
 
     @property
     def reference_velocities(self) -> Array:
-        """(k, 3) velocities before the impact of which the fastest has the speed `v_in`: contacts
-        or centre of mass [m/s].
+        """(k, 3) velocities before the impact of which the fastest has the speed `v_in` [m/s].
+
+        They are those of the contacts, or of the centre of mass.
         """
         return read_only(
             self.proof.read(
@@ -184,9 +187,7 @@ class ShockProfile(LandingValues):
 
     @property
     def maps(self) -> Array:
-        """(nb, 6, 3) jump (Δω, Δv) of every body for a strike of 1 m/s along world x, y and z, body
-        axes.
-        """
+        """(nb, 6, 3) jump (Δω, Δv) of every body for unit strikes along world x, y and z, body axes."""
         return self.proof.jumps[..., :3]
 
     @property
@@ -267,7 +268,7 @@ class ShockProfile(LandingValues):
 
     @property
     def lasts(self) -> bool:
-        """Whether the scene says how long the contact lasts, by a pulse or a contact stiffness."""
+        """True if the scene says how long the contact lasts, by a pulse or a contact stiffness."""
         return self.landing.pulse is not None or self.scene.yields
 
     @property
@@ -286,22 +287,24 @@ class ShockProfile(LandingValues):
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """What the landing takes for granted: what is not known first, and of that what changes the
-        answer most.
+        """Assumptions of the landing: first those that nobody knows.
+
+        Of these, what changes the answer most comes first.
         """
         with self.trace.stage("what is taken for granted"):
             return self.judge.unknowns(self)
 
     @cached_property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """What is doubtful of the landing and of its numbers, each with its consequence."""
+        """Warnings of the landing and of its numbers, each with its consequence."""
         with one_thread(self.robot.model.nv):
             return self.judge.warnings(self)
 
     @property
     def impact_length(self) -> float | None:
-        """How long the impact lasts, by a contact stiffness or the pulse of the scene [s]; None
-        where neither is given.
+        """Duration of the impact, by a contact stiffness or the pulse of the scene [s].
+
+        It is None where neither is given.
         """
         if self.stiffness is not None:
             return float(self.stiffness.duration.max())
@@ -309,8 +312,9 @@ class ShockProfile(LandingValues):
 
     @property
     def main_body(self) -> int:
-        """The index of the body that an answer is about: the heaviest; with a fixed base the
-        landing's `trunk`.
+        """Index of the body that an answer is about.
+
+        It is the heaviest; with a fixed base the landing's `trunk`.
         """
         return (
             self.landing.trunk

@@ -28,7 +28,7 @@ LEVEL = 1e-9
 
 
 class StrikeMatrices(NamedTuple):
-    """What follows from the velocity s of the base [m/s, world axes].
+    """Matrices of what follows from the velocity s of the base [m/s, world axes].
 
     A number is its matrix (4,) times (s, 1).
 

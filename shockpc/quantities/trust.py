@@ -8,7 +8,7 @@ from shockpc.text.printed import few
 
 
 class Health(NamedTuple):
-    """How far to trust a profile: the arithmetic, for the robot as loaded.
+    """Errors of a profile by its arithmetic, for the robot as loaded.
 
     Attributes:
         rank: number of independent contact and closure rows.
@@ -65,12 +65,12 @@ class Unknown(NamedTuple):
 
     @property
     def named(self) -> str:
-        """What is not known, or was chosen, without what to give."""
+        """The text of what is not known, or was chosen, without what to give."""
         return f"{few(self.subjects, 4)}: {self.text}" if self.kind == "contact" else self.text
 
     @property
     def known(self) -> bool:
-        """Whether somebody stands for it: a source of the drives, or a rule by which it was chosen."""
+        """True if a source of the drives, or a rule by which it was chosen, stands for it."""
         return self.status not in ("unknown", "simulation model", "implausible", "missing")
 
 

@@ -100,7 +100,7 @@ class LandingValues(OfLanding):
 
     @cached_property
     def health(self) -> Health:
-        """How far to trust the numbers, with the warnings."""
+        """Errors of the numbers, with the warnings."""
         with one_thread(self.robot.model.nv), self.trace.stage("accuracy and warnings"):
             return self.judge.health(self)
 

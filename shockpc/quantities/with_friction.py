@@ -1,4 +1,4 @@
-"""What follows from a coefficient of friction; in double precision, without a proof."""
+"""Quantities of a landing with friction, in double precision."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal
