@@ -100,6 +100,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
         labels += [_label(row, section, views[0], points) for row in rows]
     sizes = _sizes(windows, labels, len(sections), len(letters))
 
+    # Pictures at the left and bars at the right, both from the top.
     x = LEFT + sizes.left + 2.0 * GAP + sizes.names
     page = Page(x + WIDTH + 0.9, sizes.height, _heading(comparison, header, letters))
     low, top = page.low, page.low + sizes.height
@@ -292,6 +293,7 @@ def _draw_bars(
     x, y, height, names = place
     axes = page.axes(x, y, WIDTH, height)
     designs = len(letters) - 1
+    # The vertical axis counts rows, downwards.
     rows: list[Difference] = []
     ticks: list[float] = []
     at = 0.0

@@ -33,6 +33,7 @@ def improve_report(study: Improvement) -> Report:
     """The optimum."""
     quantity = study.cost.quantity
     worst = {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
+    # The worst landing before and after, as `shockpc compare` shows two designs.
     comparison = compare_report(_comparison(quantity, worst))
     picture = Picture(
         "runs",

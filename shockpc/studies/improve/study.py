@@ -303,6 +303,7 @@ def improve(
     with trace.stage("runs"):
         runs = _runs(cost, starts, seed)
     best = runs[0].value
+    # What makes no difference stays as given.
     x = _set_back(cost, runs[0].x, best * (1.0 + OPTIMUM_TOLERANCE))
     with trace.stage("proof"):
         cases = {name: (scene, robot) for name, scene in cost.scenes.items()}
@@ -310,6 +311,7 @@ def improve(
         given, _ = _proven(cost, before)
         optimum, worst = _proven(cost, after)
 
+    # Drives that vary have no ends.
     ends: dict[End, DriveEnd | ShockError] = {}
     if not any(isinstance(varied.kind, OfDrive) for varied in cost.variations):
         modelled = DriveEnd(given, optimum, optimum, x)

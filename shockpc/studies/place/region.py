@@ -71,6 +71,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
         )
     if limits is not None:
         _refuse_apart(limits, extent, name)
+    # A box is the region, whatever the geometry.
     if limits is not None and not surface:
         corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
         text = f"in the box {_box_text(limits)} of {name}"
@@ -83,6 +84,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
         hulls = tuple(ConvexCell(shape.points, shape.rounding) for shape in shapes)
         return Region(text, hulls, (), _size(extent), True, geometry.warnings)
 
+    # The surface of one shape inside of another one is no surface of the body.
     smallest = MARKER * _size(extent)
     solid = [shape for shape in shapes if _size(_extent([shape])) > smallest]
     cells: list[ConvexCell] = []

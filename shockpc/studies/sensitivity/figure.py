@@ -47,6 +47,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
     axes.set_yticks(range(len(effects)), names)
     axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)
+    # Room for the shares beside the longest bar, also where rounding is all that there is.
     largest = max(effect.largest for effect in effects)
     reach = 1.25 * (max(largest, 1e-9 * abs(study.value)) or 1.0)
     axes.set_xlim(study.value - reach, study.value + reach)
