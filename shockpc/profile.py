@@ -223,7 +223,7 @@ def _room_like(part: Array, postures: int) -> Array:
 
 
 def needs_proof(
-    landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None
+    landing: Landing, equation: Equation, solution: Solution, max_condition: float | None = None
 ) -> tuple[Array, np.ndarray]:
     """The condition (N,) of a solution of step 1, and where (N,) it needs a proof.
 
@@ -233,17 +233,17 @@ def needs_proof(
         landing: the landing.
         equation: step 1 in N postures.
         solution: of it.
-        trusted: condition up to which double precision is kept, also where rows are redundant,
+        max_condition: condition up to which double precision is kept, also where rows are redundant,
             unless rounding can change how many are independent; by default it is kept up to
             `ILL_CONDITIONED`, and nowhere where rows are redundant.
     """
     condition = np.where(np.isnan(solution.condition), np.inf, solution.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
-    limit = ILL_CONDITIONED if trusted is None else trusted
+    limit = ILL_CONDITIONED if max_condition is None else max_condition
     slow = np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE
     prove = (condition > limit) | ~slow
     for k, row_space in solution.row_spaces.items():
-        if trusted is None or row_space.uncertain:
+        if max_condition is None or row_space.uncertain:
             prove[k] = True
     return condition, prove

@@ -849,7 +849,7 @@ def test_resistances_in_double_precision_are_the_proven_ones_or_none(robot, cont
     ]
     known = wanted if clear else [one for one in wanted if one.selection.name == "mitigation"]
     values, _, prove, _ = columns(
-        profile.landing, profile.landing.q[None], None, wanted, trusted=1e10
+        profile.landing, profile.landing.q[None], None, wanted, max_condition=1e10
     )
     for one in known:
         (exact,) = profile.numbers(one.selection, [one.place])

@@ -43,7 +43,7 @@ class ChunkRows:
         self.first = begin * landings.strikes
         n = (end - begin) * landings.strikes
         names = [column.name for column in computed]
-        headings = (*names, *landings.further, "condition")
+        headings = (*names, *landings.extra_headings, "condition")
         self.values = {heading: np.full(n, np.nan) for heading in headings}
         self.needs_proof = np.zeros(n, dtype=bool)
         self.proven = np.zeros(n, dtype=bool)
@@ -51,26 +51,28 @@ class ChunkRows:
         self.messages: dict[int, str] = {}
         self.defects: list[str] = []
 
-    def solve(self, group: Group | Refusal, trusted: float | None) -> None:
+    def solve(self, group: Group | Refusal, max_condition: float | None) -> None:
         """Fill in the rows of a group in double precision.
 
-        Args: trusted, as for `columns`.
+        Args: max_condition, as for `columns`.
         """
         strikes = self.landings.strikes
         rows = group.postures[:, None] * strikes + np.arange(strikes)
         error = group.error if isinstance(group, Refusal) else None
         if isinstance(group, Group):
-            error = attempt(self._solve, group, rows, trusted)
+            error = attempt(self._solve, group, rows, max_condition)
         if error is not None:
             self._note(rows.ravel().tolist(), error)
 
-    def _solve(self, group: Group, rows: np.ndarray, trusted: float | None) -> None:
+    def _solve(self, group: Group, rows: np.ndarray, max_condition: float | None) -> None:
         """Fill in the rows (m, S) of a group."""
         landing = group.landing
-        solved = columns(landing, group.Q, group.strikes, self.computed, group.inertias, trusted)
+        solved = columns(
+            landing, group.Q, group.strikes, self.computed, group.inertias, max_condition
+        )
         for name, values in solved.values.items():
             self.values[name][rows] = values
-        for name, of_postures in group.further.items():
+        for name, of_postures in group.extra_columns.items():
             self.values[name][rows] = of_postures[:, None]
         self.values["condition"][rows] = solved.condition[:, None]
         self.needs_proof[rows] = solved.prove

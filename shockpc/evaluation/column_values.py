@@ -120,7 +120,7 @@ def postures(
     Q: Array,
     wanted: Sequence[Column],
     inertias: Inertias | None = None,
-    trusted: float | None = None,
+    max_condition: float | None = None,
 ) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision.
 
@@ -129,13 +129,13 @@ def postures(
         Q: (m, nq) configurations.
         wanted: what will be read of them.
         inertias: the inertias in each posture; the landing's by default.
-        trusted: as for `needs_proof`.
+        max_condition: as for `needs_proof`.
     """
     with_strike = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model, inertias)
     bodies = _bodies_of(wanted)
     equation, solution, jumps = solved(landing, state, with_strike, bodies)
-    condition, prove = needs_proof(landing, equation, solution, trusted)
+    condition, prove = needs_proof(landing, equation, solution, max_condition)
     rotation = state.rotation if bodies is None else state.rotation[:, bodies]
     jumps = in_body_axes(jumps, rotation)
     return Postures(landing, Q, equation, solution, jumps, bodies, condition, prove, inertias)
@@ -155,7 +155,7 @@ def columns(
     strikes: Array | None,
     wanted: Sequence[Column],
     inertias: Inertias | None = None,
-    trusted: float | None = None,
+    max_condition: float | None = None,
 ) -> DoubleColumns:
     """Every column for m postures and S strikes of each, in double precision.
 
@@ -166,7 +166,7 @@ def columns(
             landing's, of which each posture has one (S = 1).
         wanted: the columns.
         inertias: the inertias in each posture; the landing's by default.
-        trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed
+        max_condition: as for `needs_proof`; with it, quantities of one posture at a time are computed
             where double precision has them.
     """
     landing = landing.without_stops
@@ -181,8 +181,8 @@ def columns(
             of_rows = strikes[rows]
         if inertias is not None:
             of_bodies = inertias.rows(rows)
-        solved_postures = postures(moving, Q[rows], wanted, of_bodies, trusted)
-        parts.append(solved_postures.columns(of_rows, wanted, more=trusted is not None))
+        solved_postures = postures(moving, Q[rows], wanted, of_bodies, max_condition)
+        parts.append(solved_postures.columns(of_rows, wanted, more=max_condition is not None))
         ranks.append(solved_postures.solution.rank)
     values: dict[str, Array] = {}
     for name in parts[0].values:

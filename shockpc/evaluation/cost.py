@@ -13,7 +13,7 @@ import numpy as np
 from shockpc.core.number import numbers_from
 from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.column import Column
-from shockpc.evaluation.evaluate import TRUSTED, Evaluation
+from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.kinds.registry import KINDS
 from shockpc.evaluation.kinds.strike import StrikeAngle
@@ -252,7 +252,7 @@ class ShockCost:
             strikes_up, strikes_down = np.split(strikes, 2)
             turns = (strikes_up - strikes_down).reshape(m, n, -1, 3) / h[:, None, None]
             numbers, prove = slopes(
-                group.first, *group.at(X).resolved(), rates, turns, columns, TRUSTED
+                group.first, *group.at(X).resolved(), rates, turns, columns, MAX_CONDITION
             )
             values.append({name: value for name, (value, _) in numbers.items()})
             changes.append({name: change for name, (_, change) in numbers.items()})
@@ -307,7 +307,7 @@ class ShockCost:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
         values: list[dict[str, Array]] = []
         for group, columns in zip(self.groups, self._columns, strict=True):
-            evaluation = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED)
+            evaluation = Evaluation(group.at(X), columns, prove=0, max_condition=MAX_CONDITION)
             table = evaluation.table.without_defects()
             m = len(X)
             values.append({name: x.reshape(m, -1) for name, x in table.columns.items()})

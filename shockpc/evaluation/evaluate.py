@@ -18,7 +18,7 @@ from shockpc.quantities.selection import Selection
 from shockpc.text.printed import count
 from shockpc.text.shown import brief, shown_by
 
-TRUSTED = 1e10
+MAX_CONDITION = 1e10
 """Condition up to which double precision suffices for what is compared with measurements, or proven
 or compared afterwards.
 """
@@ -42,7 +42,7 @@ class Evaluation(Generic[L]):
         prove: number of rows that are compared with a proof, besides those that need one.
         feasible: whether rows that flat ground does not allow, tilted a little or not, are left
             out. Those without a result are not.
-        trusted: condition up to which rows keep the numbers of double precision also where contacts
+        max_condition: condition up to which rows keep the numbers of double precision also where contacts
             or loops are redundant, or the quantity is otherwise proven in one posture at a time;
             None where all of these need a proof.
         elsewhere: what the study computes of these landings besides the columns.
@@ -56,7 +56,7 @@ class Evaluation(Generic[L]):
     computed: tuple[Column, ...] = field(default=(), repr=False)
     prove: int = 100
     feasible: bool = False
-    trusted: float | None = None
+    max_condition: float | None = None
     elsewhere: tuple[Selection, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
@@ -79,7 +79,7 @@ class Evaluation(Generic[L]):
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
         names = [column.name for column in self.computed]
-        numbers = (*names, *self.landings.further, "condition", "proven", "double_error")
+        numbers = (*names, *self.landings.extra_headings, "condition", "proven", "double_error")
         row = ("row",) if self.feasible else ()
         return (*row, *self.landings.headings, *numbers)
 
@@ -154,7 +154,7 @@ class Evaluation(Generic[L]):
             chunk = self.landings.chunk(k, data)
             rows = ChunkRows(self.landings, self.computed, k)
             for group in chunk.groups:
-                rows.solve(group, self.trusted)
+                rows.solve(group, self.max_condition)
             # A row that needs a proof counts as allowed by the ground, whatever the proof says.
             allowed = rows.ground_allows()
             compared = rows.within(self.landings.compared(self.prove))

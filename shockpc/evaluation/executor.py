@@ -105,10 +105,45 @@ def _end_with_parent() -> None:
 @contextmanager
 def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Executor]:
     """The executor of a running Dask cluster."""
+    client = _client(address)
+    cluster = _Cluster(client, address, waiting)
+    from distributed import KilledWorker
+
+    watcher = threading.Thread(target=cluster.watch, daemon=True)
     try:
-        from distributed import Client, KilledWorker
+        cluster.wait_for_workers()
+        _refuse_other_code(client.run(version_of_code, on_error="return"))
+        watcher.start()
+        yield cluster.executor
+    except KilledWorker as death:
+        raise StudyError(
+            f"several workers of the cluster died while computing the same part: {death}; give "
+            "them more memory"
+        ) from None
+    except (CancelledError, RuntimeError) as end:
+        if cluster.lost.is_set():
+            lost = cluster.missing.replace("has no worker", "lost all its workers")
+            raise StudyError(f"{lost}; or wait for them with --wait") from None
+        if isinstance(end, RuntimeError):
+            raise
+        raise StudyError(f'the cluster at "{address}" went away; start it again') from None
+    finally:
+        cluster.ended.set()
+        if watcher.is_alive():
+            watcher.join(PATIENCE)
+        client.close(timeout=1)
+
+
+def _client(address: str) -> Any:
+    """The client of a Dask scheduler.
+
+    Raises:
+        StudyError: `distributed` cannot be imported, or no scheduler answers.
+    """
+    install = "install it with: pip install distributed pyarrow"
+    try:
+        from distributed import Client
     except ImportError as refusal:
-        install = "install it with: pip install distributed pyarrow"
         if isinstance(refusal, ModuleNotFoundError) and refusal.name == "distributed":
             raise StudyError(f'a cluster needs the package "distributed"; {install}') from None
         raise StudyError(
@@ -129,71 +164,83 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     # neither is under the timeout.
     threading.Thread(target=connect, daemon=True).start()
     try:
-        client = answer.result(1.1 * PATIENCE)
+        return answer.result(1.1 * PATIENCE)
     except Exception as refusal:
         why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
         raise StudyError(
             f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler'
         ) from None
-    missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
-    workers, lost, ended = client.get_executor(pure=False), threading.Event(), threading.Event()
-    submit, submitted = workers.submit, weakref.WeakSet[Future[Any]]()
 
-    def remembered(*task: Any) -> Future[Any]:
-        future: Future[Any] = submit(_by_the_same_code, version_of_code(), *task)
-        submitted.add(future)
+
+class _Cluster:
+    """The workers of a Dask cluster, with a watch over their absence.
+
+    Args:
+        client: of its scheduler.
+        address: of that.
+        waiting: as for `executor`.
+
+    Attributes:
+        executor: submits tasks to the workers.
+        missing: the message that there is no worker.
+        lost: set when all workers have gone, and tasks were cancelled.
+        ended: to be set when the watch may end.
+    """
+
+    def __init__(self, client: Any, address: str, waiting: Callable[[str], object] | None) -> None:
+        self.client = client
+        self.missing = (
+            f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
+        )
+        self.waiting = waiting
+        self.lost = threading.Event()
+        self.ended = threading.Event()
+        self.executor = client.get_executor(pure=False)
+        self._submit = self.executor.submit
+        self._submitted = weakref.WeakSet[Future[Any]]()
+        self.executor.submit = self._remembered
+        self._absent = 0
+        self._pause = PATIENCE / 20.0
+
+    def _remembered(self, *task: Any) -> Future[Any]:
+        """Submit a task, which can be cancelled later."""
+        future: Future[Any] = self._submit(_by_the_same_code, version_of_code(), *task)
+        self._submitted.add(future)
         return future
 
-    workers.submit = remembered
+    def wait_for_workers(self) -> None:
+        """Wait for the first worker.
 
-    def watch(absent: int) -> None:
+        Raises:
+            StudyError: there is none, and none is waited for.
+        """
+        try:
+            self.client.wait_for_workers(1, timeout=ABSENT * self._pause)
+        except TimeoutError:
+            if self.waiting is None:
+                raise StudyError(f"{self.missing}; or wait for them with --wait") from None
+            self.waiting(f"{self.missing}; waiting for them")
+            self._absent = ABSENT
+
+    def watch(self) -> None:
         """Cancel tasks, or report the wait, after some seconds without workers."""
-        while not ended.wait(pause):
+        while not self.ended.wait(self._pause):
             try:
-                absent = 0 if client.nthreads() else absent + 1
+                present = bool(self.client.nthreads())
             except OSError:
                 return  # the scheduler went away, which cancels what runs
-            if absent == ABSENT and waiting is not None:
-                waiting(f"{missing}; waiting for them")
-            elif absent == ABSENT:
-                lost.set()
-                # it reports what is cancelled
-                logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
-                for future in list(submitted):
-                    future.cancel()
-                return
-
-    pause, watcher = PATIENCE / 20.0, threading.Thread(target=watch, args=(0,), daemon=True)
-    try:
-        try:
-            client.wait_for_workers(1, timeout=ABSENT * pause)
-        except TimeoutError:
-            if waiting is None:
-                raise StudyError(f"{missing}; or wait for them with --wait") from None
-            waiting(f"{missing}; waiting for them")
-            watcher = threading.Thread(target=watch, args=(ABSENT,), daemon=True)
-        _refuse_other_code(client.run(version_of_code, on_error="return"))
-        watcher.start()
-        yield workers
-    except KilledWorker as death:
-        raise StudyError(
-            f"several workers of the cluster died while computing the same part: {death}; give "
-            "them more memory"
-        ) from None
-    except (CancelledError, RuntimeError) as end:
-        if lost.is_set():
-            raise StudyError(
-                f"{missing.replace('has no worker', 'lost all its workers')}; or wait for them "
-                f"with --wait"
-            ) from None
-        if isinstance(end, RuntimeError):
-            raise
-        raise StudyError(f'the cluster at "{address}" went away; start it again') from None
-    finally:
-        ended.set()
-        if watcher.is_alive():
-            watcher.join(PATIENCE)
-        client.close(timeout=1)
+            self._absent = 0 if present else self._absent + 1
+            if self._absent != ABSENT:
+                continue
+            if self.waiting is not None:
+                self.waiting(f"{self.missing}; waiting for them")
+                continue
+            self.lost.set()
+            # It reports what is cancelled.
+            logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
+            for future in list(self._submitted):
+                future.cancel()
+            return
 
 
 def _refuse_other_code(versions: Mapping[str, object]) -> None:

@@ -74,7 +74,7 @@ def slopes(
     rates: Array,
     turns: Array,
     wanted: Sequence[Column],
-    trusted: float | None = None,
+    max_condition: float | None = None,
 ) -> tuple[dict[str, tuple[Array, Array]], np.ndarray]:
     """Some numbers in N postures, with their derivatives along d directions.
 
@@ -87,7 +87,7 @@ def slopes(
         rates: (N, d, nv) at which the postures change, tangent of q.
         turns: (N, d, S, 3) rates at which the strikes change, at constant speed.
         wanted: the numbers, each with `has_gradient`.
-        trusted: as for `needs_proof`.
+        max_condition: as for `needs_proof`.
 
     Returns: by name the values (N, S) and the derivatives (N, S, d), NaN where there are none,
         because the posture is singular, and zero of a length that is zero; and whether (N,) double
@@ -104,7 +104,7 @@ def slopes(
         of_impact = [column for column in wanted if column.selection.quantity not in OF_POSTURE]
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in of_impact)) or [0]
         equation, solution, jumps = solved(landing, state, with_strike=False, bodies=bodies)
-        _, unclear = needs_proof(landing, equation, solution, trusted)
+        _, unclear = needs_proof(landing, equation, solution, max_condition)
         numbers = _of_posture(landing, state, equation.constraints, motions.twists, wanted)
         impact = _ImpactSlopes(landing, equation, solution, jumps, bodies, motions)
         for column in of_impact:

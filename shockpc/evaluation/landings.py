@@ -30,7 +30,7 @@ class Group(NamedTuple):
         strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where
             the landing has a motion for each posture (S = 1).
         inertias: the inertias in each posture; the landing's by default.
-        further: (m,) further columns by heading.
+        extra_columns: (m,) other columns by heading.
     """
 
     postures: np.ndarray
@@ -38,7 +38,7 @@ class Group(NamedTuple):
     Q: Array
     strikes: Array | None = None
     inertias: Inertias | None = None
-    further: Mapping[str, Array] = {}
+    extra_columns: Mapping[str, Array] = {}
 
 
 class Refusal(NamedTuple):
@@ -93,7 +93,7 @@ class Landings(Protocol):
         """The headings of the labels of the chunks."""
 
     @property
-    def further(self) -> tuple[str, ...]:
+    def extra_headings(self) -> tuple[str, ...]:
         """Headings of further columns of the groups."""
 
     @property

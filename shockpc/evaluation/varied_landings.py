@@ -65,7 +65,7 @@ class VariedLandings:
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
-        given: (sample, v) values of the rows, in the order of the variations, in place of random
+        rows_given: (sample, v) values of the rows, in the order of the variations, in place of random
             ones; NaN where a row has what the scene has.
         struck: strikes of each posture of a sample by name; by default the scene's, or one that
             varies.
@@ -77,10 +77,11 @@ class VariedLandings:
     sample: int | None = None
     lhs: bool = False
     seed: int = 0
-    given: Array | None = field(default=None, repr=False)
+    rows_given: Array | None = field(default=None, repr=False)
     struck: Mapping[str, Strike] = field(default_factory=dict, repr=False)
 
-    noun, further = "sweep", ()
+    noun = "sweep"
+    extra_headings = ()
 
     def __post_init__(self) -> None:
         """Resolve where the contacts strike, in the posture of the scene, unless they vary."""
@@ -203,12 +204,12 @@ class VariedLandings:
     def data(self, k: int) -> None:
         """Nothing: the rows of a chunk follow from its number."""
 
-    def at(self, given: Array) -> "VariedLandings":
+    def at(self, values: Array) -> "VariedLandings":
         """The same landings with these values (n, v)."""
-        other = replace(self, given=given, sample=len(given))
+        landings = replace(self, rows_given=values, sample=len(values))
         # Neither the first landing nor how loops are closed depends on the values.
-        vars(other).update(first=self.first, _closed=self._closed)
-        return other
+        vars(landings).update(first=self.first, _closed=self._closed)
+        return landings
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (n, nq) and strikes (n, S, 3) of all postures, if they are of one landing."""
@@ -272,8 +273,8 @@ class VariedLandings:
         begin, end = self.chunks[k]
         if self.sample is None:
             return grid_values(self.axes, np.arange(begin, end), self.strikes)
-        if self.given is not None:
-            columns = self.given[begin:end].T
+        if self.rows_given is not None:
+            columns = self.rows_given[begin:end].T
             return {
                 varied: column[:, None]
                 for varied, column in zip(self.variations, columns, strict=True)

@@ -236,7 +236,7 @@ def _strike_angles(targets: Sequence[Strikes]) -> Array:
 def _table(sweep: VariedLandings, columns: tuple[Column, ...]) -> Table:
     """The rows of a sweep, without proofs of ill-conditioned ones, which would take hours."""
     elsewhere = (select("feasible"),)  # which depends on the friction
-    rows = Evaluation(sweep, columns, prove=0, trusted=math.inf, elsewhere=elsewhere)
+    rows = Evaluation(sweep, columns, prove=0, max_condition=math.inf, elsewhere=elsewhere)
     return rows.table.without_defects()
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
-from shockpc.evaluation.evaluate import TRUSTED, Evaluation
+from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.kinds.joints import ARMATURE
 from shockpc.evaluation.kinds.links import (
     CENTRES,
@@ -296,7 +296,9 @@ class _Beside:
         self._size = np.array([parameter.size for parameter in parameters])
         varied = tuple(parameter.varied for parameter in parameters)
         self._landings = VariedLandings(profile.scene, profile.robot, varied, sample=1)
-        self._evaluation = Evaluation(self._landings, (number,), prove=0, trusted=TRUSTED)
+        self._evaluation = Evaluation(
+            self._landings, (number,), prove=0, max_condition=MAX_CONDITION
+        )
         # A power of two, so that a value and its step are added without rounding.
         self._step: Array = np.exp2(np.round(np.log2(STEP * self._size)))
         lowest = np.array([parameter.lowest for parameter in parameters])

@@ -93,7 +93,7 @@ class RecordedLandings:
         return tuple((self.rows * k // count, self.rows * (k + 1) // count) for k in range(count))
 
     @property
-    def further(self) -> tuple[str, ...]:
+    def extra_headings(self) -> tuple[str, ...]:
         """How far loops were closed, if there are any."""
         return (CLOSED_BY, RATES_BY) if self.closes else ()
 
@@ -194,7 +194,7 @@ class RecordedLandings:
 
     def _groups(self, data: RecordedRows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
         """The groups of a chunk; loops are closed in its configurations and motions."""
-        n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.further}
+        n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.extra_headings}
         yield from (Refusal(np.array([i]), StudyError(text)) for i, text in data.messages.items())
         known = np.array([i for i in range(n) if i not in data.messages], dtype=int)
         friction = np.nan_to_num(data.friction if self.by_friction else np.zeros(n), nan=-1.0)[
@@ -217,7 +217,7 @@ class RecordedLandings:
                         Q[row], before.joint_rates[row], *by = self._closed(
                             landing, Q[row], before.joint_rates[row]
                         )
-                        for name, x in zip(self.further, by, strict=True):
+                        for name, x in zip(self.extra_headings, by, strict=True):
                             closing[name][row] = x
                     closed.append(row)
                 except ShockError as error:
@@ -227,7 +227,9 @@ class RecordedLandings:
                 moving = landing.moving(
                     Motion(*(part[at] for part in before)), data.contact_velocity[at]
                 )
-                yield Group(at, moving, Q[at], further={name: x[at] for name, x in closing.items()})
+                yield Group(
+                    at, moving, Q[at], extra_columns={name: x[at] for name, x in closing.items()}
+                )
 
     def _closed(
         self, landing: PosedLanding, q: Array, rates: Array

@@ -14,7 +14,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.column_values import postures
-from shockpc.evaluation.evaluate import TRUSTED, Evaluation
+from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
@@ -329,7 +329,9 @@ class Predictor:
             jumps, messages = predicted_later(study, keys, self.measured)
             return np.stack(jumps, axis=1), messages
         computed = tuple({column.name: column for column in keys.values()}.values())
-        table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table.without_defects()
+        table = Evaluation(
+            study, computed, prove=0, max_condition=MAX_CONDITION
+        ).table.without_defects()
         by_key = base_in_world(study, keys, table.columns)
         return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(
             table.messages
