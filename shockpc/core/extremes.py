@@ -330,7 +330,9 @@ def _turn_seen(p: Array, corner: Array, pieces: Pieces) -> Array:
 
 def _dot(a: Array, b: Array) -> Array:
     """Scalar products (n,) of the columns of a and b (2, n)."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1])
+    x, y = a
+    u, v = b
+    return np.asarray(x * u + y * v)
 
 
 def _lowest(values: Array, pieces: Pieces) -> np.ndarray:

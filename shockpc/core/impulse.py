@@ -147,35 +147,59 @@ def solve_impact(
     """
     n, nc = J_c.shape[:2]
     size = np.sqrt(np.abs(diagonal_of(H)))
+    limits: dict[int, tuple[int, float]] = {}
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         delassus = _delassus(H, J_c, size)
-        limits = {} if most is None else {k: most(k) for k in delassus.doubtful()}
+        if most is not None:
+            limits = {k: most(k) for k in delassus.doubtful()}
         well = delassus.clear(size)
         well[[k for k, (limit, _) in limits.items() if limit < nc]] = False
+        # λ = −Λ b,   Δq̇ = H⁻¹ J_cᵀ λ
         impulse = delassus.impulse(b, well)
         delta_qd = delassus.X @ impulse
         condition = delassus.stiffness / np.where(well, delassus.pivot, np.nan)
-
-    # Postures in which rows depend on others, or nearly do.
-    row_spaces, independent, rank = {}, {}, np.full(n, nc)
+    solution = Solution(
+        delta_qd=delta_qd,
+        impulse=impulse,
+        scale=delassus.scale,
+        rank=np.full(n, nc),
+        condition=condition,
+        row_spaces={},
+        independent={},
+    )
     unclear = np.flatnonzero(~well).tolist()
-    sizes = terms() if unclear else J_c
-    for k in unclear:
-        columns = column_sizes(sizes[k])
-        limit = limits.get(k, ())
-        row_space = independent_rows(
-            J_c[k], sizes[k], columns, delassus.scale[k], tolerance, *limit
-        )
-        rows = row_space.rows
-        part, of_rows = _least_squares(delassus.A[k][np.ix_(rows, rows)], b[k, rows])
-        row_spaces[k] = row_space
-        independent[k] = part
-        rank[k] = len(rows)
-        condition[k] = of_rows * delassus.stiffness[k]
-        impulse[k] = row_space.distribution @ part
-        delta_qd[k] = delassus.X[k][:, rows] @ part
-    condition = condition * _light(size, delta_qd)
-    return Solution(delta_qd, impulse, delassus.scale, rank, condition, row_spaces, independent)
+    if unclear:
+        sizes = terms()
+        for k in unclear:
+            limit = limits.get(k, ())
+            columns = column_sizes(sizes[k])
+            row_space = independent_rows(
+                J_c[k], sizes[k], columns, delassus.scale[k], tolerance, *limit
+            )
+            _set_dependent(solution, k, row_space, delassus, b[k])
+    return solution._replace(condition=condition * _light(size, delta_qd))
+
+
+def _set_dependent(
+    solution: Solution, k: int, row_space: RowSpace, delassus: "_Delassus", b: Array
+) -> None:
+    """Set the solution of posture k, in which rows depend on others, or nearly do.
+
+    Args:
+        solution: changed.
+        k: the posture.
+        row_space: which of its rows are independent.
+        delassus: the matrices of all postures.
+        b: (nc, k) speeds to be undone along the rows.
+    """
+    rows = row_space.rows
+    part, of_rows = _least_squares(delassus.A[k][np.ix_(rows, rows)], b[rows])
+    solution.row_spaces[k] = row_space
+    solution.independent[k] = part
+    solution.rank[k] = len(rows)
+    solution.condition[k] = of_rows * delassus.stiffness[k]
+    solution.impulse[k] = row_space.distribution @ part
+    solution.delta_qd[k] = delassus.X[k][:, rows] @ part
 
 
 class _Delassus(NamedTuple):

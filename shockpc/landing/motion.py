@@ -16,7 +16,7 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.method.approach import Motion
 from shockpc.method.constraints import Constraint, row_jacobian, slices_of
 from shockpc.method.dynamics import Dynamics
-from shockpc.robot.elements import Loop
+from shockpc.robot.elements import Joint, Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
@@ -78,25 +78,23 @@ def _rail(
 
     The rail is the first joint towards a contact that lifts what it carries, if it slides.
     """
-    if (
-        scene.strike.drop_height is None
-        or scene.base != "fixed"
-        or usual_base(robot).base != "fixed"
-    ):
+    dropped = scene.strike.drop_height is not None
+    if not dropped or scene.base != "fixed" or usual_base(robot).base != "fixed":
         return None
-    lifts = mass_lifted(robot, state)
-    carrying = np.flatnonzero(
-        state.ancestors[contacts[0].body]
-        & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300))
-    )
-    carrying = carrying[carrying >= 6 * robot.free_base]
-    if (
-        not len(carrying)
-        or next(joint for joint in robot.single_joints if joint.v.start == carrying[0]).kind
-        != "prismatic"
-    ):
+    lifts = np.abs(mass_lifted(robot, state))
+    moves_mass = lifts > 1e-9 * lifts.max(initial=1e-300)
+    carrying = state.ancestors[contacts[0].body] & moves_mass
+    if robot.free_base:
+        carrying[:6] = False
+    if not carrying.any():
         return None
-    return int(carrying[0])
+    first = int(np.argmax(carrying))
+    return first if _joint_at(robot, first).kind == "prismatic" else None
+
+
+def _joint_at(robot: Robot, v: int) -> Joint:
+    """The joint whose velocities begin with one."""
+    return next(joint for joint in robot.single_joints if joint.v.start == v)
 
 
 def mass_lifted(robot: Robot, state: Dynamics) -> Array:
@@ -113,50 +111,44 @@ def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float
     Raises:
         SceneError: its rate, or a motion across the rail, is given too.
     """
-    strike, lift, height = (
-        scene.strike,
-        mass_lifted(robot, state)[rail],
-        scene.strike.drop_height or 0.0,
-    )
-    name = next(joint.name for joint in robot.single_joints if joint.v.start == rail)
-    given = [
-        joint.name
-        for pattern in strike.joint_velocities
-        for joint in settable_joints(robot, pattern)
-    ]
+    strike = scene.strike
+    height = strike.drop_height or 0.0
+    lift = mass_lifted(robot, state)[rail]
+    name = _joint_at(robot, rail).name
+    given: list[str] = []
+    for pattern in strike.joint_velocities:
+        given += [joint.name for joint in settable_joints(robot, pattern)]
     if name in given or strike.strike_angle_deg or strike.forward_speed:
+        both = "that rate, or the drop height"
+        if name not in given:
+            both = "the strike angle and the forward speed"
         raise SceneError(
             f'the robot falls along its rail "{name}", whose rate follows from the drop height; '
-            f"leave out "
-            + (
-                "that rate, or the drop height"
-                if name in given
-                else "the strike angle and the forward speed"
-            )
+            f"leave out {both}"
         )
-    carried = float(robot.masses @ state.ancestors[: len(robot.bodies), rail])
-    return float(
-        -np.sign(lift) * np.sqrt(2.0 * GRAVITY * height * carried / state.H[0, rail, rail])
-    )
+    m = float(robot.masses @ state.ancestors[: len(robot.bodies), rail])
+    speed = np.sqrt(2.0 * GRAVITY * height * m / state.H[0, rail, rail])
+    return float(-np.sign(lift) * speed)
 
 
 def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.ndarray]:
     """Joint velocities (nv,) before the impact, followers with their leaders; and which of them
     (nv,) are given or locked.
     """
-    rates, given = np.zeros(robot.model.nv), joints.locked.copy()
+    rates = np.zeros(robot.model.nv)
+    given = joints.locked.copy()
     given[:6] |= robot.free_base
     for pattern, rate in scene.strike.joint_velocities.items():
         for joint in settable_joints(robot, pattern):
-            rates[joint.v], given[joint.v] = rate, True
+            rates[joint.v] = rate
+            given[joint.v] = True
     for mimic in robot.mimics:
         # A follower never moves by itself, so its rate is as good as given.
         follower = robot.joint(mimic.joint).v
         given[follower] = True
-        rates[follower] = sum(
-            multiplier * rates[robot.joint(leader).v]
-            for leader, multiplier in mimic.leaders.items()
-        )
+        rates[follower] = 0.0
+        for leader, multiplier in mimic.leaders.items():
+            rates[follower] += multiplier * rates[robot.joint(leader).v]
     return rates, given
 
 
@@ -176,15 +168,15 @@ def with_loops(
     """
     K = row_jacobian(state, constraints)[0]
     if not given.all():
-        G = free_columns(robot, "fixed", plane, state.rotation[:, 0], given)
-        columns = np.eye(len(rates)) if G is None else G[0]
-        rates = rates + columns @ np.linalg.lstsq(K @ columns, -K @ rates, rcond=1e-10)[0]
+        free = free_columns(robot, "fixed", plane, state.rotation[:, 0], given)
+        G = np.eye(len(rates)) if free is None else free[0]
+        # K (q̇ + G x) = 0 with the smallest x
+        x = np.linalg.lstsq(K @ G, -K @ rates, rcond=1e-10)[0]
+        rates = rates + G @ x
     opening = np.abs(K @ rates)
     if opening.max() > 1e-9 * np.abs(rates).max():
-        worst = max(
-            zip(constraints, slices_of(constraints), strict=True),
-            key=lambda pair: float(opening[pair[1]].max()),
-        )[0]
+        largest = [float(opening[rows].max()) for rows in slices_of(constraints)]
+        worst = constraints[int(np.argmax(largest))]
         raise SceneError(
             f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that "
             f"the loop allows, or fewer of them",
@@ -203,11 +195,10 @@ def separating(approach: Array, constraints: Sequence[Constraint]) -> np.ndarray
         approach: (..., c, 3) velocities of the contact points before the impact [m/s].
         constraints: of the contacts.
     """
-    normals, stops = (
-        np.array([constraint.normal for constraint in constraints]),
-        np.array([constraint.kind == "stop" for constraint in constraints]),
-    )
+    normals = np.array([constraint.normal for constraint in constraints])
+    stops = np.array([constraint.kind == "stop" for constraint in constraints])
     leaving = np.where(stops, -np.inf, (approach * normals).sum(axis=-1))
     rounding = 1e-9 * np.linalg.norm(approach, axis=-1).max(axis=-1, keepdims=True)
-    together = ~np.any(leaving < -rounding, axis=-1, keepdims=True)
-    return np.asarray((leaving > rounding) | (together & (leaving >= -rounding)))
+    none_approaches = ~np.any(leaving < -rounding, axis=-1, keepdims=True)
+    slides = leaving >= -rounding
+    return np.asarray((leaving > rounding) | (none_approaches & slides))
