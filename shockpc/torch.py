@@ -62,8 +62,8 @@ def effective_mass(
 
     Args: as of `shock`; of the d directions the normal comes last.
     """
-    found: torch.Tensor = batched.effective_mass(torch, M, J_c, locked)
-    return found
+    masses: torch.Tensor = batched.effective_mass(torch, M, J_c, locked)
+    return masses
 
 
 def mitigation(
@@ -80,5 +80,5 @@ def mitigation(
         base: how many of the velocities are those of the free base, which come first.
         locked: (nv,) bool, velocities that the impact does not change.
     """
-    found: torch.Tensor = batched.mitigation(torch, M, J_c, base, locked)
-    return found
+    factors: torch.Tensor = batched.mitigation(torch, M, J_c, base, locked)
+    return factors

@@ -161,12 +161,12 @@ def _looks_like_radians(degrees: dict[str, float]) -> Iterator[Diagnostic]:
     """A warning of angles in degrees that are as small as radians, and not all whole."""
     least, most = SMALL_ANGLES
     largest = max(degrees.values(), key=abs, default=0.0)
-    whole = not any(value % 1.0 for value in degrees.values())
-    if not least <= abs(largest) <= most or whole:
+    are_whole = not any(value % 1.0 for value in degrees.values())
+    if not least <= abs(largest) <= most or are_whole:
         return
-    given = [f"{name} = {value:g} deg" for name, value in degrees.items()]
+    texts = [f"{name} = {value:g} deg" for name, value in degrees.items()]
     meant = [f"{math.degrees(value):.4g}" for value in degrees.values()]
-    text = f"{few(given, 4)}: if radians are meant, give {few(meant, 4)} deg"
+    text = f"{few(texts, 4)}: if radians are meant, give {few(meant, 4)} deg"
     yield Diagnostic("unit", "angles", largest, text)
 
 
@@ -228,18 +228,18 @@ def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of contacts and standing feet that need more friction to stick than the scene gives."""
-    given = profile.scene.friction
-    if given is None:
+    friction = profile.scene.friction
+    if friction is None:
         return
     needed = profile.value("friction_needed", "contact").tolist()
-    for contact, friction in zip(profile.landing.constraints, needed, strict=False):
-        if friction > given:
-            of_scene, to_stick = _told_apart(given, friction)
+    for contact, least in zip(profile.landing.constraints, needed, strict=False):
+        if least > friction:
+            of_scene, to_stick = _told_apart(friction, least)
             text = (
                 f"{contact.name} needs a friction of {to_stick} to stick and slides at {of_scene}. "
                 "Use the results with friction; the others are for contacts that stick"
             )
-            yield Diagnostic("contact", contact.name, friction, text)
+            yield Diagnostic("contact", contact.name, least, text)
 
 
 def _told_apart(first: float, second: float) -> tuple[str, str]:

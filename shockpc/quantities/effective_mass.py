@@ -172,8 +172,8 @@ class Resistance:
         # the joints move the point in that alone. With columns C of D that span it:
         # det(Cᵀ A⁻¹ C) / det(D there).
         columns = _part(by_joints, list(range(len(axes))), moved)
-        whole = (columns.transpose() * A.solve(columns)).det()
-        return whole / _part(by_joints, moved, moved).det()
+        of_columns = (columns.transpose() * A.solve(columns)).det()
+        return of_columns / _part(by_joints, moved, moved).det()
 
     @functools.cached_property
     def point_mobility(self) -> BallMatrix:
@@ -265,9 +265,9 @@ def clear_resistance(impact: DoubleImpact, number: int) -> dict[str, Array]:
     by_joints = A - impact.rigid_mobility(point)
 
     # The smallest eigenvalues of A and A − A_L tell in doubles whether they are regular.
-    whole = np.trace(A, axis1=1, axis2=2)
-    robot_moves = np.linalg.eigvalsh(A)[:, 0] > CLEAR * whole
-    joints_move = np.linalg.eigvalsh(by_joints)[:, 0] > CLEAR * whole
+    trace = np.trace(A, axis1=1, axis2=2)
+    robot_moves = np.linalg.eigvalsh(A)[:, 0] > CLEAR * trace
+    joints_move = np.linalg.eigvalsh(by_joints)[:, 0] > CLEAR * trace
     # 1 / (nᵀ A n), nᵀ A⁻¹ n, nᵀ (A − A_L) n / nᵀ A n and det(A⁻¹ (A − A_L)).
     regular = np.where(robot_moves[:, None, None], A, np.eye(3))
     with np.errstate(all="ignore"):

@@ -251,15 +251,15 @@ def _by_body(robot: Robot) -> tuple[tuple[_BodyPieces, ...], _Boxes]:
     return tuple(by_body), boxes
 
 
-def _levels_of_all(landing: Landing, state: Dynamics, blocks: Sequence[Constraint]) -> Levels:
+def _levels_of_all(landing: Landing, state: Dynamics, constraints: Sequence[Constraint]) -> Levels:
     """Heights of every body in N postures."""
-    points = _grounded_points(landing, state, blocks)
+    points = _grounded_points(landing, state, constraints)
     return levels(landing, state.rotation, state.position, points, every=True)
 
 
-def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Constraint]) -> Array:
+def _grounded_points(landing: Landing, state: Dynamics, constraints: Sequence[Constraint]) -> Array:
     """Points (N, c, 3) of the contacts and standing feet on flat ground, from the base [m]."""
-    return np.stack([constraint_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
+    return np.stack([constraint_point(state, constraints[k]) for k in on_ground(landing)], axis=1)
 
 
 def _clearances(landing: Landing, heights: Levels, places: Sequence[Place]) -> Array:
@@ -274,19 +274,19 @@ def _clearances(landing: Landing, heights: Levels, places: Sequence[Place]) -> A
 
 
 def _reach(
-    landing: Landing, state: Dynamics, blocks: Sequence[Constraint], places: Sequence[Place]
+    landing: Landing, state: Dynamics, constraints: Sequence[Constraint], places: Sequence[Place]
 ) -> tuple[Array, np.ndarray]:
     """`REACH` of n contacts without shapes in N postures, (N, n), and the lowest shapes (N, n).
 
     Where it is less than a contact point may lie inside, the shape does not count as that of the
     contact, and `CLEARANCE` jumps.
     """
-    heights = _levels_of_all(landing, state, blocks)
+    heights = _levels_of_all(landing, state, constraints)
     bodies = body_outline(landing.robot).pieces.body
     cores = []
     points = []
     for place in places:
-        contact = blocks[place.number]
+        contact = constraints[place.number]
         own = heights.others & (bodies == contact.body)
         cores.append(np.where(own, heights.core, np.inf))
         points.append(constraint_point(state, contact) @ landing.up)
@@ -339,7 +339,7 @@ HEIGHTS = (SPREAD, CLEARANCE, REACH)
 def reach_rates(
     landing: Landing,
     state: Dynamics,
-    blocks: Sequence[Constraint],
+    constraints: Sequence[Constraint],
     twists: Array,
     places: Sequence[Place],
 ) -> tuple[Array, Array]:
@@ -347,9 +347,9 @@ def reach_rates(
 
     Args: as for `height_rates`.
     """
-    values, lowest = _reach(landing, state, blocks, places)
+    values, lowest = _reach(landing, state, constraints, places)
     low = np.take_along_axis(lowest_points(landing, state), lowest[..., None], axis=1)
-    contacts = [blocks[place.number] for place in places]
+    contacts = [constraints[place.number] for place in places]
     arms = low - np.stack([constraint_point(state, contact) for contact in contacts], axis=1)
     # Both points turn with the body: the rate is (r × n) · ω.
     turning = twists[:, [contact.body for contact in contacts], :3]
@@ -359,7 +359,7 @@ def reach_rates(
 def height_rates(
     landing: Landing,
     state: Dynamics,
-    blocks: Sequence[Constraint],
+    constraints: Sequence[Constraint],
     twists: Array,
     places: Sequence[Place],
 ) -> tuple[Array, Array]:
@@ -371,19 +371,19 @@ def height_rates(
     Args:
         landing: names the contacts and the standing feet.
         state: the robot in the postures.
-        blocks: the rows of the contacts, then of the standing feet.
+        constraints: the rows of the contacts, then of the standing feet.
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
         places: the n bodies; the clearance of a place that is none is infinite.
     """
-    levels_here = _levels_of_all(landing, state, blocks)
+    levels_here = _levels_of_all(landing, state, constraints)
     clearances = _clearances(landing, levels_here, places)
     spread = levels_here.spread[:, None]
     values = np.concatenate([spread, clearances], axis=1)
 
     # Points that may be the lowest ones: of all shapes, and of the contacts.
-    grounded = _grounded_points(landing, state, blocks)
+    grounded = _grounded_points(landing, state, constraints)
     points = np.concatenate([lowest_points(landing, state), grounded], axis=1)
-    of_contacts = [blocks[k].body for k in on_ground(landing)]
+    of_contacts = [constraints[k].body for k in on_ground(landing)]
     bodies = np.append(body_outline(landing.robot).pieces.body, of_contacts)
 
     # The height of the lowest contact, of the highest one, and of each body; among the points of

@@ -31,7 +31,7 @@ class SensorPeak(NamedTuple):
     Attributes:
         peak: [g].
         axis: of the point's frame along which it is; empty where the axes of the sensor are not
-            known, of the whole acceleration.
+            known, of the lengths acceleration.
         cause: what gives the peak.
     """
 
@@ -73,13 +73,13 @@ def _of_motion(
     """The peaks of a motion, behind a filter where a sensor has one, as `_peaks`."""
     landing = impact.landing
     along, _ = motion.peaks(axis_jumps, places)
-    whole, _ = motion.peaks(DELTA_V.compute, places)
-    peaks = _along_axes(landing, places, along.reshape(1, -1, 3), whole[None]) / GRAVITY
+    lengths, _ = motion.peaks(DELTA_V.compute, places)
+    peaks = _along_axes(landing, places, along.reshape(1, -1, 3), lengths[None]) / GRAVITY
     filtered = np.array([one is not None for one in filters])
     if filtered.any():
         along = readings(impact, places, along=True)[0]
-        whole = readings(impact, places)[0]
-        behind = _along_axes(landing, places, along, whole)
+        lengths = readings(impact, places)[0]
+        behind = _along_axes(landing, places, along, lengths)
         peaks = np.where(filtered[:, None], behind, peaks)
     return f"on {landing.scene.yielding}", peaks
 
@@ -109,17 +109,17 @@ def _of_pulse(
     return causes
 
 
-def _along_axes(landing: PosedLanding, places: Places, along: Array, whole: Array) -> Array:
+def _along_axes(landing: PosedLanding, places: Places, along: Array, lengths: Array) -> Array:
     """Sizes (k, n, 3) along the axes of points; where these are not known, those of the vectors.
 
     Args:
         landing: the landing.
         places: the n points.
         along: (k, n, 3) components.
-        whole: (k, n) lengths.
+        lengths: (k, n) lengths.
     """
     known = np.array([place.name not in _without_axes(landing) for place in places])
-    return np.where(known[:, None], np.abs(along), whole[..., None])
+    return np.where(known[:, None], np.abs(along), lengths[..., None])
 
 
 def _shares(impact: Impact, places: Places) -> Array:

@@ -235,7 +235,7 @@ def stance_impulses(profile: LandingValues) -> tuple[StanceImpulse, ...]:
 
 def _feet(landing: PosedLanding) -> list[str]:
     """The frames of contacts and standing feet."""
-    return [block.frame for block in (*landing.contacts, *landing.stance)]
+    return [held.frame for held in (*landing.contacts, *landing.stance)]
 
 
 def joint_loads(profile: LandingValues) -> tuple[JointLoad, ...]:

@@ -115,7 +115,7 @@ WITH_FRICTION = (
         "contact",
         "velocity after the impact with friction, world axes",
         "m/s",
-        lambda found, places: found.velocity[_numbers(places)],
+        lambda friction, places: friction.velocity[_numbers(places)],
         form="vector",
     )._replace(size=lambda i, x: float(i.v_in.max())),
     _sliding(
@@ -123,20 +123,20 @@ WITH_FRICTION = (
         "robot",
         "kinetic energy lost, with friction",
         "J",
-        lambda found, places: np.array([found.energy_lost]),
+        lambda friction, places: np.array([friction.energy_lost]),
     ),
     _sliding(
         "friction_solutions",
         "robot",
         "solutions found with friction",
         "1",
-        lambda found, places: np.array([found.solutions]),
+        lambda friction, places: np.array([friction.solutions]),
     ),
     _sliding(
         "friction_residual",
         "robot",
         "residual of the laws of friction",
         "1",
-        lambda found, places: np.array([found.residual]),
+        lambda friction, places: np.array([friction.residual]),
     ),
 )
