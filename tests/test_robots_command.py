@@ -107,6 +107,7 @@ def test_mimic_joints_are_shown(capfd):
     """Joints that follow others are listed in the head, with the joint that they follow."""
     out = good(capfd, "robots", "panda")
     assert "\nmimic        panda_finger_joint2 = 1 panda_finger_joint1 + 0\n" in out
+    assert "\npanda_finger_joint1: nothing is known\n" in out
 
 
 def test_every_link_is_listed(capfd):

@@ -73,6 +73,7 @@ def check_budgets(
     seconds: dict[str, float] = {}
     results = _results(planned, progress(len(planned)), seconds)
 
+    # The outcomes of each landing, and its warnings.
     defects = traces(results)
     outcomes: list[Outcome] = []
     warnings: list[str] = []
@@ -88,6 +89,7 @@ def check_budgets(
                 defects += designs.defects
                 warnings += _gaining(name, designs)
         outcomes += _outcomes(given, baseline, landing, result, designs)
+    # What holds for all landings together.
     bounds = [result.proof.bounds.max() for result in results if isinstance(result, ShockProfile)]
     changes = {}
     if baseline is not None:

@@ -52,6 +52,7 @@ def draw_limits(study: JointLimits) -> Figure:
     y, numbers = _rows(study, drawn)
     bands = _draw_bands(axes, study, x, y, numbers.T)
 
+    # Limits of the file and the scene, where they are on the map, and the words below it.
     words = [f"dotted: strike with the {'minimum' if study.bound.below else 'maximum'}"]
     ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
     for end in ends:
@@ -66,6 +67,7 @@ def draw_limits(study: JointLimits) -> Figure:
         circle: dict[str, Any] = {"markersize": 5.0, "color": PAPER, "markeredgecolor": INK}
         axes.plot([scale * value], [angle], "o", **circle)
 
+    # The strip below has what is allowed at every strike.
     for interval in study.limits[-1].intervals:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))

@@ -147,7 +147,8 @@ def _unchanged(numbers: Array) -> bool:
     numbers = numbers[np.isfinite(numbers).all(axis=1)]
     if len(numbers) < 2:
         return False
-    return bool((np.ptp(numbers, axis=0) <= UNCHANGED * np.abs(numbers).max(axis=0)).all())
+    largest = np.abs(numbers).max(axis=0)
+    return bool(np.all(np.ptp(numbers, axis=0) <= UNCHANGED * largest))
 
 
 def _depends_on_ground(study: JointLimits) -> bool:
@@ -243,8 +244,8 @@ def _allowed(study: JointLimits) -> Sheet:
     """
     title = f"values of {study.subject} that keep {study.target.name} {_bound(study)}"
     sheet = sheet_of(study.table, title, [])
-    ends = {end for row in sheet.rows for end in row[4:6]}
-    notes = [f"{end}: {words}" for end, words in ENDS.items() if end in ends]
+    low_ends, high_ends = ([row[k] for row in sheet.rows] for k in (4, 5))
+    notes = [f"{end}: {words}" for end, words in ENDS.items() if end in low_ends + high_ends]
     feasible = {"yes": True, "no": False}
     rows = [(*row[:-1], feasible.get(str(row[-1]))) for row in sheet.rows]
     return sheet._replace(header=[*sheet.header[:-1], "feasible"], rows=rows, notes=notes)

@@ -12,6 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
+from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import ILL_CONDITIONED
@@ -164,42 +165,41 @@ class Scan(NamedTuple):
 
 def scanned(
     landing: PosedLanding,
-    subject: str,
+    varied: Variation,
     target: Column,
     bound: Bound,
     values: Array,
-    scale: float,
     targets: Sequence[Strikes],
 ) -> Scan:
     """Compute the scan of a number over values and strike angles, in double precision.
 
     Args:
         landing: the landing of the scene.
-        subject: what varies, as of a sweep.
+        varied: what varies.
         target: the number.
         bound: of the number.
         values: (n,) ascending [rad, m; unit of the variation].
-        scale: factor from a value to the unit of the sweep.
         targets: the ranges of strike angles that are asked for, the widest last [rad].
 
     Raises:
         ShockError: a value is not possible.
     """
+    scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
     angles = _strike_angles(targets)
-    scene_strike = int(np.searchsorted(angles, landing.strike_angle))
-    vary = [(subject, scale * values), ("strike-angle", np.degrees(angles))]
+    vary = [(varied.subject, scale * values), ("strike-angle", np.degrees(angles))]
     sweep = varied_landings(landing.scene, vary, robot=landing.robot)
     table = _table(sweep, (target, *ground_columns(landing)))
 
+    # Rows are values × strike angles.
     shape = len(values), len(angles)
     numbers = _numbers(table, target).reshape(shape)
+    scene_strike = int(np.searchsorted(angles, landing.strike_angle))
     missing = np.isnan(numbers[:, scene_strike])
+    uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
     unreachable = []
     for first, last in _runs(missing):
         reason = table.messages.get(first * len(angles) + scene_strike, UNDETERMINED)
         unreachable.append((float(values[first]), float(values[last]), reason))
-    uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
-    inaccurate = uncertain.reshape(shape)[:, scene_strike] & ~missing
 
     # Where a loop cannot be closed beyond, the scan ends.
     kept = slice(None)
@@ -217,7 +217,7 @@ def scanned(
         allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
         unreachable=tuple(unreachable),
-        inaccurate=int(inaccurate.sum()),
+        inaccurate=int((uncertain.reshape(shape)[:, scene_strike] & ~missing).sum()),
     )
 
 
@@ -248,8 +248,10 @@ def _numbers(table: Table, target: Column) -> Array:
 
 def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
     """First and last index of each run of flags (n,) that are set."""
-    change = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
-    return list(zip(change[::2].tolist(), (change[1::2] - 1).tolist(), strict=True))
+    # A run begins where a flag is set after one that is not, and ends before the reverse.
+    bounded = np.concatenate([[False], flags, [False]])
+    changes = np.flatnonzero(np.diff(bounded)).tolist()
+    return [(begin, end - 1) for begin, end in zip(changes[::2], changes[1::2], strict=True)]
 
 
 def _crossed(violation: Array) -> np.ndarray:
@@ -262,5 +264,5 @@ def _roots(x: Array, violation: Array) -> Array:
     """Values at which a violation (n,), linear between values x (n,), crosses zero, ascending."""
     k = _crossed(violation)
     # 0 = y_k + (y_{k+1} − y_k) (x − x_k) / (x_{k+1} − x_k)
-    rise = violation[k + 1] - violation[k]
-    return np.asarray(x[k] - violation[k] * (x[k + 1] - x[k]) / rise)
+    rise = np.diff(violation)[k]
+    return np.asarray(x[k] - violation[k] * np.diff(x)[k] / rise)

@@ -5,71 +5,42 @@ It is a bound on the rows of a sweep over values and strike angles.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 import numpy as np
 
-from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.kinds.joints import OfDrive
-from shockpc.evaluation.kinds.posture import JOINT_POSITION, motion_range
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.vary import kind_of, variation
-from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
 from shockpc.studies.limits.intervals import StrikeLimits, strike_limits
+from shockpc.studies.limits.question import (
+    Varied,
+    bound_from,
+    default_step,
+    is_angle,
+    refuse_senseless,
+    scan_values,
+    strike_range,
+    strike_targets,
+    varied_by,
+)
 from shockpc.studies.limits.scan import Bound, Scan, Strikes, scanned
-from shockpc.text.errors import ShockError, SolveError, StudyError
+from shockpc.text.errors import ShockError, SolveError
 from shockpc.text.printed import UNITS, in_degrees
 from shockpc.text.shown import brief, shown_by
 
-STRIKES = (math.radians(-30.0), math.radians(75.0))
-"""Strike angles that are looked at if none are given [rad]."""
-
-STRIKE_ANGLE_STEP = math.radians(15.0)
-"""Between the strike angles for which limits are given one by one [rad]."""
-
-STEEPEST = 89.0
-"""Largest strike angle; at 90° the contact moves along the ground [deg]."""
-
 VALUE = "deg; m if prismatic"
 """Unit of a joint's values as they are typed."""
-
-STEP = {"rad": math.radians(0.1), "m": 1e-4}
-"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm."""
-
-STEPS = 200
-"""Steps of the scan of another variation if none is given."""
-
-COARSER = 20
-"""Factor of the default step of a joint where each landing is computed by itself."""
-
-LEAST_VALUES = 33
-"""Smallest number of values of a scan."""
-
-MOST_VALUES = 200_000
-"""Largest number of values of a scan."""
-
-NOT_LIMITED = {
-    "strike-angle": "limits are found over strike angles; give their range with --strikes",
-    "contact": (
-        "contacts have names, which have no order; compute each landing, or compare them with "
-        "shockpc sweep"
-    ),
-}
-"""What a sweep varies without being limited, and why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +95,9 @@ class JointLimits:
         most = {"rad": math.radians(1.0), "m": 0.01}.get(self.unit, MOVED * (high - low))
         for mine, theirs in zip(self.limits, limits.limits, strict=True):
             ends, moved_ends = np.array(mine.usable), np.array(theirs.usable)
-            if len(ends) != len(moved_ends) or np.any(np.abs(ends - moved_ends) > most):
+            if ends.shape != moved_ends.shape:
+                return True
+            if np.any(np.abs(ends - moved_ends) > most):
                 return True
         return False
 
@@ -165,7 +138,7 @@ class JointLimits:
 
 def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     """The values of a joint that turns in radians, which are typed in degrees."""
-    if not _is_angle(robot, given["joint"]):
+    if not is_angle(robot, given["joint"]):
         return given
     in_radians = {
         name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if name in given
@@ -266,192 +239,62 @@ def limits(
         SolveError: no posture of the range has a result.
         ShockError: the landing cannot be computed.
     """
-    bound = _bound(max, min)
+    bound = bound_from(max, min)
     scene = scene_of(scene)
     robot = robot or robot_of(scene)
-    varied, joints, span = _varied(robot, joint, joint_range)
-    scene = varied.kind.prepared(scene)
+    varied = varied_by(robot, joint, joint_range)
+    scene = varied.variation.kind.prepared(scene)
     (profile,) = profiles({"": (scene, robot)}).values()
     number = column(profile, target_text(target, [scene]))
-    _refuse_senseless(profile.landing, number, bound, joints)
-    alone = number.selection.quantity.per_landing(profile.landing.scene)
-    strikes = _strike_range(profile.landing, strikes, alone)
+    refuse_senseless(profile.landing, number, bound, varied)
 
-    scale = 1.0
-    if varied.unit == "deg":
-        scale = math.degrees(1.0)
-    unit = varied.unit.replace("deg", "rad")
+    # Some numbers are computed one landing at a time, which takes much longer.
+    per_landing = number.selection.quantity.per_landing(profile.landing.scene)
+    strikes = strike_range(profile.landing, strikes, per_landing)
     if step is None:
-        step = _default_step(joints, span, alone)
-    values = _values(span, step, scale)
-    targets = _targets(profile.landing.strike_angle, strikes)
-    scan = scanned(profile.landing, joint, number, bound, values, scale, targets)
-    if scan.unreachable and np.isnan(scan.at_scene_strike).all():
-        raise SolveError(f"no value of {joint} has a result: {scan.unreachable[0][2]}")
-    modelled = JointLimits(
-        profile=profile,
-        target=number,
-        joints=tuple(each.name for each in joints) or (joint,),
-        of_joints=bool(joints),
-        unit=unit,
-        bound=bound,
-        range=span,
-        file_limits=_file_limits(joints),
-        present=(varied.present(profile.landing) / scale, profile.landing.strike_angle),
-        strikes=strikes,
-        step=step,
-        scan=scan,
-        limits=strike_limits(scan, span, targets),
-    )
-    if isinstance(varied.kind, OfDrive):
+        step = default_step(varied, per_landing)
+    modelled = _as_modelled(profile, number, bound, varied, strikes, step)
+    if isinstance(varied.variation.kind, OfDrive):
         return modelled
 
-    asked: dict[str, Any] = {"max": max, "min": min}
-    asked |= {"joint_range": span, "strikes": strikes, "step": step, "robot": robot}
+    # The same question with the drives at both ends of what is known.
+    question: dict[str, Any] = {"max": max, "min": min}
+    question |= {"joint_range": varied.span, "strikes": strikes, "step": step, "robot": robot}
 
     def at_end(scenes: dict[str, Scene]) -> JointLimits:
-        return limits(scenes[""], joint, target, **asked)
+        return limits(scenes[""], joint, target, **question)
 
     return replace(modelled, ends=at_drive_ends(modelled, {"": (scene, robot)}, at_end))
 
 
-def _bound(most: float | None, least: float | None) -> Bound:
-    """The one bound that is given."""
-    if most is not None and least is None:
-        return Bound(most, below=False)
-    if least is not None and most is None:
-        return Bound(least, below=True)
-    raise StudyError(
-        "one bound is needed: max for the largest value that is allowed, or min for the smallest"
+def _as_modelled(
+    profile: ShockProfile,
+    number: Column,
+    bound: Bound,
+    varied: Varied,
+    strikes: Strikes,
+    step: float,
+) -> JointLimits:
+    """The limits with the drives as modelled; the arguments are attributes of the result."""
+    landing = profile.landing
+    values = scan_values(varied, step)
+    targets = strike_targets(landing.strike_angle, strikes)
+    scan = scanned(landing, varied.variation, number, bound, values, targets)
+    if scan.unreachable and np.isnan(scan.at_scene_strike).all():
+        reason = scan.unreachable[0][2]
+        raise SolveError(f"no value of {varied.variation.subject} has a result: {reason}")
+    return JointLimits(
+        profile=profile,
+        target=number,
+        joints=varied.names,
+        of_joints=bool(varied.joints),
+        unit=varied.unit,
+        bound=bound,
+        range=varied.span,
+        file_limits=varied.file_limits,
+        present=(varied.variation.present(landing) / varied.scale, landing.strike_angle),
+        strikes=strikes,
+        step=step,
+        scan=scan,
+        limits=strike_limits(scan, varied.span, targets),
     )
-
-
-def _refuse_senseless(
-    landing: PosedLanding, number: Column, bound: Bound, joints: Sequence[Joint]
-) -> None:
-    """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike
-    angle turns.
-    """
-    worse = number.selection.quantity.worse
-    if worse == ("greater" if bound.below else "less"):
-        side = "max" if bound.below else "min"
-        raise StudyError(f"the {worse} value of {number.name} is the worse one; bound it by {side}")
-    if joints and landing.loops and landing.before.joint_rates.any():
-        raise StudyError(
-            "how fast joints of a loop move depends on the posture; leave the joint velocities out"
-        )
-    if landing.plane.level:
-        raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
-    in_plane = landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)
-    if not np.linalg.norm(in_plane) > 0.0:
-        raise StudyError(
-            "the robot's velocity lies across the plane, so a strike angle does not change it; "
-            "give another plane or velocity"
-        )
-
-
-def _default_step(joints: Sequence[Joint], span: tuple[float, float], alone: bool) -> float:
-    """Largest step of a scan if none is given [rad, m; unit of the variation].
-
-    Args:
-        joints: those that vary.
-        span: smallest and largest value.
-        alone: whether each landing is computed by itself, which takes much longer.
-    """
-    if not joints:
-        return (span[1] - span[0]) / STEPS
-    step = STEP[joints[0].unit]
-    return COARSER * step if alone else step
-
-
-def _values(span: tuple[float, float], step: float, scale: float) -> Array:
-    """The values (n,) of a scan, ascending, at most a step apart.
-
-    Args:
-        span: smallest and largest value [rad, m; unit of the variation].
-        step: largest step.
-        scale: factor to the unit in which they are typed.
-    """
-    low, high = span
-    if not step > 0.0 or (high - low) / step > MOST_VALUES:
-        raise StudyError(
-            f"a step of {scale * step:g} in a range of {scale * (high - low):g} is not possible; "
-            f"give a step above zero that makes at most {MOST_VALUES} postures"
-        )
-    steps = math.ceil((high - low) / step - 1e-9)
-    return np.linspace(low, high, max(LEAST_VALUES, steps + 1))
-
-
-def _is_angle(robot: Robot, subject: str) -> bool:
-    """Whether what varies is an angle, typed in degrees."""
-    kind, pattern = kind_of(robot, subject)
-    if kind == JOINT_POSITION:
-        return robot.joint(robot.match_joints(pattern)[0]).unit == "rad"
-    return kind.unit == "deg"
-
-
-def _varied(
-    robot: Robot, subject: str, given: tuple[float, float] | None
-) -> tuple[Variation, tuple[Joint, ...], tuple[float, float]]:
-    """What varies, its joints, and the range that is looked at [rad, m; unit of the variation]."""
-    kind, pattern = kind_of(robot, subject)
-    if kind.word in NOT_LIMITED:
-        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind.word]}")
-    joints: tuple[Joint, ...] = ()
-    low, high = math.nan, math.nan
-    missing = "not given"
-    if kind == JOINT_POSITION:
-        joints = settable_joints(robot, pattern, StudyError)
-        low, high = motion_range(joints)
-        missing = "without limits in the file"
-    if given is not None:
-        low, high = given
-    scale = math.degrees(1.0) if _is_angle(robot, subject) else 1.0
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        if math.isfinite(low + high):
-            missing = f"{scale * low:.5g}:{scale * high:.5g}"
-        raise StudyError(
-            f"the range of {subject} is {missing}; give its minimum and maximum with --range "
-            f"LOW:HIGH"
-        )
-    return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
-
-
-def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
-    """Smallest and largest value that all joints have within the limits of their file [rad, m]."""
-    low = max((joint.limits[0] for joint in joints), default=-math.inf)
-    high = min((joint.limits[1] for joint in joints), default=math.inf)
-    return low, high
-
-
-def _strike_range(landing: PosedLanding, given: Strikes | None, alone: bool) -> Strikes:
-    """The range of strike angles [rad], all of which approach the ground.
-
-    Args:
-        landing: the landing of the scene.
-        given: the range, if one is given.
-        alone: whether each landing is computed by itself; the default is then that of the scene.
-    """
-    low, high = STRIKES if given is None else given
-    if given is None and alone:
-        low = high = landing.strike_angle
-    most = math.radians(STEEPEST) * (1.0 + 1e-12)
-    if not -most <= low <= high <= most:
-        raise StudyError(
-            f"{in_degrees(low):.4g}:{in_degrees(high):.4g} is not a range of strike angles; give "
-            f"the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
-        )
-    return low, high
-
-
-def _targets(angle: float, strikes: Strikes) -> tuple[Strikes, ...]:
-    """The strikes for which limits are found: the scene's, others one by one, and last all of the
-    range [rad].
-    """
-    low, high = strikes
-    first, last = math.ceil(low / STRIKE_ANGLE_STEP), math.floor(high / STRIKE_ANGLE_STEP)
-    inside = [STRIKE_ANGLE_STEP * k for k in range(first, last + 1)]
-    # Angles that differ by the rounding of degrees are the same.
-    single = {round(each, 9): each for each in (*inside, low, high, angle)}
-    others = [(each, each) for each in sorted(single.values()) if each != angle]
-    return tuple(dict.fromkeys([(angle, angle), *others, strikes]))

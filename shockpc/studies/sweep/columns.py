@@ -55,7 +55,10 @@ def sweep_columns(
     """
     robot, landing = study.robot, study.first
     columns = []
-    places = {place.name: place for place in (moving_point(robot, point) for point in points)}
+    places = {}
+    for point in points:
+        place = moving_point(robot, point)
+        places[place.name] = place
     for place in places.values():
         columns += [Column(select(key), place) for key in OF_POINT]
     bodies = _bodies(robot, names)

@@ -145,7 +145,8 @@ def summarise(
         varied: what differs between the rows and is a number, with which results are correlated.
         keep: whether the values are drawn as a curve or a map.
     """
-    messages = causes((int(table.numbers[i]), text) for i, text in table.messages.items())
+    named = [(int(table.numbers[i]), text) for i, text in table.messages.items()]
+    messages = causes(named)
     proven = table.columns["proven"].astype(bool)
     errors = table.columns["double_error"]
     compared = errors[~proven & ~np.isnan(errors)]

@@ -1,0 +1,236 @@
+"""What a question about limits asks: the bound, what varies over which values, and the strikes."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.column import Column
+from shockpc.evaluation.kinds.posture import JOINT_POSITION, motion_range
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.vary import kind_of, variation
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import settable_joints
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
+from shockpc.studies.limits.scan import Bound, Strikes
+from shockpc.text.errors import StudyError
+from shockpc.text.printed import in_degrees
+
+STRIKES = (math.radians(-30.0), math.radians(75.0))
+"""Strike angles that are looked at if none are given [rad]."""
+
+STRIKE_ANGLE_STEP = math.radians(15.0)
+"""Between the strike angles for which limits are given one by one [rad]."""
+
+STEEPEST = 89.0
+"""Largest strike angle; at 90° the contact moves along the ground [deg]."""
+
+STEP = {"rad": math.radians(0.1), "m": 1e-4}
+"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm."""
+
+STEPS = 200
+"""Steps of the scan of another variation if none is given."""
+
+COARSER = 20
+"""Factor of the default step of a joint where each landing is computed by itself."""
+
+LEAST_VALUES = 33
+"""Smallest number of values of a scan."""
+
+MOST_VALUES = 200_000
+"""Largest number of values of a scan."""
+
+NOT_LIMITED = {
+    "strike-angle": "limits are found over strike angles; give their range with --strikes",
+    "contact": (
+        "contacts have names, which have no order; compute each landing, or compare them with "
+        "shockpc sweep"
+    ),
+}
+"""What a sweep varies without being limited, and why."""
+
+
+class Varied(NamedTuple):
+    """What varies.
+
+    Attributes:
+        variation: as of a sweep, with the range.
+        joints: those that are moved, all to the same value; none of another variation.
+        span: smallest and largest value [rad, m; unit of the variation].
+    """
+
+    variation: Variation
+    joints: tuple[Joint, ...]
+    span: tuple[float, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The joints, or the subject of another variation."""
+        return tuple(joint.name for joint in self.joints) or (self.variation.subject,)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values: "rad" or "m", or that of another variation."""
+        return self.variation.unit.replace("deg", "rad")
+
+    @property
+    def scale(self) -> float:
+        """Factor from a value to the unit in which it is typed, which is that of a sweep."""
+        return math.degrees(1.0) if self.variation.unit == "deg" else 1.0
+
+    @property
+    def file_limits(self) -> tuple[float, float]:
+        """Limits of the robot's file that all joints have in common; infinite where it gives none
+        [rad, m].
+        """
+        low = max((joint.limits[0] for joint in self.joints), default=-math.inf)
+        high = min((joint.limits[1] for joint in self.joints), default=math.inf)
+        return low, high
+
+
+def bound_from(most: float | None, least: float | None) -> Bound:
+    """The one bound that is given.
+
+    Raises:
+        StudyError: none or two are.
+    """
+    if most is not None and least is None:
+        return Bound(most, below=False)
+    if least is not None and most is None:
+        return Bound(least, below=True)
+    raise StudyError(
+        "one bound is needed: max for the largest value that is allowed, or min for the smallest"
+    )
+
+
+def refuse_senseless(landing: PosedLanding, number: Column, bound: Bound, varied: Varied) -> None:
+    """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike
+    angle turns.
+
+    Raises:
+        StudyError: the question is one of these.
+    """
+    worse = number.selection.quantity.worse
+    if worse == ("greater" if bound.below else "less"):
+        side = "max" if bound.below else "min"
+        raise StudyError(f"the {worse} value of {number.name} is the worse one; bound it by {side}")
+    if varied.joints and landing.loops and landing.before.joint_rates.any():
+        raise StudyError(
+            "how fast joints of a loop move depends on the posture; leave the joint velocities out"
+        )
+    if landing.plane.level:
+        raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
+    in_plane = landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)
+    if not np.linalg.norm(in_plane) > 0.0:
+        raise StudyError(
+            "the robot's velocity lies across the plane, so a strike angle does not change it; "
+            "give another plane or velocity"
+        )
+
+
+def default_step(varied: Varied, per_landing: bool) -> float:
+    """Largest step of a scan if none is given [rad, m; unit of the variation].
+
+    Args: varied, what varies; per_landing, whether each landing is computed by itself.
+    """
+    if not varied.joints:
+        low, high = varied.span
+        return (high - low) / STEPS
+    step = STEP[varied.unit]
+    return COARSER * step if per_landing else step
+
+
+def scan_values(varied: Varied, step: float) -> Array:
+    """The values (n,) of a scan, ascending, at most a step apart [rad, m; unit of the variation].
+
+    Raises:
+        StudyError: the step is not possible.
+    """
+    low, high = varied.span
+    if not step > 0.0 or (high - low) / step > MOST_VALUES:
+        raise StudyError(
+            f"a step of {varied.scale * step:g} in a range of {varied.scale * (high - low):g} is "
+            f"not possible; give a step above zero that makes at most {MOST_VALUES} postures"
+        )
+    steps = math.ceil((high - low) / step - 1e-9)
+    return np.linspace(low, high, max(LEAST_VALUES, steps + 1))
+
+
+def is_angle(robot: Robot, subject: str) -> bool:
+    """Whether what varies is an angle, typed in degrees."""
+    kind, pattern = kind_of(robot, subject)
+    if kind == JOINT_POSITION:
+        return robot.joint(robot.match_joints(pattern)[0]).unit == "rad"
+    return kind.unit == "deg"
+
+
+def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> Varied:
+    """What varies, its joints and its range.
+
+    Args:
+        robot: the robot.
+        subject: as a sweep names it.
+        given: the range, if one is given [rad, m; unit of the variation].
+
+    Raises:
+        UnknownName: there is no such joint.
+        StudyError: it has no limits, or no range.
+    """
+    kind, pattern = kind_of(robot, subject)
+    if kind.word in NOT_LIMITED:
+        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind.word]}")
+    joints: tuple[Joint, ...] = ()
+    low, high = math.nan, math.nan
+    missing = "not given"
+    if kind == JOINT_POSITION:
+        joints = settable_joints(robot, pattern, StudyError)
+        low, high = motion_range(joints)
+        missing = "without limits in the file"
+    if given is not None:
+        low, high = given
+    scale = math.degrees(1.0) if is_angle(robot, subject) else 1.0
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        if math.isfinite(low + high):
+            missing = f"{scale * low:.5g}:{scale * high:.5g}"
+        raise StudyError(
+            f"the range of {subject} is {missing}; give its minimum and maximum with --range "
+            f"LOW:HIGH"
+        )
+    typed = variation(robot, subject, (scale * low, scale * high))
+    return Varied(typed, joints, (low, high))
+
+
+def strike_range(landing: PosedLanding, given: Strikes | None, per_landing: bool) -> Strikes:
+    """The range of strike angles [rad], all of which approach the ground.
+
+    Args:
+        landing: the landing of the scene.
+        given: the range, if one is given.
+        per_landing: whether each landing is computed by itself; the scene's angle is then the
+            default.
+    """
+    low, high = STRIKES if given is None else given
+    if given is None and per_landing:
+        low = high = landing.strike_angle
+    most = math.radians(STEEPEST) * (1.0 + 1e-12)
+    if not -most <= low <= high <= most:
+        raise StudyError(
+            f"{in_degrees(low):.4g}:{in_degrees(high):.4g} is not a range of strike angles; give "
+            f"the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
+        )
+    return low, high
+
+
+def strike_targets(angle: float, strikes: Strikes) -> tuple[Strikes, ...]:
+    """The strikes for which limits are found: the scene's, others one by one, and last all of the
+    range [rad].
+    """
+    low, high = strikes
+    first, last = math.ceil(low / STRIKE_ANGLE_STEP), math.floor(high / STRIKE_ANGLE_STEP)
+    inside = [STRIKE_ANGLE_STEP * k for k in range(first, last + 1)]
+    # Angles that differ by the rounding of degrees are the same.
+    single = {round(each, 9): each for each in (*inside, low, high, angle)}
+    others = [(each, each) for each in sorted(single.values()) if each != angle]
+    return tuple(dict.fromkeys([(angle, angle), *others, strikes]))
