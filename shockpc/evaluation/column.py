@@ -33,21 +33,20 @@ class Column(NamedTuple):
     @property
     def name(self) -> str:
         """As the table of rows heads it, KEY@PLACE."""
-        return f"{self.selection.name}@{self.place.name}" + (
-            "" if self.time is None else f" after {self.time:g} ms"
-        )
+        after = "" if self.time is None else f" after {self.time:g} ms"
+        return f"{self.selection.name}@{self.place.name}{after}"
 
     @property
     def heading(self) -> str:
         """The name with its unit."""
-        return f"{self.name} [{self.selection.quantity.unit.replace('1', '-')}]"
+        return f"{self.name} [{self.unit}]"
 
     @property
     def title(self) -> str:
         """As texts name it."""
         component = "" if self.selection.axis is None else "xyz"[self.selection.axis]
-        title = self.selection.quantity.title_at(self.place.name, component)
-        return title + ("" if self.time is None else f", after {self.time:g} ms")
+        after = "" if self.time is None else f", after {self.time:g} ms"
+        return self.selection.quantity.title_at(self.place.name, component) + after
 
     @property
     def unit(self) -> str:
@@ -65,19 +64,16 @@ class Column(NamedTuple):
 
     def at(self, landing: PosedLanding) -> Place | None:
         """The place in a landing; None if that has fewer contacts, or other parts."""
-        kind, number = self.selection.quantity.of, self.place.number
+        kind = self.selection.quantity.of
         if kind == "part":
-            return next((place for place in landing.parts if place.name == self.place.name), None)
+            parts = [part for part in landing.parts if part.name == self.place.name]
+            return parts[0] if parts else None
+        number = self.place.number
         if kind != "contact" or number < len(landing.contacts):
             return landing.carried(self.place)
-        return next(
-            (
-                self.place
-                for place in landing.contact_places[number : number + 1]
-                if place.name == self.place.name
-            ),
-            None,
-        )
+        # Places after those of the contacts are of feet that stand.
+        standing = landing.contact_places[number : number + 1]
+        return self.place if self.place.name in [place.name for place in standing] else None
 
 
 def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, ...]]:
@@ -111,8 +107,11 @@ def places_at(
         UnknownName: nothing fits; the text names the nearest.
         StudyError: a point is fixed to the world, or the scene lacks what the quantity needs.
     """
-    robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
-    if lacking := quantity.scope.lacks(landing):
+    robot = landing.robot
+    kind = quantity.of
+    places = landing.places(kind)
+    lacking = quantity.scope.lacks(landing)
+    if lacking:
         raise StudyError(lacking)
     if quantity.scope.parts_of:
         of_joints = quantity.scope.parts_of == "joint"
@@ -159,18 +158,8 @@ def column(profile: ShockProfile, text: str) -> Column:
     """
     text = current_name(text)
     entry = selections().get(text.partition("@")[0])
-    if entry is not None and (
-        entry.quantity.decided_by_ground or entry.quantity.evaluation.on != "scene"
-    ):
-        why = (
-            "it is either 0 or 1"
-            if entry.quantity.relations.role
-            else "it is computed in one posture at a time"
-        )
-        raise StudyError(
-            f"{entry.name} ({entry.quantity.title}) cannot be used here: {why}; choose another "
-            f"quantity"
-        )
+    if entry is not None:
+        _refuse_unusable(entry)
     selection, places = selected(profile.landing, text)
     key, kind = selection.name, selection.quantity.of.upper()
     if selection.quantity.scope.shared and profile.redundant:
@@ -179,15 +168,30 @@ def column(profile: ShockProfile, text: str) -> Column:
             f"quantity"
         )
     if "@" not in text and kind != "ROBOT" and len(places) != 1:
-        raise StudyError(
-            f"{key} needs a place; write {key}@{kind}, such as "
-            f"{key}@{places[0].name if places else kind}"
-        )
+        example = places[0].name if places else kind
+        raise StudyError(f"{key} needs a place; write {key}@{kind}, such as {key}@{example}")
     if len(places) > 1:
         raise StudyError(
             f'"{text}" is ambiguous: {listed((place.name for place in places), 6)}; name one'
         )
     return Column(selection, places[0])
+
+
+def _refuse_unusable(selection: Selection) -> None:
+    """Refuse what is not a number of every row of a sweep.
+
+    Raises:
+        StudyError: it is either 0 or 1, or computed in one posture at a time.
+    """
+    quantity = selection.quantity
+    if not quantity.decided_by_ground and quantity.evaluation.on == "scene":
+        return
+    why = "it is computed in one posture at a time"
+    if quantity.relations.role:
+        why = "it is either 0 or 1"
+    raise StudyError(
+        f"{selection.name} ({quantity.title}) cannot be used here: {why}; choose another quantity"
+    )
 
 
 def ground_columns(landing: PosedLanding) -> tuple[Column, ...]:
