@@ -29,6 +29,7 @@ from shockpc.quantities.quantity import (
     cached,
     largest_jump,
     largest_shock,
+    of_ratio,
     reach,
 )
 from shockpc.quantities.trust import Health
@@ -328,7 +329,7 @@ BODIES = (
         "1",
         "neither",
         _out_of_plane,
-        lambda i, x: 1.0,
+        of_ratio,
     ),
     Quantity(
         "shock_com",

@@ -22,6 +22,7 @@ from shockpc.quantities.quantity import (
     Relations,
     Scope,
     cached,
+    of_ratio,
     reach,
 )
 
@@ -245,7 +246,7 @@ CONTACTS = (
         "1",
         "greater",
         friction_needed,
-        lambda i, x: 1.0,
+        of_ratio,
         scope=Scope(PULLED),
     ),
     Quantity(
@@ -286,7 +287,7 @@ CONTACTS = (
         "1",
         "less",
         resistance("mitigation"),
-        lambda i, x: 1.0,
+        of_ratio,
         scope=Scope(MITIGATION),
         evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
@@ -297,7 +298,7 @@ CONTACTS = (
         "1",
         "less",
         resistance("mitigation_frictionless"),
-        lambda i, x: 1.0,
+        of_ratio,
         scope=Scope(MITIGATION),
         evaluation=IN_DOUBLES_WHERE_CLEAR,
     ),
@@ -340,7 +341,7 @@ CONTACTS = (
         "1",
         "greater",
         _twist_needed,
-        lambda i, x: 1.0,
+        of_ratio,
         scope=Scope(f"{PULLED}; or it is a point, or a sole that is not known"),
     ),
     Quantity(

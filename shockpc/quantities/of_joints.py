@@ -84,6 +84,16 @@ def _moment(impact: Impact, places: Places) -> Any:
     return loads[..., :3] - cross(origins, loads[..., 3:])
 
 
+def _force_length(impact: Impact, places: Places) -> Any:
+    """The lengths (N, S, n) of the impulses through joints [N s]."""
+    return norm(_force(impact, places))
+
+
+def _moment_length(impact: Impact, places: Places) -> Any:
+    """The lengths (N, S, n) of the impulsive moments through joints [N m s]."""
+    return norm(_moment(impact, places))
+
+
 def _along(impact: Impact, places: Places) -> Any:
     """The power (N, S, n) of the wrench in a unit rate of the joint [N m s, N s].
 
@@ -186,7 +196,7 @@ JOINTS = (
         "impulse through the joint",
         "N s",
         "greater",
-        lambda i, p: norm(_force(i, p)),
+        _force_length,
         _size,
         scope=Scope(REDUNDANT, shared=True),
         relations=Relations(also=("friction",)),
@@ -197,7 +207,7 @@ JOINTS = (
         f"impulsive moment through the joint, about {ORIGIN}",
         "N m s",
         "greater",
-        lambda i, p: norm(_moment(i, p)),
+        _moment_length,
         _size,
         scope=Scope(REDUNDANT, shared=True),
         relations=Relations(also=("friction",)),

@@ -12,7 +12,7 @@ from shockpc.method.approach import approach_speeds
 from shockpc.method.constraints import constraint_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.of_contacts import pull
-from shockpc.quantities.quantity import Evaluation, Places, Quantity, Relations, Scope
+from shockpc.quantities.quantity import Evaluation, Places, Quantity, Relations, Scope, of_ratio
 
 DRIVEN = "a motor holds the rate of a joint and does work"
 
@@ -32,6 +32,18 @@ UNKNOWN = (
 def _one(values: Any) -> Any:
     """Values of the one robot: (N, S, ...) as (N, S, 1, ...)."""
     return values[:, :, None]
+
+
+def _v_in(impact: Impact, places: Places) -> Any:
+    """The speed (N, S, 1) that shock is relative to [m/s]."""
+    del places
+    return _one(impact.v_in)
+
+
+def _v_in_size(impact: Impact, values: Array) -> float:
+    """The size of a speed that is no rounding of the largest component before the impact [m/s]."""
+    del values
+    return 1e-12 * float(np.abs(np.concatenate(impact.landing.before)).max())
 
 
 def _mass(impact: Impact, places: Places) -> Array:
@@ -250,8 +262,8 @@ ROBOT = (
         "speed that shock is relative to",
         "m/s",
         "neither",
-        lambda i, p: _one(i.v_in),
-        lambda i, x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max()),
+        _v_in,
+        _v_in_size,
     ),
     Quantity(
         "total_impulse",
@@ -283,7 +295,7 @@ ROBOT = (
         "1",
         "greater",
         _energy_share,
-        lambda i, x: 1.0,
+        of_ratio,
         scope=Scope(UNKNOWN),
     ),
     Quantity(

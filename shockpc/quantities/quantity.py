@@ -241,6 +241,12 @@ def largest_shock(impact: Impact, values: Array) -> Any:
     return largest_jump(impact, values) / impact.v_in.astype(float)[..., None]
 
 
+def of_ratio(impact: Impact, values: Array) -> float:
+    """The natural size of a ratio."""
+    del impact, values
+    return 1.0
+
+
 def reach(impact: Impact, values: Array) -> float:
     """Largest distance of something of the robot from the world's origin, at least [m]."""
     del values
