@@ -749,14 +749,14 @@ def test_postures_beside_a_landing_have_its_number_of_independent_rows(name, joi
     state = dynamics(landing.robot, Q)
     blocks = landing.rows(state)
     beside, anew = (
-        landing.most_independent(state, blocks),
-        landing.mechanism.most_independent(blocks, state),
+        landing.row_limits(state, blocks),
+        landing.mechanism.row_limits(blocks, state),
     )
     for k in range(3):
         assert (
             beside(k)[0]
             == anew(k)[0]
-            == landing.most_independent(landing.state, landing.rows(landing.state))(0)[0]
+            == landing.row_limits(landing.state, landing.rows(landing.state))(0)[0]
         )
         assert beside(k)[1] == pytest.approx(anew(k)[1], rel=0.1)
     assert all(np.abs(closure_gap(state, loop)).max() < 1e-9 for loop in landing.loops)

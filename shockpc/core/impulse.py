@@ -11,7 +11,7 @@ All arrays have a leading posture axis.
 
 import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -119,13 +119,30 @@ class RowSpace(NamedTuple):
         return RowSpace(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
+class RowLimit(NamedTuple):
+    """How many rows of a posture can be independent, whatever their singular values.
+
+    Attributes:
+        most: number of rows; the smallest singular values beyond that count as zero.
+        rounding: what rounding of the robot's file makes of rows beyond that, relative to their
+            terms.
+    """
+
+    most: int
+    rounding: float = 0.0
+
+
+RowLimits: TypeAlias = Callable[[int], RowLimit]
+"""Posture → its limit."""
+
+
 def solve_impact(
     H: Inertia,
     J_c: Array,
     b: Array,
     terms: Callable[[], Array],
     tolerance: float,
-    most: Callable[[int], tuple[int, float]] | None = None,
+    limits: RowLimits | None = None,
 ) -> Solution:
     """The jump of minimum kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ =
     (J_c H⁻¹ J_cᵀ)⁻¹.
@@ -141,19 +158,19 @@ def solve_impact(
         terms: the sizes (N, nc, nv) of the terms that the entries of J_c are sums of; asked only
             where they may matter.
         tolerance: as of `independent_rows`.
-        most: posture → the last two arguments of `independent_rows`; asked only there, too.
+        limits: of the rows in each posture; asked only there, too.
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
     n, nc = J_c.shape[:2]
     size = np.sqrt(np.abs(diagonal_of(H)))
-    limits: dict[int, tuple[int, float]] = {}
+    known: dict[int, RowLimit] = {}
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         delassus = _delassus(H, J_c, size)
-        if most is not None:
-            limits = {k: most(k) for k in delassus.doubtful()}
+        if limits is not None:
+            known = {k: limits(k) for k in delassus.doubtful()}
         well = delassus.clear(size)
-        well[[k for k, (limit, _) in limits.items() if limit < nc]] = False
+        well[[k for k, limit in known.items() if limit.most < nc]] = False
         # λ = −Λ b,   Δq̇ = H⁻¹ J_cᵀ λ
         impulse = delassus.impulse(b, well)
         delta_qd = delassus.X @ impulse
@@ -171,10 +188,10 @@ def solve_impact(
     if unclear:
         sizes = terms()
         for k in unclear:
-            limit = limits.get(k, ())
+            limit = known.get(k)
             columns = column_sizes(sizes[k])
             row_space = independent_rows(
-                J_c[k], sizes[k], columns, delassus.scale[k], tolerance, *limit
+                J_c[k], sizes[k], columns, delassus.scale[k], tolerance, limit
             )
             _set_dependent(solution, k, row_space, delassus, b[k])
     return solution._replace(condition=condition * _light(size, delta_qd))
@@ -326,8 +343,7 @@ def independent_rows(
     size: Array,
     scale: Array,
     tolerance: float = TOLERANCE,
-    most: int | None = None,
-    rounded: float = 0.0,
+    limit: RowLimit | None = None,
 ) -> RowSpace:
     """Rows of one posture from which all others follow, and how impulses along these are
     distributed over all.
@@ -346,13 +362,10 @@ def independent_rows(
         scale: (nc,) that brings each row to unit mobility.
         tolerance: relative error of the terms. Rounding alone may change which rows are independent
             only where it is `TOLERANCE`.
-        most: how many rows can be independent; the smallest singular values beyond that count as
-            zero.
-        rounded: what rounding of the robot's file makes of rows beyond that, relative to their
-            terms.
+        limit: of the rows; none by default.
     """
     count = len(J_c)
-    most = count if most is None else most
+    most, rounding = limit or RowLimit(count)
     term_size, scaled = in_terms(J_c, terms, size)
     rows_in_terms = _RowsInTerms.of(scaled, tolerance)
     rank = min(int(np.sum(rows_in_terms.s > rows_in_terms.bound)), most)
@@ -360,9 +373,9 @@ def independent_rows(
     uncertain = tolerance == TOLERANCE and rows_in_terms.uncertain(most)
     infeasible = np.zeros((0, count))
     slack = 0.0
-    if rank == most < count and rounded > 0.0:
+    if rank == most < count and rounding > 0.0:
         uncertain = _any_near(rows_in_terms.s[:rank], rows_in_terms.bound)
-        slack = max(rounded, float(rows_in_terms.s[rank]))
+        slack = max(rounding, float(rows_in_terms.s[rank]))
         rows_in_terms, infeasible = rows_in_terms.without_rounding(rank, slack)
 
     moves = rows_in_terms.moves

@@ -263,7 +263,7 @@ def _row_rates(
 
 
 def _wrench_rates(state: Dynamics, constraint: Constraint, J: Array) -> Array:
-    """Derivatives (N, nv, k, 6) of the wrenches of the rows of a constraint by each joint velocity."""
+    """Derivatives (N, nv, k, 6) of the wrenches of a constraint's rows by each joint velocity."""
     omega, v = np.split(J, 2, axis=-1)
     n = len(constraint.forces)
     moves_point = moved_by(state, constraint.body)[:, None]
@@ -293,10 +293,10 @@ def _solved(
     n, nc = left.shape[:2]
     ny = right.shape[1]
     # Rows that depend on others are replaced by zeros, and so are their impulses.
-    most = landing.most_independent(equation.state, equation.constraints)
+    limits = landing.row_limits(equation.state, equation.constraints)
     independent = np.ones((n, nc))
     for k, row_space in solution.row_spaces.items():
-        regular = not row_space.uncertain and len(row_space.rows) >= most(k)[0]
+        regular = not row_space.uncertain and len(row_space.rows) >= limits(k).most
         independent[k] = np.isin(np.arange(nc), row_space.rows) if regular else np.nan
     J_c = equation.J_c * independent[..., None]
     with np.errstate(all="ignore"):

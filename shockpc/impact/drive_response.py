@@ -81,8 +81,8 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     on_joints = turns[:, columns]
     reduced = on_joints if equation.G is None else equation.G[0].T @ on_joints
     unheld = solve_inertia(equation.inertia, reduced[None])
-    most = landing.most_independent(landing.state, equation.constraints)
-    held = solution_of(equation._replace(b=equation.J_c @ unheld), most)
+    limits = landing.row_limits(landing.state, equation.constraints)
+    held = solution_of(equation._replace(b=equation.J_c @ unheld), limits)
 
     # Columns of the landing's strike as modelled, then of each drive.
     modelled = solution_in_doubles(landing)

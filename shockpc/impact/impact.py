@@ -408,8 +408,8 @@ class DoubleImpact(Impact):
             self.inertias = inertias
 
     def delassus(self, constraint: Constraint) -> Array:
-        """Delassus matrices (N, n, n) of the rows of a constraint while nothing is held: J G (GᵀHG)⁻¹ Gᵀ
-        Jᵀ [1/kg].
+        """Delassus matrices (N, n, n) of the rows of a constraint while nothing is held [1/kg]:
+        J G (GᵀHG)⁻¹ Gᵀ Jᵀ.
         """
         J, G = row_jacobian(self.state, [constraint]), self.equation.G
         J = J if G is None else J @ G

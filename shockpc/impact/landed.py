@@ -121,7 +121,7 @@ def solved(
     else:
         assert state is not None
         equation = landing.equation(state, with_strike)
-        solution = solution_of(equation, landing.most_independent(state, equation.constraints))
+        solution = solution_of(equation, landing.row_limits(state, equation.constraints))
     return Solved(equation, solution, jumps_of(equation, solution.delta_qd, bodies))
 
 
@@ -129,7 +129,7 @@ def solved(
 def solution_in_doubles(landing: PosedLanding) -> Solution:
     """Step 1 of a landing in its posture; computed once."""
     equation = landing.equation(landing.state)
-    return solution_of(equation, landing.most_independent(landing.state, equation.constraints))
+    return solution_of(equation, landing.row_limits(landing.state, equation.constraints))
 
 
 def proven(landing: PosedLanding) -> LandingProof:
@@ -146,13 +146,13 @@ def proven(landing: PosedLanding) -> LandingProof:
         raise without_kinetic_energy(landing, equation.state.H)
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise without_inertia(landing, equation)
-    most = landing.most_independent(landing.state, landing.constraints)
+    limits = landing.row_limits(landing.state, landing.constraints)
     try:
         proof = enclosed(
             equation,
             landing.posed,
             solution_in_doubles(landing),
-            most,
+            limits,
             partial(LandingProof, landing),
         )
     except SingularError:
@@ -198,13 +198,13 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     rounding of the file left.
     """
     equation = landing.equation(landing.state)
-    most = landing.most_independent(landing.state, landing.constraints)(0)
+    limit = landing.row_limits(landing.state, landing.constraints)(0)
     J = equation.J_c[0]
     b = equation.b[0, :, 3]
-    if most[0] == len(J):
+    if limit.most == len(J):
         return J, b
     # Combinations of rows, in units of their terms, of which only rounding of the file is left.
-    rounding = equation.row_space(most).infeasible
+    rounding = equation.row_space(limit).infeasible
     terms = equation.terms()[0]
     size = column_sizes(terms)
     term_size, scaled = in_terms(J, terms, size)
@@ -214,12 +214,12 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
 
 
 def independent_rows_of(landing: PosedLanding, constraints: tuple[Constraint, ...]) -> list[int]:
-    """Indices of independent ones among the rows of some constraints, alone, in the landing's posture."""
+    """Indices of independent rows of some constraints, alone, in the landing's posture."""
     if not constraints:
         return []
     state = landing.state
     equation = equation_of(landing.system._replace(before=None), state, constraints)
-    row_space = equation.row_space(landing.most_independent(state, constraints)(0))
+    row_space = equation.row_space(landing.row_limits(state, constraints)(0))
     return [int(row) for row in row_space.rows]
 
 
@@ -337,8 +337,8 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
     elif landing.base != "free" and landing.robot.bodies[0].mass:
         free = ", or free the base"
     raise SolveError(
-        f"no verdict: {constraint.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s "
-        f"are left along ({axis}), because the mechanism cannot move that way here, or another "
+        f"no verdict: {constraint.name} cannot be stopped in {_posture(landing)}: "
+        f"{abs(left):.3g} m/s are left along ({axis}), because the mechanism cannot move that way here, or another "
         "contact asks for the opposite; leave that direction out of the contact or of the contact "
         f"velocity, take another contact point or posture{free}",
         blocks=[constraint.frame],
@@ -409,8 +409,8 @@ def _refuse_singular(
     constraint, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
     raise SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as '
-        f"the contact, because {where} is singular or nearly so ({constraint.name} has almost no motion "
-        f"along ({axis}) there{digits}), or almost no inertia resists that motion. Set another "
+        f"the contact, because {where} is singular or nearly so ({constraint.name} has almost no "
+        f"motion along ({axis}) there{digits}), or almost no inertia resists that motion. Set another "
         f"posture, such as with --set {first}=ANGLE, leave that direction out of the contact or "
         "of the contact velocity, or lock joints without inertia with --lock",
         blocks=[constraint.frame],

@@ -122,11 +122,11 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
     try:
         impulse = least_push(stops.rows, missing)
     except ArithmeticError:
+        names = listed((constraint.frame for constraint in constraints), 4)
         raise SolveError(
             "no verdict: the contacts drive joints beyond their stops, whatever these do "
-            f"({listed((constraint.frame for constraint in constraints), 4)}): the mechanism cannot move as they "
-            f"ask; leave a direction or "
-            "a contact out, or the stops"
+            f"({names}): the mechanism cannot move as they ask; leave a direction or a contact out, "
+            "or the stops"
         ) from None
     acts = _acting(stops, impulse, missing, fastest)
     if not acts.any():

@@ -1,13 +1,13 @@
 """A landing: what strikes, what is held, what is free and how the robot moves before the impact."""
 
 import functools
-from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Self
 
 import numpy as np
 
 from shockpc.core.frozen import frozen
+from shockpc.core.impulse import RowLimits
 from shockpc.core.pulse import Pulse
 from shockpc.core.spatial import Array, Plane, freeze, read_only, velocity_at
 from shockpc.landing.closure import Assembly, closure_constraint
@@ -127,13 +127,11 @@ class Landing:
         """The robot and what of it is free."""
         return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
 
-    def most_independent(
-        self, state: Dynamics, constraints: tuple[Constraint, ...]
-    ) -> Callable[[int], tuple[int, float]]:
+    def row_limits(self, state: Dynamics, constraints: tuple[Constraint, ...]) -> RowLimits:
         """How many of some rows can be independent in any posture, and the effect of rounding on
         the others, as `Mechanism`'s.
         """
-        return self.mechanism.most_independent(constraints, state)
+        return self.mechanism.row_limits(constraints, state)
 
     def rows(self, state: Dynamics) -> tuple[Constraint, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
@@ -290,11 +288,9 @@ class PosedLanding(Landing):
         """As for any landing, then the stops that act."""
         return (*super().rows(state), *self.acting)
 
-    def most_independent(
-        self, state: Dynamics, constraints: tuple[Constraint, ...]
-    ) -> Callable[[int], tuple[int, float]]:
+    def row_limits(self, state: Dynamics, constraints: tuple[Constraint, ...]) -> RowLimits:
         """As for any landing; other postures have the number of the landing's posture."""
-        return self.mechanism.most_independent(constraints, state, self.state.Q[0])
+        return self.mechanism.row_limits(constraints, state, self.state.Q[0])
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
         """As for any landing; that of the landing's posture is computed once."""

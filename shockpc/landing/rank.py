@@ -2,13 +2,13 @@
 does not count.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.impulse import column_sizes, in_terms
+from shockpc.core.impulse import RowLimit, RowLimits, column_sizes, in_terms
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
@@ -66,11 +66,11 @@ class Mechanism(NamedTuple):
     locked: np.ndarray
     loops: tuple[Loop, ...]
 
-    def most_independent(
+    def row_limits(
         self, constraints: Sequence[Constraint], state: Dynamics, near: Array | None = None
-    ) -> Callable[[int], tuple[int, float]]:
-        """The largest number of independent rows that these constraints have in any posture, up to what
-        rounding of the file leaves.
+    ) -> RowLimits:
+        """How many rows of constraints can be independent in any posture, up to what rounding of
+        the file leaves.
 
         A singular value of the rows, in units of their terms, counts as zero where rounding of the
         file's angles and lengths can make as much of a zero, in other postures too: one that is
@@ -88,12 +88,12 @@ class Mechanism(NamedTuple):
         count = sum(constraint.size for constraint in constraints)
         single = self.base == "free" and len(constraints) == 1 and not self.loops
         if not constraints or single or not np.any(rounding_of(self.robot) > LEAST_ROUNDING):
-            return lambda _: (count, 0.0)
+            return lambda _: RowLimit(count)
         known = _known(self.robot)
         attitude = self._attitude(constraints, state)
         fixed_key = (*self._key(), *map(_structure, constraints))
 
-        def most(k: int) -> tuple[int, float]:
+        def limit(k: int) -> RowLimit:
             at = [_in_posture(constraint, k) for constraint in constraints]
             # With loops other postures are near by, so that their number depends on where one is.
             q = state.Q[k]
@@ -107,17 +107,15 @@ class Mechanism(NamedTuple):
                 known[key] = self._most_from(at, q, count)
             return known[key]
 
-        return most
+        return limit
 
-    def _most_from(
-        self, constraints: Sequence[Constraint], q: Array, count: int
-    ) -> tuple[int, float]:
+    def _most_from(self, constraints: Sequence[Constraint], q: Array, count: int) -> RowLimit:
         """The largest number of independent rows, and the effect of rounding on the others, in
         other postures than q, and with loops in q too. Args: count, of all rows.
         """
         s = self._rows(constraints, dynamics(self.robot, q[None])).s
         if len(s) == count and s[-1] > CLEAR:
-            return count, 0.0
+            return RowLimit(count)
         postures = self._others(q)
         if self.loops:
             postures = [q, *postures]
@@ -180,7 +178,7 @@ class Mechanism(NamedTuple):
             postures.append(posture)
         return postures
 
-    def _independent(self, constraints: Sequence[Constraint], q: Array) -> tuple[int, float]:
+    def _independent(self, constraints: Sequence[Constraint], q: Array) -> RowLimit:
         """The number of independent rows in one posture, and the effect of rounding on the others."""
         state = dynamics(self.robot, q[None])
         rows = self._rows(constraints, state)
@@ -195,7 +193,7 @@ class Mechanism(NamedTuple):
                 break
             rank -= 1
         effect = np.linalg.norm(rows.U[:, rank:].T @ changes, axis=-1).sum(axis=0)
-        return rank, SLACK * float(effect.max(initial=0.0))
+        return RowLimit(rank, SLACK * float(effect.max(initial=0.0)))
 
     def _changes_by_rounding(
         self, constraints: Sequence[Constraint], state: Dynamics, rows: "_Rows"
@@ -261,8 +259,8 @@ class _Rows(NamedTuple):
 
 
 @memoized()
-def _known(robot: Robot) -> dict[tuple[object, ...], tuple[int, float]]:
-    """What `most_independent` has found of a robot, by what is free and held."""
+def _known(robot: Robot) -> dict[tuple[object, ...], RowLimit]:
+    """What `row_limits` has found of a robot, by what is free and held."""
     return {}
 
 

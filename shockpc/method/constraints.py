@@ -175,8 +175,8 @@ def row_tolerance(constraints: Sequence[Constraint]) -> float:
 
 
 def row_signs(state: Dynamics, constraint: Constraint) -> Array:
-    """How (nv,) each joint velocity moves one end of a constraint against the other: 1, −1, or 0 where
-    it moves neither or both.
+    """How (nv,) each joint velocity moves one end of a constraint against the other: 1, −1, or 0
+    where it moves neither or both.
     """
     return moved_by(state, constraint.body) - moved_by(state, constraint.other)
 

@@ -23,9 +23,9 @@ PINOCCHIO: str = pin.__version__
 WHOLE_ARRAYS = 170_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
 
-# glibc returns freed memory beyond twice the largest constraint that was freed so far, and every page of
-# it costs a fault when it is used again: a quarter to a half of the run time of many postures. The
-# largest constraint that counts has 32 MiB.
+# glibc returns freed memory beyond twice the largest block that was freed so far, and every page
+# of it costs a fault when it is used again: a quarter to a half of the run time of many postures. The
+# largest block that counts has 32 MiB.
 np.empty(2**22 - 2**10)
 
 NOT_ASKED = np.zeros(0)

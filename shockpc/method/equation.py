@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, RowSpace, column_sizes, independent_rows
+from shockpc.core.impulse import TOLERANCE, RowLimit, RowSpace, column_sizes, independent_rows
 from shockpc.core.inertia import Inertia, definite, diagonal_of, matrix_of
 from shockpc.core.spatial import Array, Plane
 from shockpc.method.approach import Motion, approach_speeds
@@ -102,17 +102,17 @@ class Equation(NamedTuple):
         ratio = np.where(moves, of_terms, 1.0) / np.where(moves, length, 1.0)
         return np.asarray(np.max(ratio, axis=-1, initial=1.0))
 
-    def row_space(self, most: tuple[int, float], scale: Array | None = None) -> RowSpace:
+    def row_space(self, limit: RowLimit, scale: Array | None = None) -> RowSpace:
         """Which rows of the first posture are independent, by their singular values in doubles.
 
         Args:
-            most: how many can be independent, and the effect of rounding on the others.
+            limit: of its rows.
             scale: (nc,) brings each row to unit mobility; 1 by default.
         """
         J_c, terms = self.J_c[0], self.terms()[0]
         if scale is None:
             scale = np.ones(len(J_c))
-        return independent_rows(J_c, terms, column_sizes(terms), scale, self.tolerance, *most)
+        return independent_rows(J_c, terms, column_sizes(terms), scale, self.tolerance, limit)
 
     def full(self, delta: Array) -> Array:
         """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""

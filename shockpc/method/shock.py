@@ -6,19 +6,16 @@ body (Eqs. 8 and 9). Step 3: in the plane, the jump of a body is a point without
 (Eqs. 11 and 12).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.impulse import RowLimits, Solution, solve_impact
 from shockpc.core.spatial import Array, body_jumps, cross
 from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics
 from shockpc.method.equation import Equation, System, equation_of
-
-Most = Callable[[int], tuple[int, float]]
-"""Posture → how many rows can be independent in it, and the effect of rounding on the others."""
 
 
 class Solved(NamedTuple):
@@ -37,20 +34,23 @@ class Solved(NamedTuple):
 
 
 def shock(
-    system: System, state: Dynamics, constraints: tuple[Constraint, ...], most: Most | None = None
+    system: System,
+    state: Dynamics,
+    constraints: tuple[Constraint, ...],
+    limits: RowLimits | None = None,
 ) -> Solved:
-    """Steps 1 and 2 of a system in N postures. Args: as of `equation_of`, and `Most`."""
+    """Steps 1 and 2 of a system in N postures. Args: as of `equation_of` and `solve_impact`."""
     # Eq. 4, left:   H, J_c,  b = (1 + e) J_c q̇⁻;   Eq. 7:  GᵀHG and J_c G in their place
     equation = equation_of(system, state, constraints)
-    solution = solution_of(equation, most)
+    solution = solution_of(equation, limits)
     return Solved(equation, solution, jumps_of(equation, solution.delta_qd))
 
 
-def solution_of(equation: Equation, most: Most | None = None) -> Solution:
+def solution_of(equation: Equation, limits: RowLimits | None = None) -> Solution:
     """Eq. 4, solved; `test_impulse` has it written out, without scaling, rank and condition."""
     # λ = −(J_c H⁻¹ J_cᵀ)⁻¹ b,   Δẏ = H⁻¹ J_cᵀ λ
     return solve_impact(
-        equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most
+        equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, limits
     )
 
 

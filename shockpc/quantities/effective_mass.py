@@ -231,8 +231,8 @@ class Resistance:
         if landing.floating:
             return 3, IMMOVABLE
         constraints = self._constraints(held)
-        rows, rounded = landing.most_independent(landing.state, (*constraints, self.point))(0)
-        rows_held, _ = landing.most_independent(landing.state, constraints)(0)
+        rows, rounded = landing.row_limits(landing.state, (*constraints, self.point))(0)
+        rows_held, _ = landing.row_limits(landing.state, constraints)(0)
         most = rows - rows_held
         if most == 3:
             return most, IMMOVABLE

@@ -268,8 +268,8 @@ class ShockMaps(NamedTuple):
                 equation = landing.equation(state, with_strike=False)
                 speeds = speeds_undone(state, equation.constraints, rates[chunk])
                 equation = equation._replace(b=speeds)
-                most = landing.most_independent(state, equation.constraints)
-                solution = solution_of(equation, most)
+                limits = landing.row_limits(state, equation.constraints)
+                solution = solution_of(equation, limits)
                 jumps[chunk] = equation.full(solution.delta_qd)[..., 0]
                 impulses.append(_impulses(landing, equation, solution))
         return jumps, np.concatenate(impulses)

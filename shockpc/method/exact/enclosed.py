@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-from shockpc.core.impulse import RowSpace, Solution
+from shockpc.core.impulse import RowLimits, RowSpace, Solution
 from shockpc.method.equation import Equation, Posed
 from shockpc.method.exact.arithmetic import SingularError
 from shockpc.method.exact.proof import Proof
@@ -15,7 +15,7 @@ def enclosed(
     equation: Equation,
     posed: Posed,
     solution: Solution,
-    most: Callable[[int], tuple[int, float]],
+    limits: RowLimits,
     made: Callable[[Posed, RowSpace], P],
 ) -> P | None:
     """The proof with the first rows that balls find independent; None if there are none.
@@ -24,14 +24,13 @@ def enclosed(
         equation: Eq. 4 in the posture (N = 1).
         posed: the same, from which balls are evaluated.
         solution: of it in doubles.
-        most: of the posture's number (0), how many rows can be independent, and the effect of
-            rounding on the others.
+        limits: of the rows in each posture, of which there is one.
         made: makes a proof; `Proof`, or a subclass.
 
     Raises:
         SingularError: no inertia resists a motion.
     """
-    for row_space in _row_spaces(equation, solution, most):
+    for row_space in _row_spaces(equation, solution, limits):
         try:
             proof = made(posed, row_space)
         except SingularError as singular:
@@ -43,9 +42,7 @@ def enclosed(
     return None
 
 
-def _row_spaces(
-    equation: Equation, solution: Solution, most: Callable[[int], tuple[int, float]]
-) -> Iterator[RowSpace]:
+def _row_spaces(equation: Equation, solution: Solution, limits: RowLimits) -> Iterator[RowSpace]:
     """Row spaces to be tried: that of the solution; or all rows, and if balls find that these are
     dependent, that of their singular values.
     """
@@ -53,4 +50,4 @@ def _row_spaces(
         yield solution.row_spaces[0]
         return
     yield RowSpace.every(len(equation.b[0]))
-    yield equation.row_space(most(0), solution.scale[0])
+    yield equation.row_space(limits(0), solution.scale[0])

@@ -266,8 +266,8 @@ class ExactSolution:
     def delassus(
         self, constraint: Constraint, fixed: Sequence[Constraint], independent: list[int]
     ) -> Any:
-        """Delassus matrix (n, n) of the rows of a constraint while others stay held: J P Jᵀ, with P the
-        inverse inertia on these [1/kg].
+        """Delassus matrix (n, n) of a constraint's rows while others stay held [1/kg]: J P Jᵀ, with
+        P the inverse inertia on these.
 
         Args:
             constraint: the rows, as a unit impulse each.
