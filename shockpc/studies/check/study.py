@@ -91,10 +91,7 @@ def check_budgets(
         outcomes += _outcomes(given, baseline, landing, result, designs)
     # What holds for all landings together.
     bounds = [result.proof.bounds.max() for result in results if isinstance(result, ShockProfile)]
-    changes = {}
-    if baseline is not None:
-        for name, record in records.items():
-            changes[name] = tuple(design_changes(baseline.designs[name], record["design"]))
+    changes = _changes(baseline, records)
     notes = [
         *_change_notes(changes, outcomes),
         *_omissions(given, records, compared=baseline is not None or renewing),
@@ -112,6 +109,15 @@ def check_budgets(
         defects=tuple(defects),
         seconds=seconds,
     )
+
+
+def _changes(baseline: Baseline | None, records: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    """What changed of the design of each case since a baseline; empty without one."""
+    changes = {}
+    if baseline is not None:
+        for name, record in records.items():
+            changes[name] = tuple(design_changes(baseline.designs[name], record["design"]))
+    return changes
 
 
 def _refuse_without_limits(given: Budgets) -> None:

@@ -3,7 +3,7 @@ bound.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -196,10 +196,9 @@ def scanned(
     scene_strike = int(np.searchsorted(angles, landing.strike_angle))
     missing = np.isnan(numbers[:, scene_strike])
     uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
-    unreachable = []
-    for first, last in _runs(missing):
-        reason = table.messages.get(first * len(angles) + scene_strike, UNDETERMINED)
-        unreachable.append((float(values[first]), float(values[last]), reason))
+    reasons = {}
+    for k in np.flatnonzero(missing).tolist():
+        reasons[k] = table.messages.get(k * len(angles) + scene_strike, UNDETERMINED)
 
     # Where a loop cannot be closed beyond, the scan ends.
     kept = slice(None)
@@ -216,9 +215,17 @@ def scanned(
         numbers=numbers[kept],
         allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
-        unreachable=tuple(unreachable),
+        unreachable=tuple(_unreachable(values, missing, reasons)),
         inaccurate=int((uncertain.reshape(shape)[:, scene_strike] & ~missing).sum()),
     )
+
+
+def _unreachable(
+    values: Array, missing: np.ndarray, reasons: Mapping[int, str]
+) -> Iterator[tuple[float, float, str]]:
+    """The runs of values (n,) without a result, each with the reason of its first value."""
+    for first, last in _runs(missing):
+        yield float(values[first]), float(values[last]), reasons[first]
 
 
 def _strike_angles(targets: Sequence[Strikes]) -> Array:
