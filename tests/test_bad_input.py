@@ -225,9 +225,9 @@ analyze dog/dog.urdf.xacro --package dog_description=dog --contact lf_foot:: --x
 robots:: leg --xacro mas:=3 => has no xacro argument "mas"; nearest: "mass"
 analyze => missing argument 'ROBOT'. To see what is valid: shockpc analyze --help
 :: stick.urdf | anymal_b | fly | analyse stick.urdf => To analyze a robot: shockpc analyze ROBOT --contact NAME. To see
-FOOT:: --all --format json | --all --format markdown => --all is for tables on a terminal, and changes nothing of --format
-FOOT:: --body shin --format json => chooses the bodies of tables and CSV files, and JSON has every body
-FOOT:: --force => lets --save-scene replace a file; give that too
+FOOT:: --all --format json | --all --format markdown => --all is for tables on a terminal and has no effect on --format
+FOOT:: --body shin --format json => selects the bodies of tables and CSV files, but JSON has every body
+FOOT:: --force => lets --save-scene replace a file; give --save-scene too
 SWEEP:: --set knee=3 | --set *nee=3 => nee has no effect, because the value varies from landing to landing
 sweep stick.urdf --contact foot:: --sample 3 --set knee=3 => --set knee has no effect
 sweep stick.urdf --contact foot --vary speed=1,2:: --speed 3 => --speed has no effect, because the value varies

@@ -69,7 +69,7 @@ def test_a_body_that_slides(capfd, here, mu):
     )
     text = good(capfd, "analyze", *words)
     assert f"contacts with friction {mu:g} (world axes; double precision)" in text
-    assert "all other tables are without it, for contacts that stick" in text
+    assert "all other tables are without friction, for contacts that stick" in text
 
 
 def test_a_contact_sticks_from_the_friction_that_it_needs():

@@ -540,7 +540,7 @@ def test_what_cannot_be_improved_says_so(capfd):
         improve(anymal(friction=0.5), "shock@imu_link", vary=LEGS, robot=robot)
     with pytest.raises(SolveError, match="no mass or inertia resists it"):
         improve(Scene(robot="icub", contact=(Contact(frame="l_foot"),)), robot=known_robot("icub"))
-    with pytest.raises(StudyError, match="name what may change with --vary"):
+    with pytest.raises(StudyError, match="name a variable with --vary"):
         improve(
             Scene(robot="cassie", contact=(Contact(frame="left-foot"),)),
             robot=known_robot("cassie"),

@@ -487,7 +487,7 @@ def test_what_was_measured():
     (r, _, late, _), (_, _, early, _) = measured("30 ms"), measured("15 ms")
     assert f"rates of both legs after 30 ms: error {late}, r {r}" in text
     r, _, error = measured("the other | 30 ms")
-    assert f"the leg that does not strike: error {error}, r {r}; after 15 ms: error {early}" in text
+    assert f"the other leg: error {error}, r {r}; after 15 ms: error {early}" in text
     assert (
         f"12 to 15 % for Cassie's tarsi and {100 * float(late):.0f} % for the legs of a "
         f"compass-gait biped" in text

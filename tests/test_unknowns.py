@@ -148,7 +148,7 @@ def test_with_drives_is_no_heading_where_no_drive_is_known():
             "joints locked",
             "smallest found",
             "largest",
-            "neither is a bound",
+            "Neither is a bound",
         )
     )
     assert "as modelled" in columns(

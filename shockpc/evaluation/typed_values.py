@@ -111,7 +111,7 @@ def _range(subject: str, text: str) -> Values:
         return Values(_grid(low, high, _count(subject, count)), factor=factor)
     if not low < high:
         raise StudyError(
-            f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first"
+            f"{subject}: the range {low:g}:{high:g} is empty; give the smaller value first"
         )
     return Values((), (low, high), "log-uniform" if logarithmic else "uniform", factor)
 

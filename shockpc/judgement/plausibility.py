@@ -83,7 +83,7 @@ def _below_their_points(profile: ShockProfile, ground: _OnGround) -> Iterator[Di
         reach = "reach up to" if len(below) > 1 else "reaches"
         text = (
             f"{listed(below, 4)} {reach} {depth:.2g} m{ground.along} below the contact point; "
-            f"strike the lowest point: {spelled(Contact, 'at', 'lowest')}"
+            f"land on the lowest point: {spelled(Contact, 'at', 'lowest')}"
         )
         yield Diagnostic("height", "+".join(below), depth, text)
 

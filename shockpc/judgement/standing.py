@@ -130,7 +130,7 @@ def hanging(profile: ShockProfile) -> Iterator[Diagnostic]:
         if robot.source.kind == "pinocchio":
             remedy = "load it with a free base"
         text = (
-            f"the file holds the base, so the robot hangs on it, and a strike at its feet is no "
+            "the file holds the base, so the robot hangs on it, and an impact at its feet is no "
             f"landing; {remedy}"
         )
         yield Diagnostic("base", robot.bodies[0].name, None, text)

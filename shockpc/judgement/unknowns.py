@@ -159,7 +159,7 @@ def _remedy(profile: ShockProfile, joints: tuple[str, ...]) -> str:
         ratio = f"{ratios[0]} {robot.gear_ratios[ratios[0]]:g}"
         return f"the file has gear ratios ({ratio}): give the inertia of the rotors with --rotor"
     return (
-        "give the drives with --drives, --rotor or --armature, or say with --joints free that "
+        "give the drives with --drives, --rotor or --armature, or state with --joints free that "
         "there are none"
     )
 

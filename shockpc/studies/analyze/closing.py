@@ -125,6 +125,7 @@ def _friction_lines(profile: ShockProfile) -> list[str]:
     if len(friction.state) > 1:
         solutions += "; there may be more solutions"
     return [
-        f"{line}energy lost {friction.energy_lost:.4g} J, residual {friction.residual:.0e}"
-        f"{solutions}; all other tables are without it, for contacts that stick"
+        f"{line}energy lost {friction.energy_lost:.4g} J, residual "
+        f"{friction.residual:.0e}{solutions}; all other tables are without friction, for contacts "
+        "that stick"
     ]

@@ -121,16 +121,16 @@ def _refuse_without_effect(
 
     if force and save_scene is None:
         raise StudyError(
-            "--force lets --save-scene replace a file; give that too, or leave --force out"
+            "--force lets --save-scene replace a file; give --save-scene too, or leave --force out"
         )
     if all_ and output.format != "table":
         raise StudyError(
-            f"--all is for tables on a terminal, and changes nothing of --format {output.format}; "
-            f"leave it out"
+            f"--all is for tables on a terminal and has no effect on --format {output.format}; "
+            "leave it out"
         )
     if body and output.format == "json" and output.out is None:
         raise StudyError(
-            "--body chooses the bodies of tables and CSV files, and JSON has every body; leave it "
+            "--body selects the bodies of tables and CSV files, but JSON has every body; leave it "
             "out"
         )
     in_files = output.out is not None or output.format == "json"

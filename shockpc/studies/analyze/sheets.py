@@ -264,7 +264,7 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
     parts = profile.parts
     critical = [_critical(part) for part in parts]
     return Sheet.of(
-        "parts (margin: the part survives a strike up to this many times as fast)",
+        "parts (margin: survivable contact velocity / contact velocity)",
         {
             "part": [part.part for part in parts],
             "body": [part.body for part in parts],

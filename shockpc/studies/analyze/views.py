@@ -267,13 +267,12 @@ def _joint_model_notes(profile: ShockProfile) -> list[str]:
         reason = text.removeprefix("no verdict: ").partition(";")[0]
         notes.append(f"–: no solution with {names[model]}: {reason}")
     notes.append(
-        "free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield; "
-        "neither is a bound"
+        "free: no rotor, or each behind a soft spring; locked: no joint moves. Neither is a bound"
     )
     if profile.landing.joint_model.springs.any():
         notes.append(
-            "joints with springs yield in the impact, whatever their motors do, so the last column "
-            "applies, not that before it"
+            "joints with springs yield in the impact, whatever their motors do, so the last "
+            "column applies, not the one before"
         )
     return notes
 

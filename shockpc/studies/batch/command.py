@@ -48,7 +48,9 @@ def batch(
             "no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds"
         )
     if output.format == "pdf" and not figures:
-        raise StudyError("batch draws a figure only with --figures; give that with --format pdf")
+        raise StudyError(
+            "batch draws a figure only with --figures; give --figures with --format pdf"
+        )
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
     refuse_unasked(study, options, typed)

@@ -25,8 +25,8 @@ def robot_notes(batch: Batch) -> Iterator[str]:
     yield f"{batch.rank}: {what}, the worst of {landings}; --landings prints all of them"
     yield "smallest (as found) and largest: over the possible drives"
     yield (
-        "mass: effective mass of all contacts; IMF: impact mitigation factor of the contact where "
-        "it is least"
+        "mass: effective mass of all contacts; IMF: smallest impact mitigation factor of the "
+        "contacts"
     )
     if not all(row.drives_known for row in batch.robots):
         yield (
@@ -48,8 +48,8 @@ def landing_notes(batch: Batch) -> Iterator[str]:
     """
     rows = batch.rows
     yield (
-        "shock: at the IMU, else at the CoM of the trunk, the heaviest body; shock_max: the "
-        "largest of the trunk"
+        "shock: at the IMU, else at the CoM of the trunk (the heaviest body); shock_max: maximum "
+        "over the trunk"
     )
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
@@ -132,7 +132,7 @@ def _notes(batch: Batch) -> Iterator[str]:
     warned = [row for row in rows if row.warnings]
     if warned:
         yield (
-            f"{count(len(warned), 'landing')} with warnings, which JSON, CSV and the report hold: "
+            f"{count(len(warned), 'landing')} with warnings (in JSON, CSV and the report): "
             f"{_robots_of(batch, warned)}"
         )
 
@@ -161,7 +161,7 @@ def _friction_notes(batch: Batch) -> Iterator[str]:
         if select(name.partition("@")[0]).quantity.of_ground(scenes[0]):
             names.append(name)
     if names:
-        yield f"in double precision: {few(names, 4)}; the others are of contacts that stick"
+        yield f"in double precision: {few(names, 4)}; the others are for contacts that stick"
     else:
         yield f"warning: {STICKING}"
 

@@ -92,7 +92,7 @@ def check(
         path,
     ),
     baseline: Path | None = _in_baseline(
-        "Numbers of an earlier design, to compare with. [default: what the budgets' file names]",
+        "Numbers of an earlier design, to compare with. [default: as the budgets' file names it]",
         "FILE",
         path,
     ),
@@ -100,9 +100,8 @@ def check(
         "Write the numbers into the baseline's file instead of comparing with it."
     ),
     format_: tuple[tuple[str, Path | None], ...] = in_output(
-        "What is reported: table (default), json, csv, markdown, junit or github (annotations, and "
-        "a table in the job's summary); "
-        "on standard output, or in a file.",
+        "Report: table (default), json, csv, markdown, junit or github (annotations, and a table "
+        "in the job's summary); on standard output, or in a file.",
         "FORMAT[=FILE]",
         report,
     ),
@@ -153,7 +152,7 @@ def check(
             write_file(file, result.text(name))
     if renewed is not None:
         if checked.count("not computed"):
-            print_error(f'"{renewed}" is left as it was, because a number could not be computed')
+            print_error(f'"{renewed}" is not changed, because a number could not be computed')
         else:
             write_file(renewed, baseline_text(checked.cases, checked.values))
     return exit_code(0, 0, False, checked.defects) or checked.exit_code

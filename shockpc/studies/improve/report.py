@@ -144,7 +144,7 @@ def _as_given(study: Improvement) -> str:
             outside.append(one.name)
     reason = "it misses constraints"
     if differing:
-        reason = f"there the joints of {few(differing, 4)} differ, which have one value here"
+        reason = f"the joints of {few(differing, 4)} have one value here, but differ there"
     elif outside:
         reason = f"it lies outside the range of {few(outside, 4)}"
     return f"better than the optimum: {reason}"

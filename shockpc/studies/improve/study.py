@@ -240,7 +240,7 @@ def improve(
     starts: Annotated[
         int | None,
         Option(
-            "Runs from random points, besides that from the landing as given.",
+            "Runs from random points, besides the run from the landing as given.",
             "Search",
             "N",
             least=0.0,
@@ -297,8 +297,8 @@ def improve(
         cost = cost_of(scenes)
     if cost.column.selection.quantity.worse == "neither":
         raise StudyError(
-            f"{cost.column.title} is neither better nor worse if it is less; choose another "
-            f"quantity, or --keep it"
+            f"{cost.column.title} is neither better nor worse if it is smaller; choose another "
+            "quantity, or bound it with --keep"
         )
     with trace.stage("runs"):
         runs = _runs(cost, starts, seed)
@@ -356,8 +356,8 @@ def _usual_quantity(robot: Robot, scenes: Collection[Scene]) -> str:
         points |= dict.fromkeys(point.label for point in scene.point)
     if len(points) > 1:
         raise StudyError(
-            f"improve takes one quantity, and there are several points: {few(list(points), 4)}; "
-            f"name one with --quantity"
+            f"improve takes one quantity, but there are several points: {few(list(points), 4)}; "
+            "name one with --quantity"
         )
     sensor = next(iter([*points, *filter(is_imu, sensors(robot))]), None)
     if sensor is not None:
@@ -417,7 +417,7 @@ def _usual_variables(
 def _unnamed(robot: Robot, why: str) -> StudyError:
     """That there are no variables by default."""
     return StudyError(
-        f"{robot.label}: {why}; name what may change with --vary, such as the joint of a motor"
+        f"{robot.label}: {why}; name a variable with --vary, such as the joint of a motor"
     )
 
 
@@ -477,8 +477,8 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
         missing = lacking[0].selection.quantity.scope.missing
         why = f" ({missing})" if missing else ""
         return (
-            f"{names} has no value at the best point that was found{why}; choose another quantity "
-            f"or other places, or change the ranges"
+            f"{names} has no value at the best point{why}; choose another quantity or other "
+            "places, or change the ranges"
         )
     texts = dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))
     return (

@@ -164,7 +164,7 @@ def _none_allowed(study: JointLimits) -> list[str]:
     if not feasible:
         return [
             f"{text}: flat ground allows no landing of this range; give another with --range, or "
-            f"a greater --ground-tolerance"
+            "a larger --ground-tolerance"
         ]
     best = min(feasible, key=lambda each: study.bound.sign * each.best)
     at = f"{study.shown(best.best_at):.4g}{_unit(study)}"
@@ -204,9 +204,9 @@ def _warnings(study: JointLimits) -> list[str]:
         tolerance = f"{1e3 * scene.ground_tolerance:g} mm (--ground-tolerance)"
         warnings.append(
             f"warning: flat ground does not allow {at_scene} of {n} postures at the scene's "
-            f"strike, and {at_some} at some strike of the range: a contact would have to be "
-            f"pulled, the impact would gain energy, or another link is lower or contacts differ "
-            f"in height by more than {tolerance}; column feasible"
+            f"strike angle, and {at_some} at some strike angle of the range: a contact would have "
+            "to be pulled, the impact would gain energy, or another link is lower or contacts "
+            f"differ in height by more than {tolerance}; column feasible"
         )
     return warnings
 

@@ -319,10 +319,7 @@ def _margins(falls: Falls) -> Sheet:
         "withstands [N m, N]",
         "strike",
     )
-    title = (
-        "margins (the part survives a strike up to this many times as fast), each in its worst "
-        "strike"
-    )
+    title = "margins (survivable contact velocity / contact velocity), each in its worst strike"
     return Sheet(title, header, rows, notes)
 
 

@@ -1217,7 +1217,7 @@ def test_legs_of_a_compass_gait_biped():
     legs = {(one.name, one.time): one for one in found if not one.group}
     inner = columns["contact"] == "inner_foot"
     lines = re.findall(
-        r"^\| the (one that strikes|other) \| (\d+) ms \| (.*) \|$",
+        r"^\| the (landing leg|other) \| (\d+) ms \| (.*) \|$",
         (folder / "README.md").read_text("utf-8"),
         re.MULTILINE,
     )
