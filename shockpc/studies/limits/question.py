@@ -218,7 +218,7 @@ def strike_range(landing: PosedLanding, given: Strikes | None, per_landing: bool
     if not -most <= low <= high <= most:
         raise StudyError(
             f"{in_degrees(low):.4g}:{in_degrees(high):.4g} is not a range of strike angles; give "
-            f"the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
+            f"the smaller angle first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
         )
     return low, high
 
