@@ -192,8 +192,11 @@ class RowFiles:
         write_file(self._described, json_text(self._description()))
 
     def _read_csv(self, names: Sequence[str]) -> Iterator[list[np.ndarray]]:
+        """As `read`, some lines at a time."""
         numbers = [self.headings.index(name) for name in names]
-        kinds = [{notes.kinds[k] for notes in self._notes} for k in numbers]
+        kinds = []
+        for k in numbers:
+            kinds.append({notes.kinds[k] for notes in self._notes})
         try:
             with self._csv.open(encoding="utf-8", newline="") as file:
                 lines = csv.reader(file)

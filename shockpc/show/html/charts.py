@@ -102,10 +102,13 @@ def picture(
         axes: normal, first and second axis (3,) of the plane.
     """
     low, high = points.min(axis=0), points.max(axis=0)
-    middle, sides, (normal, e1, e2) = (low + high) / 2.0, high - low, axes
-    size = float(sides.max()) or 1.0
-    sides = np.maximum(sides, NARROWEST * size)
-    eye = (-1.0 if (contact - middle) @ normal < 0.0 else 1.0) * normal + 0.6 * e1 + 0.35 * e2
+    middle = (low + high) / 2.0
+    size = float((high - low).max()) or 1.0
+    sides = np.maximum(high - low, NARROWEST * size)
+    normal, e1, e2 = axes
+    if (contact - middle) @ normal < 0.0:
+        normal = -normal
+    eye = normal + 0.6 * e1 + 0.35 * e2
     eye *= 0.74 * size / np.linalg.norm(eye) / np.cbrt(sides.prod())
     axis = {
         "backgroundcolor": "#fff",

@@ -51,39 +51,39 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
             edges are divided.
     """
     meshes = [_joined(map(_triangles, shapes)) for shapes in bodies]
-    size = max(
-        (
-            float(np.ptp(corners_of_box(mesh.vertices), axis=0).max())
-            for mesh in meshes
-            if len(mesh.vertices)
-        ),
-        default=1.0,
-    )
-    size = size or 1.0
-    cell = FINEST * size
-    for divide in (False, True):
-        if divide:
-            left = MOST_DIVIDED * most
-            for k, mesh in enumerate(meshes):
-                meshes[k] = _divided(mesh, LONGEST * size, left)
-                left -= len(meshes[k].triangles)
-        cell = _coarser(meshes, cell, most)
-        meshes = [_clustered(mesh, cell) for mesh in meshes]
-    return meshes
+    size = max(map(_extent, meshes), default=0.0) or 1.0
+
+    # Merged once before edges are divided, so that few are, and once after.
+    cell = _coarser(meshes, FINEST * size, most)
+    meshes = [_clustered(mesh, cell) for mesh in meshes]
+    left = MOST_DIVIDED * most
+    for k, mesh in enumerate(meshes):
+        meshes[k] = _divided(mesh, LONGEST * size, left)
+        left -= len(meshes[k].triangles)
+    cell = _coarser(meshes, cell, most)
+    return [_clustered(mesh, cell) for mesh in meshes]
+
+
+def _extent(surface: Surface) -> float:
+    """The longest side of the box around a surface [m]; zero without vertices."""
+    if not len(surface.vertices):
+        return 0.0
+    return float(np.ptp(corners_of_box(surface.vertices), axis=0).max())
 
 
 def _triangles(shape: Shape) -> Surface:
+    """The surface of a shape."""
     if shape.mesh is not None:
         return Surface(shape.mesh.vertices, shape.mesh.triangles)
-    corners: list[Array] = []
+    corners = [np.zeros((0, 3))]
     for facet in facets(shape):
         if len(facet) > 3:  # a flat shape, whose corners are in no order
-            _, _, axes = np.linalg.svd(facet - facet.mean(axis=0))
-            x, y = axes[:2] @ (facet - facet.mean(axis=0)).T
+            off = facet - facet.mean(axis=0)
+            _, _, axes = np.linalg.svd(off)
+            x, y = axes[:2] @ off.T
             facet = facet[np.argsort(np.arctan2(y, x))]
         corners += [facet[[0, k, k + 1]] for k in range(1, len(facet) - 1)]
-    points = np.concatenate(corners) if corners else np.zeros((0, 3))
-    vertices, index = np.unique(points, axis=0, return_inverse=True)
+    vertices, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
     return Surface(vertices, index.reshape(-1, 3))
 
 
@@ -159,31 +159,55 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     flat faces and their edges.
     """
     _, index = np.unique(_cells(surface, cell), return_inverse=True)
-    corners, triangles = surface.vertices[surface.triangles], index[surface.triangles]
     count = int(index.max(initial=-1)) + 1
-    means = (
-        np.stack([np.bincount(index, x, count) for x in surface.vertices.T], axis=1)
-        / np.bincount(index)[:, None]
-    )
+    means = _sums(index, surface.vertices.T, count) / np.bincount(index)[:, None]
+    merged = means + _towards_planes(surface, index, means, cell)
+
+    # Triangles between three different cells, each once.
+    a, b, c = index[surface.triangles].T
+    triangles = index[surface.triangles][(a != b) & (b != c) & (c != a)]
+    low, middle, high = np.sort(triangles, axis=1).T
+    _, first = np.unique((low * count + middle) * count + high, return_index=True)
+    triangles = triangles[first]
+    used = np.zeros(count, dtype=bool)
+    used[triangles] = True
+    return Surface(merged[used], (np.cumsum(used) - 1)[triangles])
+
+
+def _sums(index: np.ndarray, columns: Iterable[Array], count: int) -> Array:
+    """Sums (count, k) of k columns (n,) over the entries of each index."""
+    return np.stack([np.bincount(index, column, count) for column in columns], axis=1, dtype=float)
+
+
+def _towards_planes(surface: Surface, index: np.ndarray, means: Array, cell: float) -> Array:
+    """The way (count, 3) from the mean of each cell to the point nearest to the planes of the
+    triangles at it [m], at most a cell along each axis.
+
+    Σ n nᵀ x = Σ n h over the corners of triangles at the cell, h the height of the plane over the
+    mean, n of the length of twice the area; a ridge keeps x at zero along directions in which it is
+    flat.
+
+    Args:
+        surface: the surface.
+        index: (n,) cell of each vertex.
+        means: (count, 3) of the vertices of each cell.
+        cell: its side [m].
+    """
+    count = len(means)
+    corners = surface.vertices[surface.triangles]
+    triangles = index[surface.triangles]
     normals = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     height = np.einsum("ti,tki->tk", normals, corners - means[triangles]).ravel()
     # Of each corner of each triangle, contiguous, so that the sums are fast.
-    cells, (x, y, z) = triangles.ravel(), np.repeat(normals.T, 3, axis=1)
-    b = np.stack([np.bincount(cells, part * height, count) for part in (x, y, z)], axis=1)
-    sums = (
-        np.bincount(cells, product, count) for product in (x * x, x * y, x * z, y * y, y * z, z * z)
-    )
-    A = np.stack(list(sums), axis=1, dtype=float)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+    cells = triangles.ravel()
+    x, y, z = np.repeat(normals.T, 3, axis=1)
+    b = _sums(cells, (x * height, y * height, z * height), count)
+    products = _sums(cells, (x * x, x * y, x * z, y * y, y * z, z * z), count)
+    A = products[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     trace = np.trace(A, axis1=1, axis2=2)[:, None, None]
-    A += np.where(trace > 0.0, FLAT * trace, 1.0) * np.eye(3)
-    merged = means + np.clip(np.linalg.solve(A, b[..., None])[..., 0], -cell, cell)
-    a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    low, middle, high = np.sort(triangles, axis=1).T
-    _, first = np.unique((low * count + middle) * count + high, return_index=True)
-    used = np.zeros(count, dtype=bool)
-    used[triangles[first]] = True
-    return Surface(merged[used], (np.cumsum(used) - 1)[triangles[first]])
+    ridge = np.where(trace > 0.0, FLAT * trace, 1.0)
+    ways = np.linalg.solve(A + ridge * np.eye(3), b[..., None])[..., 0]
+    return np.asarray(np.clip(ways, -cell, cell))
 
 
 def _divided(surface: Surface, longest: float, most: int) -> Surface:
@@ -193,32 +217,49 @@ def _divided(surface: Surface, longest: float, most: int) -> Surface:
     Edges stay longer where there would be more triangles: a round makes at most four of one.
     """
     vertices, triangles = surface
-    short, count = [], 0
+    short: list[np.ndarray] = []
+    count = 0
     while len(triangles) and count + 4 * len(triangles) <= most:
-        ends = triangles, np.roll(triangles, -1, axis=1)
-        divide = np.linalg.norm(vertices[ends[0]] - vertices[ends[1]], axis=2) > longest
+        # Sides of triangles (m, 3), from a corner to the next, and those that are too long.
+        start, end = triangles, np.roll(triangles, -1, axis=1)
+        divide = np.linalg.norm(vertices[start] - vertices[end], axis=2) > longest
         number = divide.sum(axis=1)
         short.append(triangles[number == 0])
         count += len(short[-1])
-        low, high = (each[divide] for each in (np.minimum(*ends), np.maximum(*ends)))
+
+        # A vertex in the middle of each of these edges, which two triangles share.
+        low = np.minimum(start, end)[divide]
+        high = np.maximum(start, end)[divide]
         edges, index = np.unique(low * len(vertices) + high, return_inverse=True)
         low, high = np.divmod(edges, len(vertices))
         middle = np.zeros_like(triangles)
         middle[divide] = len(vertices) + index
         vertices = np.concatenate([vertices, (vertices[low] + vertices[high]) / 2.0])
-        triangles, middle, divide, number = (
-            part[number > 0] for part in (triangles, middle, divide, number)
-        )
-        # Corners in an order in which the edges to divide come first.
-        first = np.where(number == 1, divide.argmax(axis=1), (divide.argmin(axis=1) + 1) % 3)
-        order = (first[:, None] + np.arange(3)) % 3
-        corners = np.concatenate(
-            [np.take_along_axis(part, order, axis=1) for part in (triangles, middle)], axis=1
-        )
-        triangles = np.concatenate(
-            [corners[number == n][:, parts].reshape(-1, 3) for n, parts in _PARTS.items()]
-        )
+        long = number > 0
+        triangles = _parts_of(triangles[long], middle[long], divide[long], number[long])
     return Surface(vertices, np.concatenate([*short, triangles]))
+
+
+def _parts_of(
+    triangles: np.ndarray, middle: np.ndarray, divide: np.ndarray, number: np.ndarray
+) -> np.ndarray:
+    """The parts of triangles (m, 3) of which `number` (m,) edges are divided.
+
+    Args:
+        triangles: their corners.
+        middle: (m, 3) the vertex in the middle of the edge behind each corner.
+        divide: (m, 3) whether that edge is divided.
+        number: how many are, from one to three.
+    """
+    # Corners in an order in which the edges to divide come first.
+    first = np.where(number == 1, divide.argmax(axis=1), (divide.argmin(axis=1) + 1) % 3)
+    order = (first[:, None] + np.arange(3)) % 3
+    ordered = [np.take_along_axis(part, order, axis=1) for part in (triangles, middle)]
+    corners = np.concatenate(ordered, axis=1)
+    parts = []
+    for n, of_corners in _PARTS.items():
+        parts.append(corners[number == n][:, of_corners].reshape(-1, 3))
+    return np.concatenate(parts)
 
 
 _PARTS = {
