@@ -55,7 +55,8 @@ def at_drive_ends(
     """
     cases = {name: (check_scene(scene), robot) for name, (scene, robot) in cases.items()}
     models = {name: joint_model(robot, scene.joints) for name, (scene, robot) in cases.items()}
-    if not any(np.any(model.low < model.high) for model in models.values()):
+    unknown = [np.any(model.low < model.high) for model in models.values()]
+    if not any(unknown):
         return {}
     studies: dict[End, T | ShockError] = {}
     for end in ENDS:

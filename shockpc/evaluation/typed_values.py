@@ -121,8 +121,8 @@ def _grid(low: float, high: float, n: int) -> tuple[float, ...]:
     if n == 1:
         return (low,)
     # A share k / (n − 1) gives the same number for every n.
-    inner = [low + (high - low) * (k / (n - 1)) for k in range(n - 1)]
-    return (*inner, high)
+    shares = [k / (n - 1) for k in range(n - 1)]
+    return (*(low + (high - low) * share for share in shares), high)
 
 
 def _count(subject: str, text: str) -> int:

@@ -62,6 +62,11 @@ class Kind:
     lasting: bool = False
     of_robot: bool = False
 
+    @property
+    def form(self) -> str:
+        """The kind as it is typed, such as "speed" or "mass:LINK"."""
+        return f"{self.word}:{self.of}" if self.of else self.word
+
     def stage(self, factor: bool) -> int:
         """The stage at which a change is computed.
 

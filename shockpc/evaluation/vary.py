@@ -62,8 +62,8 @@ def kind_of(robot: Robot, subject: str) -> tuple[Kind, str]:
         if target:
             return kind, target
         if colon:
-            raise StudyError(f"{subject} names nothing; write {word}:{kind.of}")
-        raise StudyError(f"{subject} names no {kind.of.lower()}; write {subject}:{kind.of}=VALUES")
+            raise StudyError(f"{subject} names nothing; write {kind.form}")
+        raise StudyError(f"{subject} names no {kind.of.lower()}; write {kind.form}=VALUES")
     if kind is not None and not colon:
         if isinstance(kind, Attitude) and not robot.free_base:
             raise StudyError(

@@ -257,7 +257,9 @@ def beyond_limits(robot: Robot, varied: Variation) -> str:
     values = [value for value in varied.span or varied.values if isinstance(value, float)]
     if not values:
         return ""
-    if min(values) >= low - ROUNDED and max(values) <= high + ROUNDED:
+    below = min(values) < low - ROUNDED
+    above = max(values) > high + ROUNDED
+    if not below and not above:
         return ""
     return (
         f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the "

@@ -1,5 +1,7 @@
 """All kinds of quantities that vary, by the words that name them."""
 
+from itertools import chain
+
 from shockpc.evaluation.kinds.contacts import CONTACT, GROUND, OFFSETS
 from shockpc.evaluation.kinds.joints import ARMATURE, JOINT_STIFFNESS, PLACE, ROTOR
 from shockpc.evaluation.kinds.links import LINK_PROPERTIES
@@ -8,16 +10,14 @@ from shockpc.evaluation.kinds.strike import SPEED, STRIKE_ANGLE
 from shockpc.evaluation.variation import Kind
 from shockpc.text.wings import from_wings
 
+_OF_THE_LANDING = (SPEED, STRIKE_ANGLE, *ATTITUDES, *OFFSETS, *GROUND, CONTACT)
+_OF_JOINTS = (ARMATURE, ROTOR, JOINT_STIFFNESS, PLACE, *JOINT_MOTIONS)
+_OF_WINGS = chain.from_iterable(from_wings("variations", "KINDS"))
+
 KINDS: dict[str, Kind] = {
-    kind.word: kind
-    for kind in (
-        *(SPEED, STRIKE_ANGLE, *ATTITUDES, *OFFSETS, *GROUND, CONTACT),
-        *LINK_PROPERTIES,
-        *(ARMATURE, ROTOR, JOINT_STIFFNESS, PLACE, *JOINT_MOTIONS),
-        *(kind for kinds in from_wings("variations", "KINDS") for kind in kinds),
-    )
+    kind.word: kind for kind in chain(_OF_THE_LANDING, LINK_PROPERTIES, _OF_JOINTS, _OF_WINGS)
 }
 """Kinds by word; a subject without such a word is a joint's position, `JOINT_POSITION`."""
 
-WORDS = tuple(f"{word}:{kind.of}" if kind.of else word for word, kind in KINDS.items())
+WORDS = tuple(kind.form for kind in KINDS.values())
 """What can be varied besides positions of joints, as it is typed."""
