@@ -85,26 +85,29 @@ def _fits(value: Any, kind: Any) -> bool:
     if origin is Literal:
         return isinstance(value, str) and value in parts
     if origin in (int, float):
-        return isinstance(
-            value, numbers.Integral if origin is int else numbers.Real
-        ) and not isinstance(value, bool)
+        number = numbers.Integral if origin is int else numbers.Real
+        return isinstance(value, number) and not isinstance(value, bool)
     if origin is Mapping:
-        return isinstance(value, Mapping) and all(
-            _fits(one, part)
-            for item in value.items()
-            for one, part in zip(item, parts, strict=True)
-        )
-    if origin in (Sequence, tuple, Iterable):
-        if isinstance(value, str | bytes) or not isinstance(
-            value, Iterable if origin is Iterable else Collection
-        ):
+        if not isinstance(value, Mapping):
             return False
-        ones = list(value) if isinstance(value, Collection) else []
-        if origin is tuple and parts[-1] is not ...:
-            return len(ones) == len(parts) and all(map(_fits, ones, parts))
-        return all(_fits(one, parts[0]) for one in ones)
-    return (
-        origin in (Any, inspect.Parameter.empty)
-        or isinstance(origin, str)
-        or isinstance(value, origin)
-    )
+        of_key, of_value = parts
+        return all(_fits(key, of_key) and _fits(part, of_value) for key, part in value.items())
+    if origin in (Sequence, tuple, Iterable):
+        return _fits_in_order(value, origin, parts)
+    if origin in (Any, inspect.Parameter.empty) or isinstance(origin, str):
+        return True
+    return isinstance(value, origin)
+
+
+def _fits_in_order(value: Any, origin: Any, parts: Sequence[Any]) -> bool:
+    """Whether a value is a sequence, or anything that can be iterated, of parts that fit.
+
+    What can be iterated once is not looked into.
+    """
+    collection = Iterable if origin is Iterable else Collection
+    if isinstance(value, str | bytes) or not isinstance(value, collection):
+        return False
+    entries = list(value) if isinstance(value, Collection) else []
+    if origin is tuple and parts[-1] is not ...:
+        return len(entries) == len(parts) and all(map(_fits, entries, parts))
+    return all(_fits(entry, parts[0]) for entry in entries)

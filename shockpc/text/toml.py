@@ -134,32 +134,30 @@ def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
         return None if value is None else converted(value, Union[parts[:-1]], key, faults)  # noqa: UP007
     if isinstance(kind, type) and is_dataclass(kind):
         if isinstance(value, kind | Mapping):
-            return _record(
-                vars(value) if is_dataclass(value) else value,
-                kind,
-                f"{key}." if key else "",
-                faults,
-            )
+            table = vars(value) if is_dataclass(value) else value
+            return _record(table, kind, f"{key}." if key else "", faults)
     elif origin is Mapping:
         if isinstance(value, Mapping):
-            return {
-                name: converted(part, parts[1], f"{key}.{_toml_key(str(name))}", faults)
-                for name, part in value.items()
-            }
+            return _mapping(value, parts[1], key, faults)
     elif parts[1:] == (...,):
         if isinstance(value, tuple | list):
-            return tuple(
-                converted(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value)
-            )
+            entries = enumerate(value)
+            return tuple(converted(part, parts[0], f"{key}[{k}]", faults) for k, part in entries)
     else:
-        options = (kind,) if origin in (None, Literal, tuple) else parts
-        accepted = next(
-            (leaf for option in options if (leaf := _leaf(value, option)) is not None), None
-        )
-        if accepted is not None:
-            return accepted
+        for option in (kind,) if origin in (None, Literal, tuple) else parts:
+            leaf = _leaf(value, option)
+            if leaf is not None:
+                return leaf
     faults.append(f"{key} has to be {_wanted(kind)}, not {_shown(value)}")
     return value
+
+
+def _mapping(table: Mapping[Any, Any], kind: Any, key: str, faults: list[str]) -> dict[Any, Any]:
+    """A table of values of one type, as `converted`."""
+    values = {}
+    for name, part in table.items():
+        values[name] = converted(part, kind, f"{key}.{_toml_key(str(name))}", faults)
+    return values
 
 
 def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -> Any:
@@ -167,26 +165,7 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
     values: dict[str, Any] = {}
     for item in fields(kind):
         if item.name in table:
-            # is valid, and most of the fields of a scene have it
-            if table[item.name] is item.default:
-                values[item.name] = item.default
-                continue
-            wing = item.metadata.get("wing", "")
-            if not is_here(wing) and table[item.name] != default_of(item):
-                faults.append(
-                    f"{key}{item.name}: no such key without the wing {wing}; leave it out"
-                )
-                continue
-            before = len(faults)
-            values[item.name] = value = converted(
-                table[item.name], item.type, f"{key}{item.name}", faults
-            )
-            if (
-                "option" in item.metadata
-                and len(faults) == before
-                and (fault := item.metadata["option"].fault(value))
-            ):
-                faults.append(f"{key}{item.name} {fault}")
+            _convert_field(table[item.name], item, key, faults, values)
         elif item.default is item.default_factory is dataclasses.MISSING:
             faults.append(f"{key}{item.name} is missing; every {_words(kind)} needs it")
     known = [item.name for item in fields(kind)]
@@ -194,6 +173,30 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
         if name not in known:
             faults.append(_misplaced(key, name, kind) or unknown_key(f"{key}{name}", name, known))
     return None if faults else kind(**values)
+
+
+def _convert_field(
+    value: Any,
+    item: dataclasses.Field[Any],
+    key: str,
+    faults: list[str],
+    values: dict[str, Any],
+) -> None:
+    """Convert the value of a field into `values`, and check it by its option."""
+    # The default is valid, and most of the fields of a scene have it.
+    if value is item.default:
+        values[item.name] = value
+        return
+    wing = item.metadata.get("wing", "")
+    if not is_here(wing) and value != default_of(item):
+        faults.append(f"{key}{item.name}: no such key without the wing {wing}; leave it out")
+        return
+    before = len(faults)
+    values[item.name] = converted(value, item.type, f"{key}{item.name}", faults)
+    if "option" in item.metadata and len(faults) == before:
+        fault = item.metadata["option"].fault(values[item.name])
+        if fault:
+            faults.append(f"{key}{item.name} {fault}")
 
 
 def _misplaced(key: str, name: str, kind: type) -> str:
