@@ -209,7 +209,10 @@ def default_landings(
         landings = [*_together(robot, scene, normal), *landings]
     if any(_carriers_of_foot(robot, foot) for foot in feet):
         landings = _with_level_parts(robot, scene, normal, landings)
-    return [tuple(Contact(frame=name) for name in landing) for landing in landings]
+    contacts: list[tuple[Contact, ...]] = []
+    for frames in landings:
+        contacts.append(tuple(Contact(frame=name) for name in frames))
+    return contacts
 
 
 def _with_level_parts(

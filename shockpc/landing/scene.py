@@ -506,10 +506,10 @@ class Scene(Record):
         """
         contact: Any = self.contact
         contacts = contact if isinstance(contact, tuple | list) else (contact,)
-        contacts = tuple(
-            Contact(frame=given) if isinstance(given, str) else given for given in contacts
-        )
-        object.__setattr__(self, "contact", contacts)
+        stated_contacts: list[Any] = []
+        for stated in contacts:
+            stated_contacts.append(Contact(frame=stated) if isinstance(stated, str) else stated)
+        object.__setattr__(self, "contact", tuple(stated_contacts))
         for name in ("robot", "srdf"):
             if isinstance(path := getattr(self, name), os.PathLike):
                 object.__setattr__(self, name, os.fspath(path))

@@ -222,10 +222,10 @@ def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str =
     contact = table.get("contact")
     named = [contact] if isinstance(contact, str) else contact
     if isinstance(named, list):
-        table = {
-            **table,
-            "contact": [{"frame": one} if isinstance(one, str) else one for one in named],
-        }
+        contacts: list[Any] = []
+        for stated in named:
+            contacts.append({"frame": stated} if isinstance(stated, str) else stated)
+        table = {**table, "contact": contacts}
     scene: S | None = converted(table, kind, key, faults)
     if scene is None or faults:
         raise SceneError("; ".join(faults))

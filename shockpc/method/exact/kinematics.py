@@ -51,6 +51,10 @@ def data_of(robot: Robot) -> Data:
     Rotation matrices become quaternions, so that they can be made exactly orthogonal.
     """
     parts = robot.single_joints
+    axes = np.zeros((len(parts), 3))
+    for k, part in enumerate(parts):
+        if part.axis is not None:
+            axes[k] = part.axis
     carried = [robot.model.inertias[body.joint] for body in robot.bodies]
     return Data(
         mass=np.array([float(rigid.mass) for rigid in carried]),
@@ -58,7 +62,7 @@ def data_of(robot: Robot) -> Data:
         inertia=np.array([rigid.inertia for rigid in carried]),
         rotation=np.array([quaternion_of(part.rotation) for part in parts]),
         offset=np.array([part.offset for part in parts]),
-        axis=np.array([np.zeros(3) if part.axis is None else part.axis for part in parts]),
+        axis=axes,
         body_rotation=np.array([quaternion_of(body.rotation) for body in robot.bodies]),
         body_offset=np.array([body.offset for body in robot.bodies]),
     )

@@ -346,7 +346,10 @@ class ExactSolution:
             twists[i] = carried + joint.S * own
             rates.append(own.entries())
         # The free velocities are ordered from the last joint's to the first's.
-        return block(len(self._free), m, [rate for own in reversed(rates) for rate in own])
+        ordered: list[Any] = []
+        for own in reversed(rates):
+            ordered += own
+        return block(len(self._free), m, ordered)
 
     def _columns_of_bodies(self) -> list[slice]:
         """Where the free velocities of each body's joint are; those of the last body come first."""
