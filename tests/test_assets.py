@@ -9,10 +9,10 @@ import pytest
 from robot_texts import arm, refused
 
 from shockpc import RobotError
-from shockpc.robot import reading
 from shockpc.robot.catalogue import data_folder
+from shockpc.robot.files import reading
+from shockpc.robot.files.reading import open_folders
 from shockpc.robot.formats import read_source
-from shockpc.robot.reading import open_folders
 from shockpc.robot.robot import RobotSource
 
 

@@ -10,10 +10,10 @@ from robot_texts import LIMIT, joint, link, loaded, urdf
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.scene import Posture, Scene
 from shockpc.profile import shock_profile
-from shockpc.robot import geometry
 from shockpc.robot.changes import Change, changed, links_with_mass, read_changes
-from shockpc.robot.geometry import outline
 from shockpc.robot.load import load_robot
+from shockpc.robot.shapes import geometry
+from shockpc.robot.shapes.geometry import outline
 from shockpc.text.errors import RobotError, StudyError, UnknownName
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 from robot_texts import body, floating, loaded, mjcf
 
-from shockpc.robot import child
-from shockpc.robot.child import in_child
+from shockpc.robot.files import limited_process
+from shockpc.robot.files.limited_process import in_child
 
 TEXT = mjcf(floating(body("b")))
 
@@ -45,7 +45,7 @@ def test_memory_and_time_are_limited(monkeypatch: pytest.MonkeyPatch):
     """1 GB more than the libraries take; and ten times the time of the processor, on the clock."""
     with pytest.raises(MemoryError):
         in_child(functools.partial(bytearray, 2**31))
-    monkeypatch.setattr(child, "SECONDS", 1)
+    monkeypatch.setattr(limited_process, "SECONDS", 1)
     begin = time.monotonic()
     assert in_child(functools.partial(pow, 3, 10**9)) is None
     assert time.monotonic() - begin < 11.0
@@ -57,9 +57,9 @@ def test_this_process_is_not_forked(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         os, "fork", lambda: pytest.fail("a fork of a process that may hold threads")
     )
     assert loaded(tmp_path, TEXT, "dog.xml").mass > 0.0
-    assert child._SERVER._process is not None
+    assert limited_process._SERVER._process is not None
     if sys.platform == "linux":
-        assert len(os.listdir(f"/proc/{child._SERVER._process.pid}/task")) == 1
+        assert len(os.listdir(f"/proc/{limited_process._SERVER._process.pid}/task")) == 1
 
 
 def test_several_threads_load_robots(tmp_path: Path):
@@ -82,7 +82,7 @@ def test_several_threads_load_robots(tmp_path: Path):
 def test_a_server_that_was_ended_is_started_again():
     """As by the operating system when memory is short."""
     assert in_child(functools.partial(sum, [1])) == 1
-    process = child._SERVER._process
+    process = limited_process._SERVER._process
     assert process is not None
     process.send_signal(signal.SIGKILL)
     while process.poll() is None:
@@ -99,7 +99,7 @@ def test_a_fork_of_this_process_has_a_server_of_its_own():
         code = 1
         try:
             code = 0 if in_child(functools.partial(sum, [1, 2])) == 3 else 1
-            child._SERVER._end()
+            limited_process._SERVER._end()
         finally:
             os._exit(code)
     assert os.waitpid(forked, 0)[1] == 0

@@ -29,17 +29,17 @@ from shockpc import (
 )
 from shockpc.impact.springs import spring_time, spring_times
 from shockpc.landing.joint_model import joint_model
-from shockpc.robot import drives as drives_module
+from shockpc.robot.bodies_and_joints import Drive
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.drives import (
+from shockpc.robot.drives import drive_file as drives_module
+from shockpc.robot.drives.drive_file import (
     catalogue_drives,
     drives_of,
     read_drives,
     robots_with_drives,
     similar_robots,
 )
-from shockpc.robot.elements import Drive
 from shockpc.show.header import header_lines
 
 GO2 = Contact(frame="FL_foot")

@@ -15,7 +15,7 @@ from shockpc.landing.posture import configuration
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.method.selection_matrix import free_columns
-from shockpc.robot.elements import Mimic
+from shockpc.robot.bodies_and_joints import Mimic
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 

@@ -11,9 +11,9 @@ import xacro as library
 from commands import says
 from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
-import shockpc.robot.xacro
+import shockpc.robot.xacro.expand
 from shockpc.robot.formats import read_source
-from shockpc.robot.xacro_expression import evaluate
+from shockpc.robot.xacro.expression import evaluate
 from shockpc.text.errors import RobotError
 
 PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="$(arg payload)"))
@@ -260,7 +260,7 @@ def test_what_cannot_be_expanded(
 ):
     """Each failure is one line that names the file, within some seconds, and nothing is printed."""
     monkeypatch.setattr(
-        shockpc.robot.xacro, "SECONDS", 1.0 if "without end" in REFUSED[text] else 10.0
+        shockpc.robot.xacro.expand, "SECONDS", 1.0 if "without end" in REFUSED[text] else 10.0
     )
     (folder / "text.yaml").write_text('"\\0"')
     (folder / "broken.xacro").write_text("<robot>\n<link></robot>")
@@ -305,7 +305,7 @@ def test_a_child_that_crashes_is_an_error(
 ):
     """Whatever ends it, or whatever it answers: there is no result, and one message says so."""
     (tmp_path / "child.py").write_text(f"import os\n{child}\n")
-    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
+    monkeypatch.setattr(shockpc.robot.xacro.expand, "_CHILD", tmp_path / "child.py")
     assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro gave no result")
 
 
@@ -314,8 +314,8 @@ def test_the_limit_of_time_is_that_of_the_clock(
 ):
     """A child that only waits uses no time of the processor, and is ended all the same."""
     (tmp_path / "child.py").write_text("import time\ntime.sleep(60.0)\n")
-    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
-    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 0.5)
+    monkeypatch.setattr(shockpc.robot.xacro.expand, "_CHILD", tmp_path / "child.py")
+    monkeypatch.setattr(shockpc.robot.xacro.expand, "SECONDS", 0.5)
     begin = time.monotonic()
     assert "gave no result within 0.5 s" in refusal(folder, PAYLOAD, NAME)
     assert time.monotonic() - begin < 4.0

@@ -26,8 +26,8 @@ import shockpc.show.figure.body_shapes
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, sensitivity, shock_profile
 from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
-from shockpc.robot.mesh import Mesh
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.mesh import Mesh
 from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.labels import LETTERS, PALE, SMALL
 from shockpc.show.figure.layout import Page

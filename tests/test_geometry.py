@@ -14,12 +14,12 @@ from commands import ROBOTS, says
 from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, urdf
 
 from shockpc import Scene, load_robot, shock_profile
+from shockpc.robot.bodies_and_joints import Body
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.elements import Body
-from shockpc.robot.geometry import body_outline, outline
-from shockpc.robot.mesh import outer_vertices
-from shockpc.robot.meshes import read_mesh
-from shockpc.robot.shapes import inertia_box
+from shockpc.robot.shapes.convex import inertia_box
+from shockpc.robot.shapes.geometry import body_outline, outline
+from shockpc.robot.shapes.mesh import outer_vertices
+from shockpc.robot.shapes.mesh_files import read_mesh
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)

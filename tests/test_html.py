@@ -25,8 +25,8 @@ from commands import STICK_WITH_IMU, good, run
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
 from shockpc.impact.landed import CONTRADICTION
-from shockpc.robot.mesh import Mesh
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.mesh import Mesh
 from shockpc.show.folder import report_files
 from shockpc.show.html.surfaces import surfaces
 from shockpc.show.tables import Sheet

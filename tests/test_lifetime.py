@@ -31,7 +31,7 @@ from shockpc import (
 from shockpc.core.memo import memoized
 from shockpc.impact import friction
 from shockpc.method.dynamics import dynamics
-from shockpc.robot.geometry import body_outline
+from shockpc.robot.shapes.geometry import body_outline
 from shockpc.studies.analyze.report import document, landing_report
 
 FOOT = Scene(robot="anymal_b", contact=Contact(frame="LF_FOOT"))

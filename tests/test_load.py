@@ -36,7 +36,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.geometry import outline
+from shockpc.robot.shapes.geometry import outline
 from shockpc.studies.check.study import check_budgets
 
 SRDF = '<robot name="r"><group_state name="standing" group="all"/></robot>'

@@ -30,7 +30,7 @@ from shockpc.impact.landed import solved
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import select
-from shockpc.robot.mjcf_compiled import compiled
+from shockpc.robot.mjcf.compiled import compiled
 from shockpc.text.errors import RobotError, SceneError, SolveError, UnknownName
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
@@ -835,7 +835,7 @@ def test_what_grows_without_end_is_refused(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     """A small file that asks MuJoCo for much time or memory costs neither, but a message."""
-    monkeypatch.setattr("shockpc.robot.child.SECONDS", 1)
+    monkeypatch.setattr("shockpc.robot.files.limited_process.SECONDS", 1)
     for k in range(12):
         text = (
             GROWING["levels"].replace("level0", f"level{k + 1}")

@@ -12,9 +12,9 @@ import pytest
 from commands import STICK, good, run
 
 import shockpc
-from shockpc.robot.geometry import outline
 from shockpc.robot.load import load_robot
-from shockpc.robot.shapes import facets, half_spaces
+from shockpc.robot.shapes.convex import facets, half_spaces
+from shockpc.robot.shapes.geometry import outline
 from shockpc.studies.place.best_first import best_places, box, first_bounds
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of

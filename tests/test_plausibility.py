@@ -37,9 +37,9 @@ from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
 from shockpc.quantities.heights import levels
 from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
-from shockpc.robot import geometry
 from shockpc.robot.feet_and_sensors import each_foot, feet
-from shockpc.robot.geometry import inflated_inertias
+from shockpc.robot.shapes import geometry
+from shockpc.robot.shapes.geometry import inflated_inertias
 from shockpc.studies.batch.study import batch
 from shockpc.studies.check.study import check_budgets
 from shockpc.studies.limits.study import limits

@@ -24,7 +24,7 @@ from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene import Joints, Scene
 from shockpc.landing.scene_file import scene_from
 from shockpc.robot.catalogue import ROBOT_SUFFIXES
-from shockpc.robot.meshes import FORMATS as MESHES
+from shockpc.robot.shapes.mesh_files import FORMATS as MESHES
 
 README = Path(__file__).parent.parent / "README.md"
 PAGES = (README, *sorted((README.parent / "shockpc" / "guide").glob("*.md")))

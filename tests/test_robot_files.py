@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from shockpc import Robot, load_robot
-from shockpc.robot.elements import Body
+from shockpc.robot.bodies_and_joints import Body
 
 
 def bodies(name: str, **arguments: str) -> dict[str, Body]:

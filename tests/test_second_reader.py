@@ -9,7 +9,7 @@ from test_source import NOT_ROBOTS
 
 from shockpc import load_robot
 from shockpc.robot.catalogue import catalogue
-from shockpc.robot.second_reader import TOLERANCE, second_reading
+from shockpc.robot.urdf.second_reader import TOLERANCE, second_reading
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, loaded, refusal, urdf
 
 from shockpc import load_robot
-from shockpc.robot.reading import parse_xml
+from shockpc.robot.files.reading import parse_xml
 
 
 def test_what_carries_no_meaning_is_corrected(tmp_path: Path, capfd: pytest.CaptureFixture[str]):

@@ -16,9 +16,9 @@ from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.feet_and_sensors import sensors
-from shockpc.robot.geometry import outline
-from shockpc.robot.reading import parse_xml
-from shockpc.robot.tags import URDF, unread
+from shockpc.robot.files.reading import parse_xml
+from shockpc.robot.files.tags import URDF, unread
+from shockpc.robot.shapes.geometry import outline
 
 
 def elbow(more: str = "", kind: str = "revolute") -> str:

@@ -68,7 +68,7 @@ def _is_read_quickly(robot: str) -> bool:
         ShockError: there is no such file.
     """
     from shockpc.robot.catalogue import find_robot
-    from shockpc.robot.reading import read_text
+    from shockpc.robot.files.reading import read_text
 
     path, _ = find_robot(robot)
     if path.suffix == ".xacro" or not path.is_file() or path.stat().st_size > LARGEST_FILE:

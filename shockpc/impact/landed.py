@@ -38,7 +38,7 @@ from shockpc.method.exact.balls import BallSolution
 from shockpc.method.exact.enclosed import enclosed
 from shockpc.method.exact.proof import Proof
 from shockpc.method.shock import Solved, jumps_of, solution_of
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few, listed

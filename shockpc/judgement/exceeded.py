@@ -11,7 +11,7 @@ from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import PartMargin
 from shockpc.quantities.selection import select
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.text.diagnostic import Diagnostic
 
 CLEARLY_BEYOND = 1e-6

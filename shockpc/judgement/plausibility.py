@@ -12,8 +12,8 @@ from shockpc.landing.scene import Contact
 from shockpc.method.constraints import constraint_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.geometry import body_outline, inflated_inertias, size_text
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
 

@@ -16,8 +16,8 @@ from shockpc.method.dynamics import dynamics
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.support import most_beside, standing_feet, stands, support
 from shockpc.robot.feet_and_sensors import BENT
-from shockpc.robot.geometry import body_outline
-from shockpc.robot.lowest import height_of_lowest
+from shockpc.robot.shapes.geometry import body_outline
+from shockpc.robot.shapes.lowest import height_of_lowest
 from shockpc.robot.usual_base import hangs
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from shockpc.judgement.first_number import first_deciding, first_range
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.trust import Unknown
-from shockpc.robot.drives import similar_robots
-from shockpc.robot.geometry import body_outline, inertias_about_origins
-from shockpc.robot.motors import effort_hint
+from shockpc.robot.drives.drive_file import similar_robots
+from shockpc.robot.drives.motors import effort_hint
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes.geometry import body_outline, inertias_about_origins
 from shockpc.text.printed import few, listed
 
 NOT_KNOWN = ("unknown", "simulation model")

@@ -30,10 +30,10 @@ from shockpc.landing.soles import (
     sole_corners,
 )
 from shockpc.method.constraints import Constraint
-from shockpc.robot.geometry import robot_size
-from shockpc.robot.lowest import height_of_lowest, lowest_points
 from shockpc.robot.robot import Robot
-from shockpc.robot.striking import Striking, own_shapes, striking
+from shockpc.robot.shapes.geometry import robot_size
+from shockpc.robot.shapes.lowest import height_of_lowest, lowest_points
+from shockpc.robot.shapes.striking import Striking, own_shapes, striking
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 

@@ -19,7 +19,7 @@ from shockpc.landing.movable import free_columns
 from shockpc.landing.scene import Closure
 from shockpc.method.constraints import Constraint, row_jacobian, world_point
 from shockpc.method.dynamics import Dynamics, dynamics
-from shockpc.robot.elements import Loop
+from shockpc.robot.bodies_and_joints import Loop
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError

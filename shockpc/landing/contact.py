@@ -13,11 +13,11 @@ from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.scene import ORIGIN, Contact, Scene
 from shockpc.method.constraints import NO_AXES, Constraint
 from shockpc.robot.feet_and_sensors import each_foot
-from shockpc.robot.geometry import body_outline
-from shockpc.robot.lowest import equally_low, lowest_point
 from shockpc.robot.robot import STOP, Robot
-from shockpc.robot.shapes import Shape
-from shockpc.robot.striking import own_shapes
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.geometry import body_outline
+from shockpc.robot.shapes.lowest import equally_low, lowest_point
+from shockpc.robot.shapes.striking import own_shapes
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import listed
 

@@ -12,7 +12,7 @@ from shockpc.landing.scene import Contact
 from shockpc.method.approach import Motion, relative_twist
 from shockpc.method.constraints import NO_AXES, Constraint, constraint_point
 from shockpc.method.dynamics import Dynamics
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.errors import SceneError

@@ -30,7 +30,7 @@ from shockpc.method.base import Base
 from shockpc.method.constraints import Constraint, constraint_point
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.method.equation import Equation, Posed, System, equation_of
-from shockpc.robot.elements import Loop
+from shockpc.robot.bodies_and_joints import Loop
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.trace import Trace

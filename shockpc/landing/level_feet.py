@@ -23,10 +23,10 @@ from shockpc.landing.soles import LEVEL, most_inside, sole_corners
 from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
-from shockpc.robot.lowest import height_of_lowest, lowest_in_postures
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import Shape
-from shockpc.robot.striking import striking
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.lowest import height_of_lowest, lowest_in_postures
+from shockpc.robot.shapes.striking import striking
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
 

@@ -16,7 +16,7 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.method.approach import Motion
 from shockpc.method.constraints import Constraint, row_jacobian, slices_of
 from shockpc.method.dynamics import Dynamics
-from shockpc.robot.elements import Joint, Loop
+from shockpc.robot.bodies_and_joints import Joint, Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError

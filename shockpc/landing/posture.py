@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.landing.scene import Posture, Scene
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LIMIT_SLACK
@@ -159,7 +159,7 @@ def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
             zero.
         StudyError: an argument is of another type.
     """
-    from shockpc.robot.mjcf import qpos_order
+    from shockpc.robot.mjcf.reader import qpos_order
 
     order, size = qpos_order(robot)
     q = np.asarray(pin.normalize(robot.model, _numbers(qpos, (size,), "qpos")[order]))

@@ -16,7 +16,7 @@ from shockpc.landing.movable import free_columns
 from shockpc.method.base import Base
 from shockpc.method.constraints import Constraint, row_jacobian, row_terms, row_tolerance
 from shockpc.method.dynamics import Dynamics, dynamics
-from shockpc.robot.elements import Loop
+from shockpc.robot.bodies_and_joints import Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.rounding import rounding_of
 

@@ -22,7 +22,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
 from shockpc.landing.scene import Part
 from shockpc.landing.strike import GRAVITY
-from shockpc.robot.motors import UNLIMITED
+from shockpc.robot.drives.motors import UNLIMITED
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError

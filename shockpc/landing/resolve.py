@@ -37,8 +37,8 @@ from shockpc.landing.strike import Strike
 from shockpc.method.base import Base
 from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import dynamics
+from shockpc.robot.bodies_and_joints import Loop
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.arguments import checked

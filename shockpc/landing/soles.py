@@ -14,11 +14,11 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.directions import across
-from shockpc.robot.geometry import robot_size
-from shockpc.robot.lowest import height_of_lowest
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import Shape
-from shockpc.robot.striking import striking
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.geometry import robot_size
+from shockpc.robot.shapes.lowest import height_of_lowest
+from shockpc.robot.shapes.striking import striking
 
 INSIDE, SHARE = 0.02, 0.01
 """Distance of a contact point from the lowest point of its link, in the middle of a foot or on the

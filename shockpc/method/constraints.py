@@ -15,7 +15,7 @@ from shockpc.core.impulse import DATA_TOLERANCE, TOLERANCE
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross
 from shockpc.method.dynamics import Dynamics
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
 
 NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 

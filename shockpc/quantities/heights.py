@@ -17,8 +17,8 @@ from shockpc.landing.soles import LEVEL, most_inside
 from shockpc.method.constraints import Constraint, constraint_point, wrenches
 from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.quantity import Quantity
-from shockpc.robot.geometry import body_outline, shapes_at
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes.geometry import body_outline, shapes_at
 
 
 class Levels(NamedTuple):

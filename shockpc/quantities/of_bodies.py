@@ -33,8 +33,8 @@ from shockpc.quantities.quantity import (
     reach,
 )
 from shockpc.quantities.trust import Health
-from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes.geometry import body_outline
 
 NEGLIGIBLE_ROTATION = 1e-12
 """Share of the strike's speed up to which a body is at rest."""

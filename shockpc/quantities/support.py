@@ -12,10 +12,10 @@ from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.heights import lowest_points
 from shockpc.quantities.quantity import Places, Quantity
 from shockpc.robot.bent_legs import ends_leg
-from shockpc.robot.elements import Frame
+from shockpc.robot.bodies_and_joints import Frame
 from shockpc.robot.feet_and_sensors import each_foot
-from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes.geometry import body_outline
 
 BESIDE = 0.1
 """Distance of the centre of mass from the support of three feet or more, as a share of its height,

@@ -14,11 +14,11 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
+from shockpc.robot.bodies_and_joints import Frame, Joint
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.elements import Frame, Joint
 from shockpc.robot.feet_and_sensors import each_foot, is_foot
 from shockpc.robot.robot import Robot
-from shockpc.robot.striking import striking
+from shockpc.robot.shapes.striking import striking
 
 ANGLE = math.radians(30.0)
 """By how much knees are bent, or as far as their limits allow."""

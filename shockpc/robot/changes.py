@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from shockpc.core.number import factor_texts, number_from
 from shockpc.core.spatial import Array, cross_matrix
-from shockpc.robot.elements import Drives
+from shockpc.robot.bodies_and_joints import Drives
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.diagnostic import Diagnostic

@@ -11,13 +11,13 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from shockpc.robot.geometry import inertias_about_origins, inflated_inertias, size_text
-from shockpc.robot.reading import shared_xml
+from shockpc.robot.files.reading import shared_xml
+from shockpc.robot.files.tags import URDF, unread
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.tags import URDF, unread
+from shockpc.robot.shapes.geometry import inertias_about_origins, inflated_inertias, size_text
 from shockpc.robot.tolerances import inertia_fault, negative_moment
-from shockpc.robot.urdf_numbers import vector
-from shockpc.robot.urdf_places import AXIS
+from shockpc.robot.urdf.numbers import vector
+from shockpc.robot.urdf.places import AXIS
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed, plural
 

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.memo import memoized
-from shockpc.robot.elements import Body, Frame
+from shockpc.robot.bodies_and_joints import Body, Frame
 from shockpc.robot.robot import Robot
 
 STANDING = ("standing", "half_sitting", "stand", "home")

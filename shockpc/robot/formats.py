@@ -12,7 +12,14 @@ from typing import Any, Protocol
 from xml.etree.ElementTree import SubElement, tostring
 
 from shockpc.robot.catalogue import find_robot
-from shockpc.robot.reading import FORMATS, ROOTS, open_folders, parse_xml, read_text, shared_xml
+from shockpc.robot.files.reading import (
+    FORMATS,
+    ROOTS,
+    open_folders,
+    parse_xml,
+    read_text,
+    shared_xml,
+)
 from shockpc.robot.robot import RobotSource
 from shockpc.text.errors import RobotError
 

@@ -14,14 +14,14 @@ import pinocchio as pin
 
 from shockpc.core.spatial import freeze, read_only
 from shockpc.robot.bent_legs import bent_legs
-from shockpc.robot.drives import default_drives
-from shockpc.robot.elements import Mimic
+from shockpc.robot.bodies_and_joints import Mimic
+from shockpc.robot.drives.drive_file import default_drives
+from shockpc.robot.drives.motors import simulator_settings
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
 from shockpc.robot.formats import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
-from shockpc.robot.motors import simulator_settings
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.srdf import read_srdf
 from shockpc.robot.tolerances import LIMIT_SLACK, refuse_number
+from shockpc.robot.urdf.srdf import read_srdf
 from shockpc.text.arguments import checked
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.reading import OpenFolders
+from shockpc.robot.files.reading import OpenFolders
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.errors import RobotError

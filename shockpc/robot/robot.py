@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array, freeze, read_only
-from shockpc.robot.elements import (
+from shockpc.robot.bodies_and_joints import (
     Body,
     Drives,
     Frame,
@@ -23,7 +23,7 @@ from shockpc.robot.elements import (
     frames_of,
     joints_of,
 )
-from shockpc.robot.reading import OpenFolders
+from shockpc.robot.files.reading import OpenFolders
 from shockpc.robot.tolerances import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName

@@ -15,8 +15,8 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.robot.elements import Joint
-from shockpc.robot.reading import shared_xml
+from shockpc.robot.bodies_and_joints import Joint
+from shockpc.robot.files.reading import shared_xml
 from shockpc.robot.robot import Robot
 
 RESIDUE = 1e-5

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from shockpc.core.memo import memoized
 from shockpc.robot.bent_legs import ends_leg
-from shockpc.robot.elements import WORLD
+from shockpc.robot.bodies_and_joints import WORLD
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 

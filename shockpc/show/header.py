@@ -18,7 +18,7 @@ from shockpc.landing.scene_file import sideways
 from shockpc.method.base import Base
 from shockpc.method.constraints import slices_of
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.elements import WORLD
+from shockpc.robot.bodies_and_joints import WORLD
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import hangs, usual_base

@@ -20,7 +20,7 @@ class Wing(NamedTuple):
     that is opened at import is light: records and tables.
 
     Attributes:
-        formats: `FORMATS` of robot files, as of `robot.reading`; opened at import.
+        formats: `FORMATS` of robot files, as of `robot.files.reading`; opened at import.
         options: `OPTIONS` of a scene, type and `landing.record.option` by name; opened at import.
         landing: `check_options(scene, constraints)` and `check_landing(landing)`, which refuse what
             has no meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of `impact.motion`,

@@ -20,7 +20,7 @@ from shockpc.landing.posture import (
     settable_joints,
 )
 from shockpc.landing.scene import Scene
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed

@@ -16,7 +16,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, quaternion_of
 from shockpc.method.dynamics import Dynamics
 from shockpc.method.exact.arithmetic import Arithmetic, Matrix, Numbers, entries
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, corners_of_box, plane_from
-from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import Shape, inertia_box
+from shockpc.robot.shapes.convex import Shape, inertia_box
+from shockpc.robot.shapes.geometry import drawn_outline, outline
 from shockpc.show.figure.silhouette import Edges, PlaneShape, silhouette, surface, to_plane
 
 RESOLUTION = 1.5e-3

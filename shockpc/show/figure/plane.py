@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.geometry import drawn_outline
+from shockpc.robot.shapes.geometry import drawn_outline
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import INK, band, settings

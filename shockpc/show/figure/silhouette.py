@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array, Plane, corners_of_box
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
 
 PlaneShape: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""

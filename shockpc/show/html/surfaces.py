@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, corners_of_box, cross
-from shockpc.robot.shapes import Shape, facets
+from shockpc.robot.shapes.convex import Shape, facets
 
 FINEST, LONGEST = 1 / 2000, 1 / 30
 """Smallest cell of the grid, and longest edge of a triangle, as shares of the robot's size."""

@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.landing import PosedLanding
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.names import glob_of

@@ -12,7 +12,7 @@ from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.vary import kind_of, variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import settable_joints
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import Bound, Strikes
 from shockpc.text.errors import StudyError

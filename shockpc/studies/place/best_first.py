@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.shapes import HalfSpaces
+from shockpc.robot.shapes.convex import HalfSpaces
 from shockpc.studies.place.cone import ConvexCell, Optimum, least_shock
 from shockpc.studies.place.field import Fields
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
 from shockpc.show.figure.body_shapes import body_shapes
 from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short

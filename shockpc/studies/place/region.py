@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.geometry import GeometryKind, outline
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import LARGEST_COORDINATE, HalfSpaces, Shape, facets, half_spaces
+from shockpc.robot.shapes.convex import LARGEST_COORDINATE, HalfSpaces, Shape, facets, half_spaces
+from shockpc.robot.shapes.geometry import GeometryKind, outline
 from shockpc.studies.place.best_first import box
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.text.errors import StudyError

@@ -9,9 +9,9 @@ from shockpc.landing.joint_model import NOTHING, joint_model
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
 from shockpc.method.dynamics import PINOCCHIO
+from shockpc.robot.bodies_and_joints import Drive, Mimic
 from shockpc.robot.checkup import check_robot
-from shockpc.robot.drives import PUBLIC, catalogue_drives
-from shockpc.robot.elements import Drive, Mimic
+from shockpc.robot.drives.drive_file import PUBLIC, catalogue_drives
 from shockpc.robot.feet_and_sensors import each_foot, recognised, sensors
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import is_arm, usual_base
@@ -122,7 +122,7 @@ def robot_report(robot: Robot) -> Report:
 def _second_reading(robot: Robot) -> list[str]:
     """Whether a second reader of URDFs reads the same robot; a line each."""
     try:
-        from shockpc.robot.second_reader import second_reading
+        from shockpc.robot.urdf.second_reader import second_reading
 
         reading = second_reading(robot)
     except RobotError as refusal:

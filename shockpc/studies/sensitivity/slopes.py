@@ -30,8 +30,8 @@ from shockpc.evaluation.varied_landings import VariedLandings
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import COMPONENTS
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.changes import link_inertia, links_with_mass
-from shockpc.robot.elements import Joint
 
 STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4
 """First step of a difference as a share of the parameter's size; where its two differences do not

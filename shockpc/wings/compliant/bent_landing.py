@@ -17,7 +17,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.method.constraints import Constraint, slices_of
 from shockpc.method.dynamics import dynamics, geared_bodies
-from shockpc.robot.elements import Loop
+from shockpc.robot.bodies_and_joints import Loop
 from shockpc.text.errors import SceneError
 from shockpc.wings.compliant.bent_robot import LEAVE_OUT, FlexibleRobot, flexible_robot
 from shockpc.wings.compliant.flexes import flexes_of

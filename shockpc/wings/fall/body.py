@@ -15,10 +15,10 @@ from shockpc.impact.landed import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
-from shockpc.robot.geometry import Outline, drawn_outline, outline
-from shockpc.robot.mesh import hull_corners
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.geometry import Outline, drawn_outline, outline
+from shockpc.robot.shapes.mesh import hull_corners
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import StudyError
 from shockpc.wings.fall.tipping import CrossSection

@@ -27,8 +27,8 @@ from shockpc.landing.record import CONTACT, STRIKE, Option
 from shockpc.landing.scene import Contact, Scene
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes.geometry import drawn_outline, outline
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces

@@ -15,13 +15,13 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.robot.elements import WORLD
-from shockpc.robot.reading import parse_xml
+from shockpc.robot.bodies_and_joints import WORLD
+from shockpc.robot.files.reading import parse_xml
+from shockpc.robot.files.tags import unread
 from shockpc.robot.robot import RobotSource
-from shockpc.robot.tags import unread
 from shockpc.robot.tolerances import refuse_count
-from shockpc.robot.urdf import build, choose, with_postures
-from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.urdf.numbers import vector
+from shockpc.robot.urdf.reader import build, choose, with_postures
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 

@@ -13,7 +13,7 @@ from shockpc.method.constraints import Constraint
 from shockpc.method.exact.arithmetic import Numbers, SingularError
 from shockpc.method.exact.kinematics import data_of
 from shockpc.quantities.selection import quantity
-from shockpc.robot.elements import Joint
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, pieces

@@ -18,7 +18,7 @@ import numpy as np
 
 from shockpc import Joints, Posture, Scene, fall, load_robot
 from shockpc.landing.strike import GRAVITY
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
 from shockpc.wings.fall.body import UP, Rigid
 from shockpc.wings.fall.strikes import _support
 from shockpc.wings.fall.tipping import CrossSection, Fall, SectionMotion, follow_fall

@@ -11,8 +11,8 @@ from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.method.approach import Motion
-from shockpc.robot.elements import Joint
-from shockpc.robot.mjcf import qpos_order, qvel_order
+from shockpc.robot.bodies_and_joints import Joint
+from shockpc.robot.mjcf.reader import qpos_order, qvel_order
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed

@@ -17,7 +17,7 @@ from typing import IO, Any
 import numpy as np
 
 from shockpc.evaluation.table import Table
-from shockpc.robot.child import in_child
+from shockpc.robot.files.limited_process import in_child
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import open_file, usable_path
 

@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.reading import read_xml
-from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.files.reading import read_xml
+from shockpc.robot.urdf.numbers import vector
 from shockpc.text.errors import RobotError
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.elements import Frame, Loop
+from shockpc.robot.bodies_and_joints import Frame, Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LINKS
-from shockpc.robot.urdf_numbers import grouped, place_of, vector
+from shockpc.robot.urdf.numbers import grouped, place_of, vector
 from shockpc.text.errors import RobotError
 
 LEVER = 0.1

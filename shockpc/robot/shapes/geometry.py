@@ -18,14 +18,14 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.robot.mesh import Mesh, outer_vertices
-from shockpc.robot.meshes import read_mesh
-from shockpc.robot.reading import shared_xml
+from shockpc.robot.files.reading import shared_xml
+from shockpc.robot.pinocchio_joints import rotation
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.shapes import Shape, checked, primitive
+from shockpc.robot.shapes.convex import Shape, checked, primitive
+from shockpc.robot.shapes.mesh import Mesh, outer_vertices
+from shockpc.robot.shapes.mesh_files import read_mesh
 from shockpc.robot.tolerances import inertia_fault
-from shockpc.robot.tree import rotation
-from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.urdf.numbers import vector
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import few, listed
@@ -469,7 +469,7 @@ def _mjcf_shapes(
     """Take the shapes of an MJCF from the compiled model, or only those of a body or geom; not
     planes and height fields.
     """
-    from shockpc.robot.mjcf_compiled import compiled
+    from shockpc.robot.mjcf.compiled import compiled
 
     result = compiled(source)
     m = result.model

@@ -1,7 +1,7 @@
 """The child process of `xacro`: expands one document, and asks its parent for every file and
 package that the document names.
 
-Expressions are evaluated by `xacro_expression`, with those functions of xacro that only compute.
+Expressions are evaluated by `expression`, with those functions of xacro that only compute.
 Messages are one line of JSON each, over standard input and output. It imports nothing else of this
 package, so that it starts quickly.
 """
@@ -46,7 +46,7 @@ def main() -> None:
     libraries = (
         "xacro",
         "xacro.substitution_args",
-        "xacro_expression",
+        "expression",
         "yaml",
         "xml.dom.expatbuilder",
     )

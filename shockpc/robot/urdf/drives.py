@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.robot.urdf_numbers import grouped, vector
+from shockpc.robot.urdf.numbers import grouped, vector
 from shockpc.text.errors import RobotError
 
 _RATIOS = ("mechanicalReduction", "mechanical_reduction")

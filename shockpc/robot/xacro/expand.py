@@ -3,7 +3,7 @@
 
 The child asks for every file and package that a document names, and gets what lies in the open
 folders; of the environment it has only the seed of its hashes, so that every run gives the same
-text. No code of a document runs: `xacro_expression` evaluates its expressions. What the child
+text. No code of a document runs: `expression` evaluates its expressions. What the child
 answers is bounded and checked here.
 """
 
@@ -22,7 +22,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from shockpc.robot.reading import OpenFolders, parse_xml, read_text
+from shockpc.robot.files.reading import OpenFolders, parse_xml, read_text
 from shockpc.robot.tolerances import LINKS
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import LARGEST_FILE
@@ -30,7 +30,7 @@ from shockpc.text.printed import listed
 
 SECONDS = 10.0
 MEMORY = 2**30
-_CHILD = Path(__file__).with_name("xacro_child.py")
+_CHILD = Path(__file__).with_name("child.py")
 _ENVIRONMENT = {"PYTHONHASHSEED": "0"}
 # xacro's lines about where something happened mean nothing without the file at hand.
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")

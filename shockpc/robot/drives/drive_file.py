@@ -15,8 +15,8 @@ from pathlib import Path
 from shockpc.core.frozen import frozen
 from shockpc.core.interval import ends, interval_fault, interval_text, middle
 from shockpc.core.memo import memoized
+from shockpc.robot.bodies_and_joints import Drive, Drives
 from shockpc.robot.catalogue import project_robots_folder
-from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError, UnknownName

@@ -34,8 +34,8 @@ MESHES = "*"
 """The package that stands for every other one: its files are found by their names only."""
 
 FORMATS = {
-    "robot": ("urdf", "URDF, xacro", "shockpc.robot.urdf"),
-    "mujoco": ("mjcf", "MJCF", "shockpc.robot.mjcf"),
+    "robot": ("urdf", "URDF, xacro", "shockpc.robot.urdf.reader"),
+    "mujoco": ("mjcf", "MJCF", "shockpc.robot.mjcf.reader"),
 }
 """The formats of robot files by their root element: the kind of a source, the name of the format,
 and the module that knows it.

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
 
 LEVEL_SHARE, LEAST_EXTENT = 1e-6, 1e-6
 """Points are equally low within this share of their extent, which is at least the second [1, m]."""

@@ -14,16 +14,16 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.elements import Loop
-from shockpc.robot.mjcf_actuators import armature_of, gear_ratios_of, motors_of, springs_of
-from shockpc.robot.mjcf_compiled import Compiled, compiled, insert_includes
-from shockpc.robot.mjcf_equalities import equalities_of, frame_at, loops_of, mimics_of
-from shockpc.robot.mjcf_kinds import BALL, FREE, HINGE, MESH, SLIDE
-from shockpc.robot.mjcf_several import RobotBodies, choose
-from shockpc.robot.reading import parse_xml
+from shockpc.robot.bodies_and_joints import Loop
+from shockpc.robot.files.reading import parse_xml
+from shockpc.robot.mjcf.actuators import armature_of, gear_ratios_of, motors_of, springs_of
+from shockpc.robot.mjcf.compiled import Compiled, compiled, insert_includes
+from shockpc.robot.mjcf.equalities import equalities_of, frame_at, loops_of, mimics_of
+from shockpc.robot.mjcf.kinds import BALL, FREE, HINGE, MESH, SLIDE
+from shockpc.robot.mjcf.several import RobotBodies, choose
+from shockpc.robot.pinocchio_joints import add_joint, axis_joint, rotation
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tolerances import refuse_number, refuse_tree
-from shockpc.robot.tree import add_joint, axis_joint, rotation
 from shockpc.text.errors import RobotError
 
 __all__ = ["build", "choose", "qpos_order", "qvel_order", "read"]

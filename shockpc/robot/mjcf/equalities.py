@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.elements import Frame, Loop, Mimic
-from shockpc.robot.mjcf_kinds import (
+from shockpc.robot.bodies_and_joints import Frame, Loop, Mimic
+from shockpc.robot.mjcf.kinds import (
     CONNECT,
     JOINT,
     NO_EQUALITY,
@@ -17,8 +17,8 @@ from shockpc.robot.mjcf_kinds import (
     WELD,
     WRAPPED_JOINT,
 )
+from shockpc.robot.pinocchio_joints import rotation
 from shockpc.robot.robot import Robot
-from shockpc.robot.tree import rotation
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 

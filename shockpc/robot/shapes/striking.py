@@ -5,11 +5,11 @@ from typing import NamedTuple
 import pinocchio as pin
 
 from shockpc.core.memo import memoized
-from shockpc.robot.elements import Frame
+from shockpc.robot.bodies_and_joints import Frame
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
-from shockpc.robot.geometry import Unread, shapes_of
 from shockpc.robot.robot import Robot
-from shockpc.robot.shapes import Shape
+from shockpc.robot.shapes.convex import Shape
+from shockpc.robot.shapes.geometry import Unread, shapes_of
 
 
 class Striking(NamedTuple):

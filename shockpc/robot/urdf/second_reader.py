@@ -17,8 +17,8 @@ import pinocchio as pin
 import yourdfpy
 
 from shockpc.core.spatial import Array
-from shockpc.robot.elements import Mimic
-from shockpc.robot.reading import shared_xml
+from shockpc.robot.bodies_and_joints import Mimic
+from shockpc.robot.files.reading import shared_xml
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed

@@ -15,8 +15,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.mesh import Mesh
-from shockpc.robot.reading import decoded, parse_xml
+from shockpc.robot.files.reading import decoded, parse_xml
+from shockpc.robot.shapes.mesh import Mesh
 from shockpc.text.paths import LARGEST_FILE
 
 FORMATS = ("stl", "obj", "dae", "ply", "msh")

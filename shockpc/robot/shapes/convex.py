@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.elements import Body, Frame
-from shockpc.robot.mesh import Mesh, hull
+from shockpc.robot.bodies_and_joints import Body, Frame
+from shockpc.robot.shapes.mesh import Mesh, hull
 
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 """How many sizes a primitive has."""

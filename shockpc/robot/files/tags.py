@@ -24,7 +24,7 @@ from shockpc.text.printed import few, listed, printable
 
 Treatment: TypeAlias = Literal["read", "no effect", "note", "warn", "refuse"]
 
-URDF = Path(__file__).with_name("urdf_tags.csv")
+URDF = Path(__file__).parents[1] / "urdf" / "tags.csv"
 """The table of a <robot>."""
 
 _CLOSE = 0.7

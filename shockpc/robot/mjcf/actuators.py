@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.mjcf_kinds import ON_JOINT, SLIDE
+from shockpc.robot.mjcf.kinds import ON_JOINT, SLIDE
 from shockpc.text.errors import RobotError
 
 

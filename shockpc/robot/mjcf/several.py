@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.robot.mjcf_compiled import compiled
-from shockpc.robot.mjcf_equalities import equalities_of
-from shockpc.robot.mjcf_kinds import FREE
+from shockpc.robot.mjcf.compiled import compiled
+from shockpc.robot.mjcf.equalities import equalities_of
+from shockpc.robot.mjcf.kinds import FREE
 from shockpc.robot.robot import RobotSource
 from shockpc.text.errors import RobotError
 from shockpc.text.names import matches

@@ -32,7 +32,7 @@ SECONDS, MEMORY, ANSWER = 15, 2**30, 2**28
 LIMITS = f"{SECONDS} s, {MEMORY / 2**30:g} GB and an answer of {ANSWER // 2**20} MB"
 
 _CODE = (
-    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from shockpc.robot.child "
+    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from shockpc.robot.files.limited_process "
     "import serve; serve()"
 )
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable"}

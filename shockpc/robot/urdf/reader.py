@@ -16,16 +16,16 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import read_only
+from shockpc.robot.bodies_and_joints import WORLD, Mimic
 from shockpc.robot.catalogue import find_srdf
-from shockpc.robot.elements import WORLD, Mimic
-from shockpc.robot.reading import shared_xml
+from shockpc.robot.files.reading import shared_xml
+from shockpc.robot.files.tags import URDF, unread
+from shockpc.robot.pinocchio_joints import add_joint, axis_joint
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tolerances import refuse_tree
-from shockpc.robot.tree import add_joint, axis_joint
-from shockpc.robot.urdf_drives import read_drives, with_rest
-from shockpc.robot.urdf_numbers import grouped, numbers, place_of, vector
-from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
+from shockpc.robot.urdf.drives import read_drives, with_rest
+from shockpc.robot.urdf.numbers import grouped, numbers, place_of, vector
+from shockpc.robot.urdf.places import add_places, ball_joints, read_loops
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
@@ -43,7 +43,7 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     expanded = path.suffix == ".xacro" or (marked and _needs_xacro(root))
     warnings: tuple[str, ...] = ()
     if expanded:
-        from shockpc.robot.xacro import expand_xacro
+        from shockpc.robot.xacro.expand import expand_xacro
 
         text, warnings = expand_xacro(text, source.folders, xacro)
     elif marked:

@@ -20,8 +20,8 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.robot.child import LIMITS, in_child
-from shockpc.robot.reading import OpenFolders, parse_xml, read_xml
+from shockpc.robot.files.limited_process import LIMITS, in_child
+from shockpc.robot.files.reading import OpenFolders, parse_xml, read_xml
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import listed

@@ -1,0 +1,1 @@
+"""Drives of robots: rotors, gears and motors."""

@@ -1,0 +1,1 @@
+"""xacro files become URDFs."""
