@@ -5,6 +5,7 @@ response spectra of points.
 from collections.abc import Sequence
 from dataclasses import replace
 from textwrap import fill
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +17,7 @@ from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, low_passes
 from shockpc.quantities.peaks import ALONG
+from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, robot_name
@@ -60,6 +62,9 @@ HAPPENS = {
 SAMPLES = 600
 """Times of a curve."""
 
+ACCELERATION = "acceleration [g]"
+"""Heading of a panel."""
+
 
 def draw_time(profile: ShockProfile) -> Figure:
     """Draw forces of the contacts, accelerations of points and torques along the axes of joints,
@@ -67,60 +72,81 @@ def draw_time(profile: ShockProfile) -> Figure:
     """
     compliant = _compliant(profile)
     figure = new_chart(7.2, 5.4, f"{_landing_text(profile)}, over time")
-    motion = compliant.motion
-    ends = sorted({0.0, motion.duration, *(event.time for event in motion.events)})
-    t = np.unique(
-        np.concatenate(
-            [np.linspace(0.0, motion.duration, SAMPLES), ends, np.nextafter(ends, np.inf)]
-        ).clip(0.0, ends[-1])
-    )
-    # At the end all contacts are open, and without restitution the force drops to zero in that
-    # instant; without springs in joints, all else with it.
-    t = np.append(t, t[-1])
+    t = _times(compliant)
     panels = _panels(profile, compliant, t)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    rigid: list[Array | None] = [None] * len(panels)
+    of_rigid: list[Array | None] = [None] * len(panels)
     if profile.scene.flex:
         landing = replace(profile.landing, scene=replace(profile.landing.scene, flex={}))
-        rigid = [curves for *_, curves in _panels(profile, compliant_landing(landing), t)]
-    points = [place for place in profile.places("point") if place.body >= 0]
+        of_rigid = [panel.curves for panel in _panels(profile, compliant_landing(landing), t)]
+    points = _moving_points(profile)
     filters = low_passes(profile.landing, points)
-    for axes, (title, names, curves), of_rigid in zip(rows, panels, rigid, strict=True):
-        _plot(axes, 1e3 * t, names, curves, of_rigid)
-        axes.set_ylabel(title)
-        if title.startswith("acceleration"):
+    for axes, panel, rigid in zip(rows, panels, of_rigid, strict=True):
+        _plot(axes, 1e3 * t, panel, rigid)
+        if panel.heading == ACCELERATION:
             _plot_readings(axes, compliant, points, filters)
-    normal = _forces(compliant, t)[
-        :, motion.elements.normal & (compliant.number < len(profile.landing.contacts))
-    ]
-    for k in range(normal.shape[1]):
-        rows[0].plot(
-            1e3 * t,
-            normal[:, k],
-            color=CURVES[k % len(CURVES)],
-            linewidth=0.8,
-            linestyle=(0, (4, 2)),
-        )
+    _plot_normal_forces(rows[0], profile, compliant, t)
     rows[-1].set_xlabel("time after touchdown [ms]")
-    # What accelerometers read goes on after the end, and may have its peak there.
-    read = [
-        compliant.peaks(DELTA_V.compute, [place], one)[1][0]
-        for place, one in zip(points, filters, strict=True)
-        if one
-    ]
-    end = max([motion.duration, *(BEYOND * float(time) for time in read)])
+    end = _last_shown(compliant, points, filters)
     rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
-    left = _write_events(list(rows), _events(profile, compliant))
-    words = "dashed: along the normal; dotted: what happens to a contact"
-    words += "; dash-dotted: what an accelerometer reads" * any(
-        filters
-    ) + "; thin: rigid links" * bool(profile.scene.flex)
-    words += (
-        f"; {count(left, 'more event')} not written" * bool(left)
-        + "; frozen geometry, double precision"
-    )
-    figure.supxlabel(fill(words, LETTERS), fontsize=7.0, x=0.02, ha="left")
+
+    left_out = _write_events(list(rows), _events(profile, compliant))
+    words = ["dashed: along the normal", "dotted: what happens to a contact"]
+    if any(filters):
+        words.append("dash-dotted: what an accelerometer reads")
+    if profile.scene.flex:
+        words.append("thin: rigid links")
+    if left_out:
+        words.append(f"{count(left_out, 'more event')} not written")
+    words.append("frozen geometry, double precision")
+    figure.supxlabel(fill("; ".join(words), LETTERS), fontsize=7.0, x=0.02, ha="left")
     return figure
+
+
+class _Panel(NamedTuple):
+    """Curves over time.
+
+    Attributes:
+        heading: of the ordinate, with the unit.
+        names: of the curves.
+        curves: (n, T); NaN after the end, of which the last time is the instant.
+    """
+
+    heading: str
+    names: list[str]
+    curves: Array
+
+
+def _moving_points(profile: ShockProfile) -> list[Place]:
+    """The points that are on a body."""
+    return [place for place in profile.places("point") if place.body >= 0]
+
+
+def _times(compliant: CompliantLanding) -> Array:
+    """The times (T,) of the curves [s]: both sides of all events, and the end twice.
+
+    At the end all contacts are open, and without restitution the force drops to zero in that
+    instant; without springs in joints, all else with it.
+    """
+    motion = compliant.motion
+    ends = sorted({0.0, motion.duration, *(event.time for event in motion.events)})
+    even = np.linspace(0.0, motion.duration, SAMPLES)
+    t = np.unique(np.concatenate([even, ends, np.nextafter(ends, np.inf)]).clip(0.0, ends[-1]))
+    return np.append(t, t[-1])
+
+
+def _last_shown(
+    compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]
+) -> float:
+    """Until when the landing is shown [s]: what accelerometers read goes on after the end, and may
+    have its peak there.
+    """
+    last = compliant.motion.duration
+    for place, low_pass in zip(points, filters, strict=True):
+        if low_pass is not None:
+            _, times = compliant.peaks(DELTA_V.compute, [place], low_pass)
+            last = max(last, BEYOND * float(times[0]))
+    return last
 
 
 def _forces(compliant: CompliantLanding, t: Array) -> Array:
@@ -130,42 +156,53 @@ def _forces(compliant: CompliantLanding, t: Array) -> Array:
     return force
 
 
-def _panels(
-    profile: ShockProfile, compliant: CompliantLanding, t: Array
-) -> list[tuple[str, list[str], Array]]:
-    """Heading, names and curves (n, T) of each panel, at times (T,); NaN after the end, of which
-    the last time is the instant.
-    """
-    force, contacts = _forces(compliant, t), profile.landing.contacts
-    at_rest = compliant.motion.separated and bool((compliant.number >= 0).all())
-    size = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(contacts))]
-    unit = "N, N m" if any(block.kind == "stop" for block in contacts) else "N"
-    panels = [
-        (f"force [{unit}]", [place.name for place in profile.places("contact")], np.array(size))
-    ]
-    points = [place for place in profile.places("point") if place.body >= 0]
-    for title, entry, where, scale in (
-        ("acceleration [g]", DELTA_V, points, GRAVITY),
-        ("torque [N m, N]", ALONG, profile.places("joint"), 1.0),
-    ):
-        values = (
-            compliant.history(entry.compute, where, t) / scale
-            if where
-            else np.zeros((len(t), 0, 1))
-        )
-        values[-1] *= not at_rest
-        values = np.linalg.norm(values, axis=2) if values.shape[2] > 1 else values[..., 0]
-        if entry is ALONG:
-            peaks = profile.value("peak_torque", "joint")
-            values, where = (
-                values[:, peaks > 0.0],
-                [place for place, peak in zip(where, peaks, strict=True) if peak > 0.0],
-            )
-        if where:
-            panels.append((title, [place.name for place in where], values.T))
-    for _, _, curves in panels:
-        curves[:, t > compliant.motion.duration] = np.nan
+def _panels(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> list[_Panel]:
+    """The panels of forces, accelerations and torques at times (T,)."""
+    panels = [_force_panel(profile, compliant, t)]
+    points = _moving_points(profile)
+    if points:
+        values = _history(compliant, DELTA_V, points, t)
+        sizes = np.linalg.norm(values, axis=2) / GRAVITY
+        panels.append(_Panel(ACCELERATION, [place.name for place in points], sizes.T))
+    acting = profile.value("peak_torque", "joint") > 0.0
+    joints = [place for place, acts in zip(profile.places("joint"), acting, strict=True) if acts]
+    if joints:
+        values = _history(compliant, ALONG, profile.places("joint"), t)
+        torques = values[:, acting, 0]
+        panels.append(_Panel("torque [N m, N]", [place.name for place in joints], torques.T))
+    for panel in panels:
+        panel.curves[:, t > compliant.motion.duration] = np.nan
     return panels
+
+
+def _force_panel(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> _Panel:
+    """The forces of the contacts."""
+    force, contacts = _forces(compliant, t), profile.landing.contacts
+    sizes = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(contacts))]
+    unit = "N, N m" if any(block.kind == "stop" for block in contacts) else "N"
+    names = [place.name for place in profile.places("contact")]
+    return _Panel(f"force [{unit}]", names, np.array(sizes))
+
+
+def _history(
+    compliant: CompliantLanding, quantity: Quantity, places: Sequence[Place], t: Array
+) -> Array:
+    """A quantity (T, n, k) at times (T,), of which the last is after the end."""
+    values = compliant.history(quantity.compute, places, t)
+    at_rest = compliant.motion.separated and bool((compliant.number >= 0).all())
+    values[-1] *= not at_rest
+    return values
+
+
+def _plot_normal_forces(
+    axes: Axes, profile: ShockProfile, compliant: CompliantLanding, t: Array
+) -> None:
+    """Draw the parts of the forces along the normals, dashed."""
+    of_contacts = compliant.number < len(profile.landing.contacts)
+    normal = _forces(compliant, t)[:, compliant.motion.elements.normal & of_contacts]
+    for k, force in enumerate(normal.T):
+        colour = CURVES[k % len(CURVES)]
+        axes.plot(1e3 * t, force, color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
 
 
 def _plot_readings(
@@ -177,17 +214,15 @@ def _plot_readings(
     """Draw what accelerometers at points read behind their filters, dash-dotted, in the colours of
     the raw curves.
     """
-    colors = {line.get_label(): line.get_color() for line in axes.get_lines()}
+    colours = {line.get_label(): line.get_color() for line in axes.get_lines()}
     for place, low_pass in zip(points, filters, strict=True):
-        if low_pass is not None and (color := colors.get(printable(place.name, 30))):
-            t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
-            read = (
-                np.linalg.norm(
-                    compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0], axis=1
-                )
-                / GRAVITY
-            )
-            axes.plot(1e3 * t, read, color=color, linewidth=1.2, linestyle="dashdot")
+        colour = colours.get(printable(place.name, 30))
+        if low_pass is None or not colour:
+            continue
+        t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
+        acceleration = compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0]
+        read = np.linalg.norm(acceleration, axis=1) / GRAVITY
+        axes.plot(1e3 * t, read, color=colour, linewidth=1.2, linestyle="dashdot")
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
@@ -196,33 +231,26 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
 
     What happens at almost the same time is one text.
     """
-    motion, stops = (
-        compliant.motion,
-        [contact.frame for contact in profile.landing.acting][
-            len(profile.landing.contact_places) :
-        ],
-    )
+    motion, landing = compliant.motion, profile.landing
+    stops = [contact.frame for contact in landing.acting][len(landing.contact_places) :]
     names = [*(place.name for place in profile.places("contact")), *stops]
+    several = len(set(compliant.number[compliant.number >= 0].tolist())) > 1
+    times = np.array([event.time for event in motion.events])
+    least_step = STEP * float(np.abs(motion.at(times).force).max(initial=0.0))
     events: list[tuple[float, list[str]]] = []
-    least = STEP * float(
-        np.abs(motion.at(np.array([event.time for event in motion.events])).force).max(initial=0.0)
-    )
     for event in motion.events:
-        contact, normal = (
-            int(compliant.number[event.element]),
-            bool(motion.elements.normal[event.element]),
-        )
-        before, after = motion.at(np.array([event.time, np.nextafter(event.time, np.inf)])).force[
-            :, event.element
-        ]
-        if contact < 0 or not (normal or abs(after - before) > least):
+        contact = int(compliant.number[event.element])
+        normal = bool(motion.elements.normal[event.element])
+        around = np.array([event.time, np.nextafter(event.time, np.inf)])
+        before, after = motion.at(around).force[:, event.element]
+        visible = normal or abs(after - before) > least_step
+        if contact < 0 or not visible:
             continue
-        text = HAPPENS[event.kind] + " along the ground" * (not normal and event.kind != "slips")
-        text = (
-            f"{printable(names[contact], 20)} {text}"
-            if len(set(compliant.number[compliant.number >= 0].tolist())) > 1
-            else text
-        )
+        text = HAPPENS[event.kind]
+        if not normal and event.kind != "slips":
+            text += " along the ground"
+        if several:
+            text = f"{printable(names[contact], 20)} {text}"
         if not events or event.time - events[-1][0] > SAME_TIME * motion.duration:
             events.append((event.time, []))
         if text not in events[-1][1]:
@@ -241,20 +269,14 @@ def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> 
     for time, text in shown:
         for axes in rows:
             axes.axvline(1e3 * time, color=INK, linewidth=0.6, linestyle=":")
-        at, long = width * (1e3 * time - low) / (high - low), LETTER * len(text)
-        left = min(max(at - long / 2.0, 0.0), width - long)
-        line = next(
-            (
-                k
-                for k, taken in enumerate(lines)
-                if all(left > b + LETTER or left + long < a - LETTER for a, b in taken)
-            ),
-            len(lines),
-        )
-        lines += [[]] * (line == len(lines))
-        lines[line] = [*lines[line], (left, left + long)]
-        side = "left" if left == 0.0 else "right" if left == width - long else "center"
-        x = {"left": low, "right": high, "center": 1e3 * time}[side]
+        at, length = width * (1e3 * time - low) / (high - low), LETTER * len(text)
+        left = min(max(at - length / 2.0, 0.0), width - length)
+        line = _free_line(lines, left, left + length)
+        side, x = "center", 1e3 * time
+        if left == 0.0:
+            side, x = "left", low
+        elif left == width - length:
+            side, x = "right", high
         rows[0].annotate(
             text,
             (x, 1.0),
@@ -268,12 +290,20 @@ def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> 
     return len(events) - len(shown)
 
 
+def _free_line(lines: list[list[tuple[float, float]]], left: float, right: float) -> int:
+    """The first line with room for a text from left to right [pt], which is then taken."""
+    for k, taken in enumerate(lines):
+        if all(left > end + LETTER or right < start - LETTER for start, end in taken):
+            taken.append((left, right))
+            return k
+    lines.append([(left, right)])
+    return len(lines) - 1
+
+
 def draw_spectrum(profile: ShockProfile) -> Figure:
     """Draw the shock response spectrum of each point, without damping and with 5 %."""
-    compliant, points = (
-        _compliant(profile),
-        [place for place in profile.places("point") if place.body >= 0],
-    )
+    compliant, points = _compliant(profile), _moving_points(profile)
+    filters = low_passes(profile.landing, points)
     figure = new_chart(7.2, 3.8, f"Shock response spectrum, {_landing_text(profile)}")
     axes = figure.add_subplot(
         xscale="log",
@@ -281,30 +311,17 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
         xlabel="natural frequency [Hz]",
         ylabel="largest response along an axis [g]",
     )
-    for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
+    for style, damping in zip(("solid", "dashed"), DAMPING, strict=True):
         response = spectrum(compliant, DELTA_V.compute, points, damping) / GRAVITY
-        for k, place in enumerate(points[: len(CURVES)]):
+        shown = zip(points, filters, response.T, CURVES, strict=False)
+        for place, low_pass, raw, colour in shown:
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
-            axes.plot(
-                SPECTRUM,
-                response[:, k],
-                color=CURVES[k],
-                linestyle=line,
-                linewidth=1.1,
-                label=label,
-            )
-            if (low_pass := low_passes(profile.landing, [place])[0]) is not None:
-                read = (
-                    spectrum(compliant, DELTA_V.compute, [place], damping, low_pass)[:, 0] / GRAVITY
-                )
-                axes.plot(
-                    SPECTRUM,
-                    read,
-                    color=CURVES[k],
-                    linestyle=line,
-                    linewidth=0.6,
-                    label=f"{label}, behind {low_pass}",
-                )
+            line: dict[str, Any] = {"color": colour, "linestyle": style}
+            axes.plot(SPECTRUM, raw, **line, linewidth=1.1, label=label)
+            if low_pass is not None:
+                behind = spectrum(compliant, DELTA_V.compute, [place], damping, low_pass)
+                label = f"{label}, behind {low_pass}"
+                axes.plot(SPECTRUM, behind[:, 0] / GRAVITY, **line, linewidth=0.6, label=label)
     axes.margins(x=0.0)
     axes.grid(True, which="both")
     plain_numbers(axes.xaxis)
@@ -325,32 +342,27 @@ def _compliant(profile: ShockProfile) -> CompliantLanding:
     return compliant
 
 
-def _plot(axes: Axes, t: Array, names: Sequence[str], curves: Array, rigid: Array | None) -> None:
-    """Draw the curves (n, T) of the largest peaks, each with its name beside the panel, so that
-    equal ones are all seen.
+def _plot(axes: Axes, t: Array, panel: _Panel, rigid: Array | None) -> None:
+    """Draw the curves of the largest peaks, each with its name beside the panel, so that equal ones
+    are all seen.
 
     Args: rigid, the same of rigid links, where some bend; they are thin.
     """
-    peaks = np.abs(curves).max(axis=1, initial=0.0)
-    order = np.argsort(-peaks, kind="stable")[
-        : min(CURVES_SHOWN, np.sum(peaks >= SMALL * peaks.max()))
-    ]
+    peaks = np.abs(panel.curves).max(axis=1, initial=0.0)
+    shown = min(CURVES_SHOWN, int(np.sum(peaks >= SMALL * peaks.max())))
+    order = np.argsort(-peaks, kind="stable")[:shown]
     for k, i in enumerate(sorted(order.tolist())):
-        axes.plot(
-            t,
-            curves[i],
-            color=CURVES[k % len(CURVES)],
-            linewidth=2.2 - 0.22 * k,
-            label=printable(names[i], 30),
-        )
+        colour, label = CURVES[k % len(CURVES)], printable(panel.names[i], 30)
+        axes.plot(t, panel.curves[i], color=colour, linewidth=2.2 - 0.22 * k, label=label)
         if rigid is not None:
-            axes.plot(t, rigid[i], color=CURVES[k % len(CURVES)], linewidth=0.7, alpha=0.8)
-    left = len(names) - len(order)
+            axes.plot(t, rigid[i], color=colour, linewidth=0.7, alpha=0.8)
+    left_out = len(panel.names) - len(order)
     axes.legend(
         loc="center left",
         bbox_to_anchor=(1.0, 0.5),
-        title=f"{left} smaller not drawn" if left else None,
+        title=f"{left_out} smaller not drawn" if left_out else None,
         title_fontsize=6.5,
     )
+    axes.set_ylabel(panel.heading)
     axes.grid(True)
     axes.margins(x=0.0)

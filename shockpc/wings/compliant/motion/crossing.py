@@ -18,6 +18,12 @@ ComplexArray: TypeAlias = np.ndarray[Any, np.dtype[np.complex128]]
 MOST_SAMPLES = 2**18
 """Bound of the number of samples, from which the frequencies lie too far apart."""
 
+SAMPLES = (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024))
+"""Steps of the intervals that are searched one after another."""
+
+REFINEMENTS = 3
+"""How often a step in which a signal may dip is divided by 16."""
+
 NEGLIGIBLE = 1e-11
 """Share of the amplitudes of a signal below which its start counts as zero."""
 
@@ -95,112 +101,190 @@ def first_crossing(
     """
     if signals.either.any():
         signals = _with_first_sign(rate, signals)
-    start, (linear, square, wave) = signals.start + signals.tolerance, signals[3:6]
-    amplitude, centre = np.abs(wave), start - wave.real.sum(axis=1)
-    decay, decays = rate.real, bool(rate.real.any())
+    start = signals.start + signals.tolerance
     if len(start) and start.min() < 0.0:
         return 0.0, int(start.argmin())
+    search = _Search(rate, signals._replace(start=start), effort)
+    decays = bool(rate.real.any())
 
-    def search(a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
-        effort.spend((count + 1) * wave.size)
-        t = a + (b - a) / count * np.arange(count + 1.0)
-        t[-1] = b
-        value = (
-            start + t[:, None] * (linear + t[:, None] * square) + changes(t[:, None] * rate, wave)
-        )
-        # Between two samples a signal lies above the parabola through them that curves by the
-        # bound.
-        change, curve = (
-            value[1:] - value[:-1],
-            np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300),
-        )
-        dips = (np.abs(change) < curve) & (4.0 * curve * value[:-1] < (curve - change) ** 2)
-        crosses = value[1:] < 0.0
-        for k in np.nonzero((dips | crosses).any(axis=1))[0].tolist():
-            if depth and dips[k].any() and (event := search(t[k], t[k + 1], 16, depth - 1)):
-                return event
-            if crosses[k].any():
-                return min(
-                    (root(i, t[k], t[k + 1], *value[k : k + 2, i]), i)
-                    for i in np.nonzero(crosses[k])[0].tolist()
-                )
-        return None
-
-    def root(i: int, a: float, b: float, above: float, below: float) -> float:
-        # By the chord, which starts inside the interval where a signal rises from zero first.
-        t, last = a + (b - a) * (above / (above - below) if above > 0.0 else 0.5), np.inf
-        level, speed, bend = float(start[i]), float(linear[i]), float(square[i])
-        # Numbers of Python: arrays of so few modes take ten times as long.
-        modes = list(
-            zip(
-                decay.tolist(),
-                rate.imag.tolist(),
-                wave[i].real.tolist(),
-                wave[i].imag.tolist(),
-                strict=True,
-            )
-        )
-        for _ in range(100):
-            value, slope = level + t * (speed + t * bend), speed + 2.0 * t * bend
-            for falls, frequency, real, imaginary in modes:
-                sin, cos = math.sin(frequency * t / 2.0), math.cos(frequency * t / 2.0)
-                # Of wave · exp(iσt): the change of its real part, and its imaginary part.
-                change, other = (
-                    -2.0 * sin * (sin * real + cos * imaginary),
-                    2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary,
-                )
-                if falls:
-                    lost = math.expm1(falls * t)
-                    change, other = change + lost * (real + change), (1.0 + lost) * other
-                    slope += falls * (real + change)
-                value += change
-                slope -= frequency * other
-            a, b = (t, b) if value > 0.0 else (a, t)
-            newton = t - value / slope if slope < 0.0 else np.inf
-            step = abs(newton - t)
-            # Near the root a step that is not much smaller than the last one is rounding.
-            if step <= 1e-15 * t or b - a <= 1e-15 * b or (step > last / 4.0 and last <= 1e-11 * t):
-                break
-            last = step
-            t = newton if a < newton < b else (a + b) / 2.0
-        return t
-
-    a, step, end, bound = 0.0, 0.0, horizon, np.zeros(len(start))
-    for count in (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024)):
+    a, end = 0.0, horizon
+    for count in SAMPLES:
+        # Amplitudes that decay allow wider steps later.
         if a == 0.0 or decays:
-            left = amplitude * np.exp(decay * a)
-            fastest = float(rate_of_change(rate, left, np.abs(centre)).max(initial=0.0))
-            if fastest == 0.0 and horizon == np.inf:
-                falls = [
-                    _falls(*terms)
-                    for terms in zip(centre.tolist(), linear.tolist(), square.tolist(), strict=True)
-                ]
-                first = min(falls, default=np.inf)
-                return (first, falls.index(first)) if first < np.inf else (a, None)
-            step = 0.25 / fastest if fastest > 0.0 else np.inf
-            bound = np.minimum(left @ np.abs(rate) ** 2, signals.bound) + 2.0 * np.maximum(
-                square, 0.0
-            )
+            search.bound_after(a)
+            if search.step == np.inf and horizon == np.inf:
+                return search.first_fall_of_parabolas(a)
         if a == 0.0 and horizon < np.inf:
-            # A signal that grows faster than it oscillates cannot fall any more, as the gap of a
-            # contact that has opened for good.
-            lowest = centre - amplitude.sum(axis=1)
-            last = [
-                _stays(*terms)
-                for terms in zip(lowest.tolist(), linear.tolist(), square.tolist(), strict=True)
-            ]
-            end = min(horizon, max([*last, step]))
-        b = min(a + count * step, end)
-        if event := search(a, b, count, 3):
+            end = min(horizon, max(search.last_possible_fall(), search.step))
+        b = min(a + count * search.step, end)
+        event = search.first_in(a, b, count, REFINEMENTS)
+        if event is not None:
             return event
         if b == end:
             return horizon, None
         a = b
+    earlier = ", or end the motion earlier" if horizon < np.inf else ""
     raise ArithmeticError(
         f"nothing changes within {a:.3g} s, {MOST_SAMPLES // 25} periods of the fastest mode; take "
-        f"the stiffest springs as rigid"
-        + (", or end the motion earlier" if horizon < np.inf else "")
+        f"the stiffest springs as rigid{earlier}"
     )
+
+
+class _Search:
+    """The search for the first fall of signals below zero.
+
+    Args:
+        rate: (m,) λ [rad/s].
+        signals: s of them, which start above zero; their tolerance is not looked at.
+        effort: of the whole motion.
+
+    Attributes:
+        step: time between samples, a quarter of a radian of the fastest change; infinite if nothing
+            oscillates [s].
+        bound: (s,) bound of |s̈|.
+    """
+
+    def __init__(self, rate: ComplexArray, signals: Signals, effort: Effort) -> None:
+        self._rate, self._signals, self._effort = rate, signals, effort
+        self._amplitude = np.abs(signals.wave)
+        self._centre = signals.start - signals.wave.real.sum(axis=1)
+        self.step = np.inf
+        self.bound = np.zeros(len(signals.start))
+
+    def bound_after(self, time: float) -> None:
+        """Set the step and the bound of the curvature from a time on."""
+        amplitude = self._amplitude * np.exp(self._rate.real * time)
+        frequency = rate_of_change(self._rate, amplitude, np.abs(self._centre))
+        fastest = float(frequency.max(initial=0.0))
+        self.step = 0.25 / fastest if fastest > 0.0 else np.inf
+        # |s̈| ≤ Σ_j |λ_j|² |amplitude_j|, and 2 square where the parabola curves upwards.
+        of_waves = np.minimum(amplitude @ np.abs(self._rate) ** 2, self._signals.bound)
+        self.bound = of_waves + 2.0 * np.maximum(self._signals.square, 0.0)
+
+    def first_fall_of_parabolas(self, time: float) -> tuple[float, int | None]:
+        """The first fall where nothing oscillates; the time that is passed and None if none falls."""
+        falls = [_falls(*parabola) for parabola in self._parabolas(self._centre)]
+        first = min(falls, default=np.inf)
+        if first == np.inf:
+            return time, None
+        return first, falls.index(first)
+
+    def last_possible_fall(self) -> float:
+        """The time after which no signal falls: a signal is below its parabola by its amplitudes at
+        most.
+
+        One that grows faster than it oscillates is the gap of a contact that opened for good.
+        """
+        lowest = self._centre - self._amplitude.sum(axis=1)
+        return max((_stays(*parabola) for parabola in self._parabolas(lowest)), default=0.0)
+
+    def _parabolas(self, level: Array) -> list[tuple[float, float, float]]:
+        """Coefficients of level + linear t + square t² of each signal."""
+        linear, square = self._signals.linear.tolist(), self._signals.square.tolist()
+        return list(zip(level.tolist(), linear, square, strict=True))
+
+    def first_in(self, a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
+        """The first fall between times a and b, and its signal; None if there is none.
+
+        Args:
+            a: start of the interval [s].
+            b: its end [s].
+            count: number of steps in it.
+            depth: how often a step in which a signal may dip is divided.
+        """
+        signals = self._signals
+        self._effort.spend((count + 1) * signals.wave.size)
+        width = (b - a) / count
+        t = a + width * np.arange(count + 1.0)
+        t[-1] = b
+        T = t[:, None]
+        # s(t) = start + linear t + square t² + Re Σ_j wave_j (exp(λ_j t) − 1)
+        parabola = signals.start + T * (signals.linear + T * signals.square)
+        value = parabola + changes(T * self._rate, signals.wave)
+
+        # Between two samples a signal lies above s + (change − curve) x + curve x², 0 ≤ x ≤ 1. That
+        # has its minimum inside for |change| < curve, and below zero for
+        # 4 curve s < (curve − change)².
+        change = value[1:] - value[:-1]
+        curve = np.maximum(self.bound * width**2 / 2.0, 1e-300)
+        inside = np.abs(change) < curve
+        dips = inside & (4.0 * curve * value[:-1] < (curve - change) ** 2)
+        crosses = value[1:] < 0.0
+        for k in np.flatnonzero((dips | crosses).any(axis=1)).tolist():
+            if depth and dips[k].any():
+                event = self.first_in(t[k], t[k + 1], 16, depth - 1)
+                if event is not None:
+                    return event
+            if crosses[k].any():
+                fallen = np.flatnonzero(crosses[k]).tolist()
+                return min((self._root(i, t[k : k + 2], value[k : k + 2, i]), i) for i in fallen)
+        return None
+
+    def _root(self, i: int, times: Array, values: Array) -> float:
+        """The time at which signal i falls below zero, by Newton's method kept within the interval.
+
+        Args:
+            i: the signal.
+            times: (2,) of the interval [s].
+            values: (2,) of the signal at these; the second is below zero.
+        """
+        a, b = times.tolist()
+        above, below = values.tolist()
+        # The chord starts inside the interval where a signal rises from zero first.
+        share = above / (above - below) if above > 0.0 else 0.5
+        t, last = a + (b - a) * share, np.inf
+        start, linear = float(self._signals.start[i]), float(self._signals.linear[i])
+        square, wave = float(self._signals.square[i]), self._signals.wave[i]
+        # Numbers of Python: arrays of so few modes take ten times as long.
+        rates = self._rate.real.tolist(), self._rate.imag.tolist()
+        modes = list(zip(*rates, wave.real.tolist(), wave.imag.tolist(), strict=True))
+        for _ in range(100):
+            value = start + t * (linear + t * square)
+            slope = linear + 2.0 * t * square
+            value, slope = _with_waves(value, slope, t, modes)
+            if value > 0.0:
+                a = t
+            else:
+                b = t
+            newton = t - value / slope if slope < 0.0 else np.inf
+            step = abs(newton - t)
+            # Near the root a step that is not much smaller than the last one is rounding.
+            rounding = step > last / 4.0 and last <= 1e-11 * t
+            if rounding or step <= 1e-15 * t or b - a <= 1e-15 * b:
+                break
+            last = step
+            t = newton if a < newton < b else (a + b) / 2.0
+        return float(t)
+
+
+def _with_waves(
+    value: float, slope: float, t: float, modes: list[tuple[float, float, float, float]]
+) -> tuple[float, float]:
+    """A value and its slope with Re Σ_j w_j (exp(λ_j t) − 1) added, without cancellation at small
+    times.
+
+    Args:
+        value: without the waves.
+        slope: the same [1/s].
+        t: the time [s].
+        modes: real and imaginary part of each λ_j = σ + iω [rad/s], and of w_j.
+    """
+    for decay, frequency, real, imaginary in modes:
+        # Of w exp(iωt) the change of its real part, with 1 − cos ωt = 2 sin²(ωt/2), and its
+        # imaginary part.
+        sin, cos = math.sin(frequency * t / 2.0), math.cos(frequency * t / 2.0)
+        change = -2.0 * sin * (sin * real + cos * imaginary)
+        imaginary_part = 2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary
+        if decay:
+            # Times exp(σt), so that Re(w exp(λt)) = real + change.
+            lost = math.expm1(decay * t)
+            change += lost * (real + change)
+            imaginary_part *= 1.0 + lost
+            slope += decay * (real + change)
+        # d/dt Re(w exp(λt)) = σ Re(w exp(λt)) − ω Im(w exp(λt))
+        value += change
+        slope -= frequency * imaginary_part
+    return value, slope
 
 
 def _stays(lowest: float, linear: float, square: float) -> float:
