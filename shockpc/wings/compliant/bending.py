@@ -134,41 +134,65 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     Raises:
         RobotError: a link cannot be divided.
     """
-    yielding = {
-        mass: k
-        for k, (mass, block) in enumerate(zip(masses.tolist(), landing.contacts, strict=False))
-        if block.kind != "stop" and math.isfinite(mass)
-    }
-    if landing.scene.flex or not yielding:
+    contact, mass = _lightest_contact(landing, masses)
+    if landing.scene.flex or contact < 0:
         return None
-    mass = min(yielding)
-    contact = yielding[mass]
-    if stiffness is not None and len(yielding) > 1:
-        from shockpc.impact.contact_rows import contact_rows
-
-        rows = contact_rows(landing, stands=True)
-        together = rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M)))) ** -2
-        mass = min(mass, together)
+    if stiffness is not None:
+        mass = min(mass, _shared_mass(landing, masses))
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
+    # Tc = π √(m/k)
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     if landing.scene.contact_law == "damper":
         from shockpc.wings.compliant.motion.contacts import rise, series_damping
 
+        # Twice the time until the force is largest.
         restitution = np.array(landing.contacts[contact].restitution)
         shortened = float(rise(series_damping(restitution))) * 2.0 / math.pi
         mass, of_contact = mass * shortened**2, of_contact * shortened
     time = min(of_pulse, of_contact)
-    if not 0.0 < time < math.inf or (modes := leg_modes(landing, contact)) is None:
+    if not 0.0 < time < math.inf:
+        return None
+    modes = leg_modes(landing, contact)
+    if modes is None:
         return None
     if of_contact <= of_pulse:
         return Bending(time, mass, modes, step_of_force(landing))
-    pulse = landing.pulse.shape if landing.pulse is not None else ""
-    return Bending(
-        time,
-        math.nan,
-        modes,
-        f"a {pulse} has one: {RINGS}; take a half-sine" if pulse in ABRUPT else "",
-    )
+    assert landing.pulse is not None
+    shape, step = landing.pulse.shape, ""
+    if shape in ABRUPT:
+        step = f"a {shape} has one: {RINGS}; take a half-sine"
+    return Bending(time, math.nan, modes, step)
+
+
+def _yielding(landing: PosedLanding, masses: Array) -> dict[float, int]:
+    """The contacts that can yield, their numbers by effective mass [kg]; of equal ones the last."""
+    yielding: dict[float, int] = {}
+    for k, (mass, constraint) in enumerate(zip(masses.tolist(), landing.contacts, strict=False)):
+        if constraint.kind != "stop" and math.isfinite(mass):
+            yielding[mass] = k
+    return yielding
+
+
+def _lightest_contact(landing: PosedLanding, masses: Array) -> tuple[int, float]:
+    """The number of the contact with the smallest effective mass, and that [kg]; −1 if none yields."""
+    yielding = _yielding(landing, masses)
+    if not yielding:
+        return -1, math.nan
+    mass = min(yielding)
+    return yielding[mass], mass
+
+
+def _shared_mass(landing: PosedLanding, masses: Array) -> float:
+    """The mass that the contacts stop together, each with a stiffness of 1, m = 1/ω² [kg]; infinite
+    of a single one.
+    """
+    if len(_yielding(landing, masses)) < 2:
+        return math.inf
+    from shockpc.impact.contact_rows import contact_rows
+
+    rows = contact_rows(landing, stands=True)
+    frequency = rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M))))
+    return float(frequency**-2)
 
 
 def step_of_force(landing: PosedLanding) -> str:
@@ -205,10 +229,9 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
 
 def rings(landing: PosedLanding) -> Iterator[Diagnostic]:
     """A warning where links bend, and the force of contacts has a step. Args: landing."""
-    if (
-        landing.scene.flex
-        and landing.scene.contact_stiffness is not None
-        and (step := step_of_force(landing))
-    ):
+    if not landing.scene.flex or not landing.scene.yields:
+        return
+    step = step_of_force(landing)
+    if step:
         text = f"links that bend ring after a step of force, and {step}"
         yield Diagnostic("contact", "", None, text)

@@ -45,7 +45,8 @@ class FlexibleLanding(PosedLanding):
         """A place of the rigid landing: a point on the segment that it moves with, a joint with its
         velocities here.
         """
-        if joint := self._joints.get((place.name, place.body, place.number)):
+        joint = self._joints.get((place.name, place.body, place.number))
+        if joint is not None:
             return joint
         return place._replace(body=self.flexible.body_at(place.body, place.r), centre=False)
 
@@ -57,9 +58,10 @@ class FlexibleLanding(PosedLanding):
     @functools.cached_property
     def parts(self) -> tuple[Place, ...]:
         """As of the rigid landing."""
-        return tuple(
-            place if place.joint >= 0 else self.carried(place) for place in self.rigid.parts
-        )
+        parts = []
+        for place in self.rigid.parts:
+            parts.append(place if place.joint >= 0 else self.carried(place))
+        return tuple(parts)
 
     @functools.cached_property
     def _joints(self) -> dict[tuple[str, int, int], Place]:
@@ -195,12 +197,13 @@ def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
         return landing
     equation = landing.rigid.equation(landing.rigid.state)
     J, b = equation.J_c[0], equation.b[0, :, 3]
-    impulse = np.linalg.lstsq(J @ np.linalg.solve(equation.H[0], J.T), b, rcond=1e-10)[0]
-    speeds = [
-        b[rows][: len(block.forces)]
-        for rows, block in zip(slices_of(equation.constraints), landing.contacts, strict=False)
-    ]
-    squared_frequency = stiffness * float(np.sum(np.concatenate(speeds) ** 2)) / float(b @ impulse)
+    # J H⁻¹ Jᵀ f = b
+    delassus = J @ np.linalg.solve(equation.H[0], J.T)
+    impulse = np.linalg.lstsq(delassus, b, rcond=1e-10)[0]
+    squares = 0.0
+    for rows, constraint in zip(slices_of(equation.constraints), landing.contacts, strict=False):
+        squares += float(np.sum(b[rows][: len(constraint.forces)] ** 2))
+    squared_frequency = stiffness * squares / float(b @ impulse)
     model, hinges = landing.joint_model, landing.hinges
     armature = model.armature.copy()
     armature[hinges] += landing.flexible.stiffness[hinges] / squared_frequency

@@ -20,12 +20,9 @@ def contact_forces(compliant: CompliantLanding, times: Array) -> Array:
     m].
     """
     force = compliant.motion.at(times).force
-    return np.stack(
-        [
-            np.linalg.norm(force[:, compliant.number == c], axis=1)
-            for c in range(len(compliant.landing.contacts))
-        ]
-    )
+    numbers = range(len(compliant.landing.contacts))
+    sizes = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in numbers]
+    return np.stack(sizes)
 
 
 def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
@@ -37,22 +34,23 @@ def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
     landing = compliant.moving
     if not isinstance(landing, FlexibleLanding):
         return []
-    moved, links = compliant.displacements(np.linspace(0.0, compliant.motion.duration, SAMPLES)), []
+    times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
+    moved, links = compliant.displacements(times), []
     for body, division in landing.flexible.divisions.items():
         first, *segments = landing.flexible.segments[body]
         half = 0.5 * division.spacing * division.axis
         points = np.vstack([division.places[0] - half, division.places, division.places[-1] + half])
+        # A hinge turned by small angles α moves points behind it by α × their arms.
         off = np.zeros((len(moved), *points.shape))
         for segment, place in zip(segments, division.places, strict=True):
-            start, beyond = (
-                landing.robot.joints[segment].v.start,
-                np.maximum((points - place) @ division.axis, 0.0),
-            )
+            start = landing.robot.joints[segment].v.start
+            beyond = np.maximum((points - place) @ division.axis, 0.0)
             arms = np.cross(division.across[:, None], beyond[:, None] * division.axis)
             off += np.einsum("ta,aki->tki", moved[:, start : start + 2], arms)
         R = landing.state.rotation[0, first]
         links.append((landing.state.position[0, first] + points @ R.T, off @ R.T))
-    most = int(np.argmax(np.max([np.linalg.norm(off[:, -1], axis=1) for _, off in links], axis=0)))
+    ends = [np.linalg.norm(off[:, -1], axis=1) for _, off in links]
+    most = int(np.argmax(np.max(ends, axis=0)))
     return [(points, off[most]) for points, off in links]
 
 

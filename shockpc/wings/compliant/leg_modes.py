@@ -15,15 +15,19 @@ carbon fibre has 31e6 m²/s² with fibres in all directions, and up to 75e6 with
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.tolerances import inertia_fault
-from shockpc.wings.compliant.motion.segments import Flex
+from shockpc.wings.compliant.motion.segments import Division, Flex
+
+if TYPE_CHECKING:
+    from shockpc.wings.compliant.bent_landing import FlexibleLanding
 
 THIN, UNKNOWN = 1e-9, 1e9
 """Share of the moments of inertia below which that about the axis says nothing of the section; the
@@ -73,41 +77,54 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     Raises:
         RobotError: a link cannot be divided.
     """
-    robot, block, links = landing.robot, landing.contacts[contact], list[int]()
-    body = -1 if block.kind == "stop" else block.body
-    # Body 0 of a free robot is its base, which bends only where the contact is on it; of a fixed
-    # one it is the first link.
-    while body > 0 or (body == 0 and not (links and robot.free_base)):
-        links.append(body)
-        body = robot.parents[body]
-    slender = [
-        k
-        for k in links
-        if (one := robot.bodies[k]).mass > 0.0 and inertia_fault(one.mass, one.inertia) is None
-    ]
-    if not slender:
+    names = _slender_links(landing, contact)
+    if not names:
         return None
-    names = tuple(robot.bodies[k].name for k in slender)
     from shockpc.wings.compliant.bent_landing import (
         flexible_landing,  # which short runs do not need
     )
 
     bending = flexible_landing(landing.without_stops, tuple((name, Flex(EI=1.0)) for name in names))
     flexible = bending.flexible
+    # Springs of hinges are in proportion to the EI of their link.
     stiffness = np.array(flexible.stiffness)
     for body, division in flexible.divisions.items():
-        length = division.spacing * len(division.along)
-        inertia = robot.bodies[body].inertia
-        about_axis = float(division.axis @ inertia @ division.axis)
-        metal = (
-            SPECIFIC_STIFFNESS * about_axis / (2.0 * length)
-            if about_axis > THIN * np.trace(inertia)
-            else UNKNOWN
-        )
+        EI = _of_metal(division, landing.robot.bodies[body].inertia)
         for segment in flexible.segments[body][1:]:
-            stiffness[flexible.robot.joints[segment].v] *= metal
+            stiffness[flexible.robot.joints[segment].v] *= EI
     of_metal = replace(bending, flexible=replace(flexible, stiffness=stiffness))
     with one_thread(flexible.robot.model.nv):
-        swings = [one.elastic_frequencies() for one in (bending, of_metal)]
-    # Loops may hold links against bending.
-    return LegModes(names, *(float(f[f > HELD * f[-1]][0]) for f in swings))
+        return LegModes(names, _first_frequency(bending), _first_frequency(of_metal))
+
+
+def _slender_links(landing: PosedLanding, contact: int) -> tuple[str, ...]:
+    """Names of the links between a contact and the base that have an inertia, from the contact on."""
+    robot, struck = landing.robot, landing.contacts[contact]
+    body, links = struck.body, list[int]()
+    if struck.kind == "stop":
+        return ()
+    # Body 0 of a free robot is its base, which bends only where the contact is on it; of a fixed
+    # one it is the first link.
+    while body > 0 or (body == 0 and not (links and robot.free_base)):
+        links.append(body)
+        body = robot.parents[body]
+    names = []
+    for link in (robot.bodies[k] for k in links):
+        if link.mass > 0.0 and inertia_fault(link.mass, link.inertia) is None:
+            names.append(link.name)
+    return tuple(names)
+
+
+def _of_metal(division: Division, inertia: Array) -> float:
+    """EI = (E/ρ) J / 2L of a bar of metal with the moment of inertia J about its axis [N m²]."""
+    length = division.spacing * len(division.along)
+    about_axis = float(division.axis @ inertia @ division.axis)
+    if about_axis > THIN * np.trace(inertia):
+        return SPECIFIC_STIFFNESS * about_axis / (2.0 * length)
+    return UNKNOWN
+
+
+def _first_frequency(bending: "FlexibleLanding") -> float:
+    """The first frequency that is no rounding, as where loops hold links against bending [Hz]."""
+    frequencies = bending.elastic_frequencies()
+    return float(frequencies[frequencies > HELD * frequencies[-1]][0])

@@ -73,9 +73,10 @@ def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
 
 def _of_contacts(values: Array, places: Places) -> Array:
     """Values (n,) of contacts, and none of standing feet. Args: values (c,) of all contacts."""
-    return np.array(
-        [values[place.number] if place.number < len(values) else np.nan for place in places]
-    )
+    numbers = np.array([place.number for place in places], dtype=int)
+    of_contacts = np.full(len(places), np.nan)
+    of_contacts[numbers < len(values)] = values[numbers[numbers < len(values)]]
+    return of_contacts
 
 
 PEAK_TORQUE = _stiff(

@@ -12,7 +12,7 @@ import itertools
 import math
 import re
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -67,27 +67,25 @@ class Flex(NamedTuple):
 
     def scaled(self, factor: float) -> "Flex":
         """The link with all its stiffnesses multiplied by a factor."""
-        EI, EA, GJ = (
-            None if value is None else factor * value for value in (self.EI, self.EA, self.GJ)
-        )
-        frequency = None if self.frequency is None else math.sqrt(factor) * self.frequency
-        return self._replace(EI=EI, EA=EA, GJ=GJ, frequency=frequency)
+        given = {"EI": self.EI, "EA": self.EA, "GJ": self.GJ}
+        scaled: dict[str, Any] = {}
+        for name, value in given.items():
+            if value is not None:
+                scaled[name] = factor * value
+        if self.frequency is not None:
+            scaled["frequency"] = math.sqrt(factor) * self.frequency
+        return self._replace(**scaled)
 
     def __str__(self) -> str:
-        values = {
-            "EI": self.EI,
-            "EA": self.EA,
-            "GJ": self.GJ,
-            "hinges": self.hinges if self.hinges != HINGES else None,
-        }
-        held = (
-            []
-            if self.frequency is None
-            else [f"{self.frequency!r}Hz:{'clamped' if self.clamped else 'free'}"]
-        )
-        return ",".join(
-            [*held, *(f"{name}:{value!r}" for name, value in values.items() if value is not None)]
-        )
+        parts = []
+        if self.frequency is not None:
+            held = "clamped" if self.clamped else "free"
+            parts.append(f"{self.frequency!r}Hz:{held}")
+        stiffness = {"EI": self.EI, "EA": self.EA, "GJ": self.GJ}
+        parts += [f"{name}:{value!r}" for name, value in stiffness.items() if value is not None]
+        if self.hinges != HINGES:
+            parts.append(f"hinges:{self.hinges!r}")
+        return ",".join(parts)
 
 
 def flex_from(text: str) -> Flex:
@@ -101,44 +99,21 @@ def flex_from(text: str) -> Flex:
     """
     flex, kinds, stiffness = Flex(), list[str](), dict[str, float]()
     for part in re.split(r",(?=[^,]*:)", text):  # at the commas before a key
-        name, value = (
-            (word.strip() for word in part.split(":", 1)) if ":" in part else (part.strip(), "")
-        )
+        name, _, value = (word.strip() for word in part.partition(":"))
         kind = "frequency" if name.endswith("Hz") else name
         if kind in kinds:
             raise ValueError(f'"{text}" gives {name} twice; keep one of them')
         kinds.append(kind)
         if kind == "tube":
-            numbers = [number.strip() for number in value.split(",")]
-            E, outer = (
-                (_positive(text, number) for number in numbers[:2])
-                if len(numbers) == 3
-                else (0.0, 0.0)
-            )
-            inner = 0.0 if numbers[-1] in ("0", "0.0") else _positive(text, numbers[-1])
-            if not outer > inner:
-                raise ValueError(
-                    f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as '
-                    f"tube:70e9,0.025,0.021"
-                )
-            tube = {
-                "EI": math.pi / 64.0 * E * (outer**4 - inner**4),
-                "EA": math.pi / 4.0 * E * (outer**2 - inner**2),
-            }
-            if not max(tube.values()) <= LARGEST:
-                raise ValueError(
-                    f'"{text}" gives EI of {tube["EI"]:.3g} N m², above {LARGEST:g}: diameters are '
-                    f"in metres, E in Pa"
-                )
-            stiffness = tube | stiffness  # an EA that is given goes over the tube's
+            # An EA that is given goes over the tube's.
+            stiffness = _tube(text, value) | stiffness
         elif kind == "frequency" and value in ("clamped", "free"):
-            flex = flex._replace(
-                frequency=_positive(text, name, {"Hz": 1.0}), clamped=value == "clamped"
-            )
+            frequency = _positive(text, name, {"Hz": 1.0})
+            flex = flex._replace(frequency=frequency, clamped=value == "clamped")
         elif kind in ("EI", "EA", "GJ"):
             stiffness[kind] = _positive(text, value)
-        elif kind == "hinges" and (count := _hinges(value)):
-            flex = flex._replace(hinges=count)
+        elif kind == "hinges" and _hinges(value):
+            flex = flex._replace(hinges=_hinges(value))
         else:
             limits = f"; hinges are 1 to {MOST}" if kind == "hinges" else ""
             raise ValueError(
@@ -146,12 +121,41 @@ def flex_from(text: str) -> Flex:
             )
     given = [kind for kind in kinds if kind in ("EI", "tube", "frequency")]
     if len(given) != 1:
-        found = f"{' and '.join(given)} are given" if given else "none is given"
+        which = f"{' and '.join(given)} are given" if given else "none is given"
         raise ValueError(
-            f'"{text}": one of EI, tube and frequency says how a link bends, but {found}; valid '
+            f'"{text}": one of EI, tube and frequency says how a link bends, but {which}; valid '
             f"are {FORMS}"
         )
     return flex._replace(EI=stiffness.get("EI"), EA=stiffness.get("EA"), GJ=stiffness.get("GJ"))
+
+
+def _tube(text: str, value: str) -> dict[str, float]:
+    """EI and EA of a tube: E π/64 (D⁴ − d⁴) [N m²] and E π/4 (D² − d²) [N].
+
+    Args: text, of the link, for messages; value, "E,D,d".
+
+    Raises:
+        ValueError: these are not the numbers of a tube.
+    """
+    numbers = [number.strip() for number in value.split(",")]
+    E = outer = inner = 0.0
+    if len(numbers) == 3:
+        E, outer = _positive(text, numbers[0]), _positive(text, numbers[1])
+    if numbers[-1] not in ("0", "0.0"):
+        inner = _positive(text, numbers[-1])
+    if not outer > inner:
+        raise ValueError(
+            f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as '
+            f"tube:70e9,0.025,0.021"
+        )
+    EI = math.pi / 64.0 * E * (outer**4 - inner**4)
+    EA = math.pi / 4.0 * E * (outer**2 - inner**2)
+    if not max(EI, EA) <= LARGEST:
+        raise ValueError(
+            f'"{text}" gives EI of {EI:.3g} N m², above {LARGEST:g}: diameters are in metres, E '
+            f"in Pa"
+        )
+    return {"EI": EI, "EA": EA}
 
 
 def _hinges(text: str) -> int:
@@ -224,40 +228,47 @@ def divide(
     length = float(np.linalg.norm(end - start))
     axis, spacing = (end - start) / length, length / hinges
     along = spacing * (np.arange(hinges) + 0.5)
-    second = (
-        (0.5 * np.trace(inertia) * np.eye(3) - inertia) / mass if mass > 0.0 else np.zeros((3, 3))
-    )
+    # Second moments of the mass ∫ r rᵀ dm / m = (½ tr(I) 1 − I) / m
+    second = np.zeros((3, 3))
+    if mass > 0.0:
+        second = (0.5 * np.trace(inertia) * np.eye(3) - inertia) / mass
     centre, variance = float(axis @ (com - start)), float(axis @ second @ axis)
     if not variance > 1e-9 * length**2:
         raise ValueError("has no mass, or no extent along its axis")
     # The line on which the centres of mass lie, which leaves the products of inertia as they are,
     # and what is across it.
     slope = second @ axis / variance
-    side = second - variance * np.outer(slope, slope)
-    edges, line = np.concatenate([[-np.inf], along, [np.inf]]), _line(centre, variance, length)
-    segments = []
-    for low, high in itertools.pairwise(edges):
-        share, a, b = line.T
-        inside = np.clip(b, low, high) - np.clip(a, low, high)
-        lump = b == a
-        weight = share * np.where(
-            lump, (a >= low) & (a < high), inside / np.where(lump, 1.0, b - a)
-        )
-        a, b = np.where(lump, a, np.clip(a, low, high)), np.where(lump, b, np.clip(b, low, high))
-        whole = weight.sum()
-        middle = weight @ (a + b) / 2.0 / whole
-        spread = weight @ (a * a + a * b + b * b) / 3.0 / whole - middle**2
-        of_segment = mass * whole * (spread * np.outer(slope, slope) + side)
-        segments.append(
-            (
-                mass * whole,
-                com + slope * (middle - centre),
-                np.trace(of_segment) * np.eye(3) - of_segment,
-            )
-        )
-    parts = (np.array(part) for part in zip(*segments, strict=True))
+    across = second - variance * np.outer(slope, slope)
+
+    line = _line(centre, variance, length)
+    masses, coms, inertias = [], [], []
+    for low, high in itertools.pairwise([-np.inf, *along.tolist(), np.inf]):
+        share, middle, spread = _moments(line, low, high)
+        masses.append(mass * share)
+        coms.append(com + slope * (middle - centre))
+        of_segment = mass * share * (spread * np.outer(slope, slope) + across)
+        inertias.append(np.trace(of_segment) * np.eye(3) - of_segment)
     places = start + along[:, None] * axis
+    parts = np.array(masses), np.array(coms), np.array(inertias)
     return Division(axis, places @ axis, places, spacing, *parts)
+
+
+def _moments(line: Array, low: float, high: float) -> tuple[float, float, float]:
+    """Share of the mass of a line between two places, its middle [m] and variance [m²].
+
+    Args: line, rows as of `_line`.
+    """
+    share, a, b = line.T
+    lump = b == a
+    inside = np.clip(b, low, high) - np.clip(a, low, high)
+    part = np.where(lump, (a >= low) & (a < high), inside / np.where(lump, 1.0, b - a))
+    weight = share * part
+    a, b = np.where(lump, a, np.clip(a, low, high)), np.where(lump, b, np.clip(b, low, high))
+    # Of mass uniform from a to b the mean of x is (a + b) / 2, that of x² (a² + a b + b²) / 3.
+    total = weight.sum()
+    middle = weight @ (a + b) / 2.0 / total
+    variance = weight @ (a * a + a * b + b * b) / 3.0 / total - middle**2
+    return total, middle, variance
 
 
 def _line(centre: float, variance: float, length: float) -> Array:
@@ -270,26 +281,25 @@ def _line(centre: float, variance: float, length: float) -> Array:
     """
     off, tube_variance = centre - length / 2.0, length**2 / 12.0
     about_middle = off**2 + variance
+    # The share of the tube with lumps at the ends, and with a single lump.
     at_ends = (length**2 / 4.0 - about_middle) / (length**2 / 6.0)
     both = about_middle + tube_variance
-    single = 2.0 * variance / (both + math.sqrt(max(both**2 - 4.0 * tube_variance * variance, 0.0)))
+    root = math.sqrt(max(both**2 - 4.0 * tube_variance * variance, 0.0))
+    single = 2.0 * variance / (both + root)
     tube = min(max(at_ends, LEAST_TUBE), single)
-    lumps = 1.0 - tube
-    apart = (
-        math.sqrt(max(about_middle - tube * tube_variance, 0.0) / lumps)
-        if lumps > ROUNDING
-        else 0.0
-    )
+
+    lumps, apart = 1.0 - tube, 0.0
+    if lumps > ROUNDING:
+        apart = math.sqrt(max(about_middle - tube * tube_variance, 0.0) / lumps)
     uneven = off / apart if apart > 0.0 else 0.0
-    places = length / 2.0 - apart, length / 2.0 + apart
-    rows = [
-        (tube, 0.0, length),
-        *(
-            (lumps / 2.0 + side * uneven / 2.0, x, x)
-            for side, x in zip((-1.0, 1.0), places, strict=True)
-        ),
-    ]
-    return np.array(rows)
+    near, far = length / 2.0 - apart, length / 2.0 + apart
+    return np.array(
+        [
+            (tube, 0.0, length),
+            (lumps / 2.0 - uneven / 2.0, near, near),
+            (lumps / 2.0 + uneven / 2.0, far, far),
+        ]
+    )
 
 
 def chain_inertia(division: Division) -> Array:
