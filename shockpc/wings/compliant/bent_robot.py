@@ -111,102 +111,147 @@ def flexible_robot(
             that it carries.
     """
     flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
-    if (count := sum(flex.springs for flex in flexes.values())) > MOST_SPRINGS:
+    _refuse(robot, flexes)
+    lines = {}
+    for body in flexes:
+        lines[body] = _line(robot, body, [np.array(end) for number, end in ends if number == body])
+    divisions = {}
+    for body, flex in flexes.items():
+        divisions[body] = _divide(robot, body, lines[body], flex.hinges)
+    for driven, inertia in rotors:
+        carrier = robot.parents[driven]
+        if carrier in divisions:
+            divisions[carrier] = _with_rotor(robot, divisions, driven, inertia)
+
+    built = _Model(robot, divisions)
+    for k, segment in _order(robot, divisions):
+        if segment == 0:
+            built.add_body(k)
+        else:
+            springs = _springs(robot, k, flexes[k], lines[k]) / divisions[k].spacing
+            built.add_segment(k, segment, flexes[k], springs)
+    built.add_frames()
+
+    model, q, v = built.model, *built.places()
+    _copy_values(robot.model, model, q, v)
+    start = read_only(_straight(model, q, robot.start))
+    relaxed = None
+    if robot.relaxed is not None:
+        relaxed = read_only(_straight(model, q, robot.relaxed))
+    bent = replace(robot, model=model, start=start, relaxed=relaxed, postures={}, loops=())
+    stiffness = built.stiffness()
+    freeze(stiffness, q, v, divisions)
+    return FlexibleRobot(bent, stiffness, q, v, built.segments(), divisions)
+
+
+def _refuse(robot: Robot, flexes: Mapping[int, Flex]) -> None:
+    """Refuse more springs than are computed, and a frequency of the free base with its joint held."""
+    count = sum(flex.springs for flex in flexes.values())
+    if count > MOST_SPRINGS:
         raise RobotError(
             f"links would bend with {count} springs in their hinges, and up to {MOST_SPRINGS} are "
-            f"computed; name fewer links, or "
-            "give them fewer hinges"
+            f"computed; name fewer links, or give them fewer hinges"
         )
-    lines = {
-        body: _line(robot, body, [np.array(end) for number, end in ends if number == body])
-        for body in flexes
-    }
     for number, flex in flexes.items():
         if flex.clamped and robot.joints[number].kind == "free":
             raise RobotError(
                 f'link "{robot.bodies[number].name}" is the free base and has no joint at which it '
-                f"can be clamped; give its "
-                "frequency with both ends free, such as 180Hz:free, or its EI"
+                f"can be clamped; give its frequency with both ends free, such as 180Hz:free, or "
+                f"its EI"
             )
-    divisions = {
-        body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()
-    }
-    for driven, inertia in rotors:
-        if robot.parents[driven] in divisions:
-            divisions[robot.parents[driven]] = _with_rotor(robot, divisions, driven, inertia)
-    old, new = robot.model, pin.Model()
-    new.name = old.name
-    # The joints of the new model that move each segment of each body, and the stiffness of those
-    # that are hinges.
-    joints, springs = {(-1, 0): 0}, dict[int, Array]()
-    for k, segment in _order(robot, divisions):
-        body = robot.bodies[k]
-        if segment == 0:
-            carrier, place = _on_segment(
-                robot, divisions, robot.parents[k], old.jointPlacements[body.joint]
-            )
-            number = new.addJoint(
-                joints[robot.parents[k], carrier],
-                old.joints[body.joint],
-                place,
-                old.names[body.joint],
-            )
-        else:
-            flex, division = flexes[k], divisions[k]
-            place = _frame(robot, divisions, k, segment - 1) * pin.SE3(
-                np.eye(3), division.places[segment - 1]
-            )
-            number = new.addJoint(
-                joints[k, segment - 1], *_hinge(flex, division, place, f"~{k}.{segment}")
-            )
-            springs[number] = _springs(robot, k, flex, lines[k]) / division.spacing
-            frame = pin.Frame(
-                f"~{k}.{segment}",
-                number,
-                0,
-                _frame(robot, divisions, k, segment),
-                pin.FrameType.BODY,
-            )
-            new.addFrame(frame, False)
-        joints[k, segment] = number
-        if k in divisions:
-            parts = divisions[k]
-            inertia = pin.Inertia(
-                float(parts.mass[segment]), parts.com[segment], parts.inertia[segment]
-            )
-            new.appendBodyToJoint(number, inertia, _frame(robot, divisions, k, segment))
-        else:
-            new.appendBodyToJoint(number, old.inertias[body.joint], pin.SE3.Identity())
-    for frame in old.frames[1:]:
-        k, carrier, place = frame.parentJoint - 1, 0, frame.placement
-        if k < 0 or frame.name != robot.bodies[k].name:  # that of the body is the first segment's
-            carrier, place = _on_segment(robot, divisions, k, frame.placement)
-        new.addFrame(pin.Frame(frame.name, joints[k, carrier], 0, place, frame.type), False)
 
-    numbers = [joints[k, 0] for k in range(len(robot.bodies))]
-    sizes = (new.idx_qs, new.nqs), (new.idx_vs, new.nvs)
-    q, v = (
-        np.concatenate([first[n] + np.arange(size[n]) for n in numbers]) for first, size in sizes
-    )
-    _copy_values(old, new, q, v)
-    stiffness = np.zeros(new.nv)
-    for number, of_hinge in springs.items():
-        stiffness[new.idx_vs[number] + np.arange(len(of_hinge))] = of_hinge
-    segments = tuple(
-        tuple(
-            joints[k, segment] - 1
-            for segment in range(len(divisions[k].mass) if k in divisions else 1)
-        )
-        for k in range(len(robot.bodies))
-    )
-    start, relaxed = (
-        None if part is None else read_only(_straight(new, q, part))
-        for part in (robot.start, robot.relaxed)
-    )
-    assert start is not None
-    whole = replace(robot, model=new, start=start, relaxed=relaxed, postures={}, loops=())
-    freeze(stiffness, q, v, divisions)
-    return FlexibleRobot(whole, stiffness, q, v, segments, divisions)
+
+class _Model:
+    """The model with segments, as it is built; whatever carries is added before what it carries.
+
+    Args:
+        robot: with rigid links.
+        divisions: of its bodies that bend.
+
+    Attributes:
+        model: with what has been added.
+    """
+
+    def __init__(self, robot: Robot, divisions: Mapping[int, Division]) -> None:
+        self._robot, self._divisions = robot, divisions
+        self.model = pin.Model()
+        self.model.name = robot.model.name
+        # The joints that move each segment of each body, and the stiffness of those that are
+        # hinges.
+        self._joints = {(-1, 0): 0}
+        self._springs = dict[int, Array]()
+
+    def add_body(self, k: int) -> None:
+        """Add body k at its joint; its first segment where it bends."""
+        robot, old = self._robot, self._robot.model
+        joint, parent = robot.bodies[k].joint, robot.parents[k]
+        placement = old.jointPlacements[joint]
+        carrier, place = _on_segment(robot, self._divisions, parent, placement)
+        moved_by = self._joints[parent, carrier]
+        number = self.model.addJoint(moved_by, old.joints[joint], place, old.names[joint])
+        self._joints[k, 0] = number
+        if k in self._divisions:
+            self._add_inertia(number, k, 0)
+        else:
+            self.model.appendBodyToJoint(number, old.inertias[joint], pin.SE3.Identity())
+
+    def add_segment(self, k: int, segment: int, flex: Flex, springs: Array) -> None:
+        """Add a segment of body k at the hinge before it, with the stiffness of its springs."""
+        division, name = self._divisions[k], f"~{k}.{segment}"
+        at = pin.SE3(np.eye(3), division.places[segment - 1])
+        place = _frame(self._robot, self._divisions, k, segment - 1) * at
+        hinge, names = _hinge(flex, division, name)
+        number = self.model.addJoint(self._joints[k, segment - 1], hinge, place, names)
+        self._joints[k, segment] = number
+        self._springs[number] = springs
+        frame = _frame(self._robot, self._divisions, k, segment)
+        self.model.addFrame(pin.Frame(name, number, 0, frame, pin.FrameType.BODY), False)
+        self._add_inertia(number, k, segment)
+
+    def _add_inertia(self, number: int, k: int, segment: int) -> None:
+        """Give a joint the inertia of a segment."""
+        parts = self._divisions[k]
+        mass, com = float(parts.mass[segment]), parts.com[segment]
+        inertia = pin.Inertia(mass, com, parts.inertia[segment])
+        frame = _frame(self._robot, self._divisions, k, segment)
+        self.model.appendBodyToJoint(number, inertia, frame)
+
+    def add_frames(self) -> None:
+        """Add the frames of the robot, each on the segment that it moves with; that of a body is the
+        first segment's.
+        """
+        robot = self._robot
+        for frame in robot.model.frames[1:]:
+            k, carrier, place = frame.parentJoint - 1, 0, frame.placement
+            if k < 0 or frame.name != robot.bodies[k].name:
+                carrier, place = _on_segment(robot, self._divisions, k, frame.placement)
+            joint = self._joints[k, carrier]
+            self.model.addFrame(pin.Frame(frame.name, joint, 0, place, frame.type), False)
+
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where coordinates (nq,) and velocities (nv,) of the robot are among those of the model."""
+        q, v = list[np.ndarray](), list[np.ndarray]()
+        for k in range(len(self._robot.bodies)):
+            joint = self.model.joints[self._joints[k, 0]]
+            q.append(joint.idx_q + np.arange(joint.nq))
+            v.append(joint.idx_v + np.arange(joint.nv))
+        return np.concatenate(q), np.concatenate(v)
+
+    def stiffness(self) -> Array:
+        """Stiffness (nv,) of the springs of hinges; zero of other velocities."""
+        stiffness = np.zeros(self.model.nv)
+        for number, springs in self._springs.items():
+            start = self.model.joints[number].idx_v
+            stiffness[start : start + len(springs)] = springs
+        return stiffness
+
+    def segments(self) -> tuple[tuple[int, ...], ...]:
+        """Of each body of the robot its segments, as bodies of the model."""
+        segments = []
+        for k in range(len(self._robot.bodies)):
+            count = len(self._divisions[k].mass) if k in self._divisions else 1
+            segments.append(tuple(self._joints[k, n] - 1 for n in range(count)))
+        return tuple(segments)
 
 
 def _springs(robot: Robot, body: int, flex: Flex, line: tuple[Array, Array]) -> Array:
@@ -251,6 +296,7 @@ def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[in
 
 
 def _straight(model: pin.Model, where: np.ndarray, q: Array) -> Array:
+    """The configuration with straight links, of which coordinates at some places are q."""
     whole = pin.neutral(model)
     whole[where] = q
     return np.asarray(whole)
@@ -260,11 +306,9 @@ def _segment(divisions: Mapping[int, Division], body: int, point: Array) -> int:
     """The segment that a point (3,) of a body is on."""
     if body not in divisions:
         return 0
-    return int(
-        np.searchsorted(
-            divisions[body].along, divisions[body].axis @ point + ROUNDING, side="right"
-        )
-    )
+    division = divisions[body]
+    along = division.axis @ point + ROUNDING
+    return int(np.searchsorted(division.along, along, side="right"))
 
 
 def _frame(robot: Robot, divisions: Mapping[int, Division], body: int, segment: int) -> pin.SE3:
@@ -284,13 +328,13 @@ def _on_segment(
         return 0, place
     inside = _frame(robot, divisions, body, 0).actInv(place)
     segment = _segment(divisions, body, inside.translation)
-    return segment, _frame(robot, divisions, body, segment) * inside if segment else place
+    if segment == 0:
+        return 0, place
+    return segment, _frame(robot, divisions, body, segment) * inside
 
 
-def _hinge(
-    flex: Flex, division: Division, place: pin.SE3, name: str
-) -> tuple[pin.JointModelComposite, pin.SE3, str]:
-    """A hinge, its place in the frame of the joint that carries it, and the names of its parts."""
+def _hinge(flex: Flex, division: Division, name: str) -> tuple[pin.JointModelComposite, str]:
+    """A hinge, and the names of its parts."""
     hinge, names = pin.JointModelComposite(), ["y", "z"]
     for axis in division.across:
         hinge.addJoint(pin.JointModelRevoluteUnaligned(axis))
@@ -300,7 +344,7 @@ def _hinge(
     if flex.EA is not None:
         names.append("s")
         hinge.addJoint(pin.JointModelPrismaticUnaligned(division.axis))
-    return hinge, place, "+".join(f"{name}{part}" for part in names)
+    return hinge, "+".join(f"{name}{part}" for part in names)
 
 
 def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]:
@@ -308,34 +352,41 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
 
     Args: ends, places of it besides joints and feet.
     """
-    one = robot.bodies[body]
-    fault = inertia_fault(one.mass, one.inertia) if one.mass > 0.0 else "it has no mass"
+    link = robot.bodies[body]
+    fault = inertia_fault(link.mass, link.inertia) if link.mass > 0.0 else "it has no mass"
     if fault:
         raise RobotError(
-            f'link "{one.name}" cannot bend, because {fault}; correct its inertia in the file, or '
+            f'link "{link.name}" cannot bend, because {fault}; correct its inertia in the file, or '
             f"{LEAVE_OUT}"
         )
-    place = _frame(robot, {}, body, 0)
-    start = place.actInv(np.zeros(3))
-    joints = [
-        robot.model.jointPlacements[robot.bodies[k].joint]
-        for k, parent in enumerate(robot.parents)
-        if parent == body
-    ]
-    places = [place.actInv(joint.translation) for joint in joints]
-    places += [robot.frames[name].offset for name in feet(robot) if robot.frames[name].body == body]
-    end = max(
-        (*places, *ends), key=lambda point: float(np.linalg.norm(point - start)), default=start
-    )
-    if (
-        robot.joints[body].kind != "free"
-        and np.linalg.norm(end - start) > SHORT * robot.gyration[body]
-    ):
+    frame = _frame(robot, {}, body, 0)
+    start = frame.actInv(np.zeros(3))
+    places = _carried(robot, body, frame)
+    places += ends
+    end = max(places, key=lambda point: float(np.linalg.norm(point - start)), default=start)
+    long = np.linalg.norm(end - start) > SHORT * robot.gyration[body]
+    if long and robot.joints[body].kind != "free":
         return start, np.asarray(end)
-    moments, axes = np.linalg.eigh(one.inertia)
-    half = np.sqrt(3.0 * (0.5 * moments.sum() - moments[0]) / one.mass) * axes[:, 0]
-    half *= 1.0 if half @ (one.com - start) >= 0.0 else -1.0
-    return one.com - half, one.com + half
+    # Along the longest axis, as far as a uniform rod of the same inertia: half length √(3 σ²),
+    # σ² = (½ tr(I) − I₁) / m.
+    moments, axes = np.linalg.eigh(link.inertia)
+    half = np.sqrt(3.0 * (0.5 * moments.sum() - moments[0]) / link.mass) * axes[:, 0]
+    if half @ (link.com - start) < 0.0:
+        half = -half
+    return link.com - half, link.com + half
+
+
+def _carried(robot: Robot, body: int, frame: pin.SE3) -> list[Array]:
+    """Joints and feet on a body, (3,) each in its frame [m]."""
+    places = []
+    for k, parent in enumerate(robot.parents):
+        if parent == body:
+            joint = robot.model.jointPlacements[robot.bodies[k].joint]
+            places.append(frame.actInv(joint.translation))
+    for name in feet(robot):
+        if robot.frames[name].body == body:
+            places.append(robot.frames[name].offset)
+    return places
 
 
 def _with_rotor(
@@ -364,22 +415,20 @@ def _with_rotor(
             f'"{joint.name}" that it '
             f"carries; leave its gear out (--no-carried), or {LEAVE_OUT}"
         )
-    change = -moments / moments.sum()
-    change[
-        _on_segment(
-            robot, divisions, joint.parent, robot.model.jointPlacements[robot.bodies[driven].joint]
-        )[0]
-    ] += 1.0
-    return division._replace(
-        inertia=division.inertia + inertia * change[:, None, None] * np.outer(axis, axis)
-    )
+    placement = robot.model.jointPlacements[robot.bodies[driven].joint]
+    carrier, _ = _on_segment(robot, divisions, joint.parent, placement)
+    share = -moments / moments.sum()
+    share[carrier] += 1.0
+    change = inertia * share[:, None, None] * np.outer(axis, axis)
+    return division._replace(inertia=division.inertia + change)
 
 
 def _divide(robot: Robot, body: int, line: tuple[Array, Array], hinges: int) -> Division:
-    one = robot.bodies[body]
+    """The segments of a body along a line. Raises: RobotError: it cannot be divided."""
+    link = robot.bodies[body]
     try:
-        return divide(one.mass, one.com, one.inertia, *line, hinges)
+        return divide(link.mass, link.com, link.inertia, *line, hinges)
     except ValueError as refusal:
         raise RobotError(
-            f'link "{one.name}" cannot bend, because it {refusal}; {LEAVE_OUT}'
+            f'link "{link.name}" cannot bend, because it {refusal}; {LEAVE_OUT}'
         ) from None
