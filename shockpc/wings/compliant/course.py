@@ -28,7 +28,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
-from shockpc.method.constraints import constraint_point
+from shockpc.method.constraints import Constraint, constraint_point
 from shockpc.method.exact.proof import motion as size_of
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
@@ -84,10 +84,9 @@ class CompliantLanding:
     """
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
-        self.landing, self.moving = (
-            landing,
-            flexible_landing(landing) if landing.scene.flex else landing,
-        )
+        self.landing = self.moving = landing
+        if landing.scene.flex:
+            self.moving = flexible_landing(landing)
         self._system = system = element_system(self.moving)
         self._rows, self._free, self._stops = system.rows, system.free, system.stops
         self.number = system.elements.contact
@@ -129,9 +128,9 @@ class CompliantLanding:
             return self.motion
         if low_pass not in self._filtered:
             motion, tail = self.motion, low_pass.tail
-            sprung = bool((self.number < 0).any())
-            motion = self._simulate(motion.duration + tail) if sprung else motion
-            self._filtered[low_pass] = filtered(motion, low_pass, 0.0 if sprung else tail)
+            if (self.number < 0).any():
+                motion, tail = self._simulate(motion.duration + tail), 0.0
+            self._filtered[low_pass] = filtered(motion, low_pass, tail)
         return self._filtered[low_pass]
 
     def _impact(self, jumps: Array, impulse: Array | None = None) -> ColumnImpact:
@@ -159,37 +158,44 @@ class CompliantLanding:
         loops constrain; all come with what holds these. All else is linear in the forces. The jumps
         of `ends` are those beyond the fall with straight links.
         """
-        rows, equation, response = self._rows, self._rows.equation, self.motion.response
-        landing, free, unstopped_rows = self.moving, self._free.shape[1], len(rows.rigid)
-        n, stops, r = len(rows.turn), len(self._stops), len(self.number)
-        falling, impulse = self.motion.gravity, np.zeros((len(equation.J_c[0]), r + 1))
-        impulse[:unstopped_rows, :n] = rows.turn.T
-        impulse[unstopped_rows:, n : n + stops] = np.eye(stops)
-        weight = -GRAVITY * landing.scene.gravity * mass_lifted(landing.robot, landing.state)
-        if rows.rigid.any():
-            rigid = np.flatnonzero(rows.rigid)
-            along = np.concatenate(
-                [
-                    rows.turn @ equation.J_c[0, :unstopped_rows],
-                    equation.J_c[0, unstopped_rows:],
-                    self._system.along,
-                ]
-            )
-            along = np.vstack([along, weight if equation.G is None else weight @ equation.G[0]])
-            missing = (
-                equation.H[0] @ (rows.basis @ np.column_stack([response, falling])[:free]) - along.T
-            )
-            impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
+        landing, falling = self.moving, self.motion.gravity
         times, turns = self._turns
-        beyond = [
-            turns.jump[k] - times[k] * self._system.fall for k in (times.index(self.compressed), -1)
-        ]
-        linear = self._impact(
-            np.column_stack([response, falling, *beyond, self._impulsive]), impulse
-        )
+        end_of_compression = times.index(self.compressed)
+        beyond = [turns.jump[k] - times[k] * self._system.fall for k in (end_of_compression, -1)]
+        jumps = [self.motion.response, falling, *beyond, self._impulsive]
+        linear = self._impact(np.column_stack(jumps), self._impulses)
         if landing.scene.gravity:
-            linear.jumps[..., 3:, r] += GRAVITY * landing.state.rotation[:, :, 2]
+            # Accelerations of a fall, less gravity, of which body axes have R^T (0, 0, -g).
+            up = landing.state.rotation[:, :, 2]
+            linear.jumps[..., 3:, len(self.number)] += GRAVITY * up
         return linear
+
+    @property
+    def _impulses(self) -> Array:
+        """Forces (nc, r + 1) along all rows for unit forces of the elements, and in the fall.
+
+        Those of rows that hold the robot rigidly, of standing feet and loops, follow from
+        H a = Jᵀ f + J_rᵀ f_r, of accelerations a and forces f along the others.
+        """
+        rows, equation = self._rows, self._rows.equation
+        H, J = equation.H[0], equation.J_c[0]
+        n, stops, unstopped = len(rows.turn), len(self._stops), len(rows.rigid)
+        forces = np.zeros((len(J), len(self.number) + 1))
+        forces[:unstopped, :n] = rows.turn.T
+        forces[unstopped:, n : n + stops] = np.eye(stops)
+        if not rows.rigid.any():
+            return forces
+        landing, free = self.moving, self._free.shape[1]
+        weight = -GRAVITY * landing.scene.gravity * mass_lifted(landing.robot, landing.state)
+        if equation.G is not None:
+            weight = weight @ equation.G[0]
+        of_contacts, of_stops = rows.turn @ J[:unstopped], J[unstopped:]
+        along = np.vstack([of_contacts, of_stops, self._system.along, weight])
+        accelerations = np.column_stack([self.motion.response, self.motion.gravity])[:free]
+        missing = H @ (rows.basis @ accelerations) - along.T
+        rigid = np.flatnonzero(rows.rigid)
+        forces[rigid] = np.linalg.lstsq(J[rigid].T, missing, rcond=1e-10)[0]
+        return forces
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
         """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r),
@@ -204,9 +210,8 @@ class CompliantLanding:
         """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and
         the end, and of the impulse.
         """
-        return np.asarray(compute(self._linear, tuple(map(self.moving.carried, places))))[
-            :, len(self.number) + 1 :
-        ]
+        carried = tuple(map(self.moving.carried, places))
+        return np.asarray(compute(self._linear, carried))[:, len(self.number) + 1 :]
 
     def peaks(
         self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None
@@ -246,9 +251,8 @@ class CompliantLanding:
     ) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
-        return np.asarray(
-            np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant
-        )
+        force = self.filtered(low_pass).at(times).force
+        return np.asarray(np.einsum("nkr,tr->tnk", outputs, force) + constant)
 
     def displacements(self, times: Array) -> Array:
         """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times
@@ -271,10 +275,10 @@ class CompliantLanding:
         names = [joints[contacts[self.number[row]].body].name for row in rows.tolist()]
         names += [stop.frame for stop in self._stops]
         rows = np.append(rows, np.arange(n, n + len(self._stops)))
-        peaks = (
-            self.motion.peak(np.eye(len(self.number))[rows, None])[0] if len(rows) else np.zeros(0)
-        )
         by_name: dict[str, float] = {}
+        if not len(rows):
+            return by_name
+        peaks, _ = self.motion.peak(np.eye(len(self.number))[rows, None])
         for name, peak in zip(names, peaks.tolist(), strict=True):
             by_name[name] = max(peak, by_name.get(name, 0.0))
         return by_name
@@ -285,13 +289,12 @@ class CompliantLanding:
         its largest force only.
         """
         elements, modes = self.motion.elements, self.motion.modes
-        frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
+        largest = modes.force[self._normal].argmax(axis=1)
+        omega = 2.0 * np.pi * modes.frequency[largest]
         c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
-        return np.where(
-            c > 0.0,
-            damper_restitution(c * frequency / (2.0 * k)),
-            self._rows.restitution[self._rows.normal],
-        )
+        # ζ = c ω / 2k
+        of_dampers = damper_restitution(c * omega / (2.0 * k))
+        return np.where(c > 0.0, of_dampers, self._rows.restitution[self._rows.normal])
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
@@ -323,26 +326,21 @@ class CompliantLanding:
         These are the rows of contacts, those of stops that act at once, and hinges, which are
         locked there.
         """
-        elements, to_velocity = self.motion.elements, self.motion.to_velocity
         acting = with_stops(self.landing).acting if self._stops else ()
-        named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
-        acts = [
-            (stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named
-            for stop in self._stops
-        ]
+        named = [_stop_key(stop) for stop in acting]
+        stops_act = [_stop_key(stop) in named for stop in self._stops]
         hinges = self.moving.hinges  # which are locked
         straight = np.isin(np.flatnonzero(self.moving.joint_model.stiffness > 0.0), hinges)
+        contacts = np.ones(len(self._rows.normal))
         others = np.zeros(len(self._system.along) - len(straight))
-        acting_rows = elements.rows[
-            np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)
-        ]
-        e = np.concatenate(
-            [self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))]
-        )
-        speeds = (1.0 + e) * (acting_rows @ self._system.velocity)
-        return np.asarray(
-            to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0]
-        )
+        acts = np.concatenate([contacts, stops_act, straight, others]).astype(bool)
+        of_stops = [stop.restitution for stop in acting]
+        e = np.concatenate([self._rows.restitution, of_stops, np.zeros(len(hinges))])
+        # B Δv = −(1 + e) B v⁻, of the rows B that act.
+        rows, to_velocity = self.motion.elements.rows[acts], self.motion.to_velocity
+        speeds = (1.0 + e) * (rows @ self._system.velocity)
+        impulses = np.linalg.lstsq(rows @ to_velocity, -speeds, rcond=1e-9)[0]
+        return np.asarray(to_velocity @ impulses)
 
     @functools.cached_property
     def difference(self) -> float:
@@ -351,9 +349,8 @@ class CompliantLanding:
         """
         bodies = [self.moving.carried(place).body for place in self.landing.places("body")]
         final, impulsive = np.moveaxis(self._linear.jumps[0, bodies, ..., -2:], -1, 0)
-        difference, size = size_of(
-            np.stack([final - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths
-        ).T
+        both = np.stack([final - impulsive, impulsive], axis=-1)
+        difference, size = size_of(both, self.landing.robot.rotation_lengths).T
         return float(difference.max() / size.max())
 
     @property
@@ -371,13 +368,10 @@ class CompliantLanding:
         """
         # It is largest where the normal is unloaded, or at the end.
         elements, turns, normal = self.motion.elements, self._turns[1], self._normal
-        damper = np.asarray(elements.damping) * (
-            (self._system.velocity + turns.jump) @ elements.rows.T
-        )
-        pressed = (
-            np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal]
-            / elements.stiffness[normal]
-        )
+        speeds = (self._system.velocity + turns.jump) @ elements.rows.T
+        of_springs = turns.force + np.asarray(elements.damping) * speeds
+        largest = np.where(turns.force > 0.0, of_springs, 0.0).max(axis=0)
+        pressed = largest[normal] / elements.stiffness[normal]
         way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
         return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
 
@@ -385,48 +379,52 @@ class CompliantLanding:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and
         contacts that open often.
         """
+        if not self.landing.scene.gravity:
+            yield from self._weightless()
+        yield from self._sinks()
+        yield from self._damped()
+        yield from self._compressed_far()
+        events = len(self.motion.events)
+        if events > MANY_EVENTS:
+            text = (
+                f"contacts change {events} times between loading, unloading, slipping and open: "
+                f"tiny changes of the landing change their order, so durations are not reliable; "
+                f"take restitution above 0, or fewer contacts"
+            )
+            yield Diagnostic("contact", "", float(events), text)
+
+    def _weightless(self) -> Iterator[Diagnostic]:
+        """A warning where gravity, which is left out, counts."""
         rows = self.motion.elements.rows[self._normal]
         duration = float(self.duration.max())
         approach = float(-(rows @ self._system.velocity).min())
-        if (
-            not self.landing.scene.gravity
-            and (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach
-        ):
+        gained = GRAVITY * duration
+        if gained > GRAVITY_SHARE * approach:
             text = (
                 f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds "
-                f"{gravity:.3g} m/s to an "
-                f"approach of {approach:.3g} m/s ({100.0 * gravity / approach:.2g} %): real peak "
-                f"forces are larger; "
-                "leave out --no-gravity"
+                f"{gained:.3g} m/s to an approach of {approach:.3g} m/s "
+                f"({100.0 * gained / approach:.2g} %): real peak forces are larger; leave out "
+                f"--no-gravity"
             )
-            yield Diagnostic("contact", "", gravity / approach, text)
-        yield from self._sinks()
-        yield from self._damped()
+            yield Diagnostic("contact", "", gained / approach, text)
+
+    def _compressed_far(self) -> Iterator[Diagnostic]:
+        """Warnings of contacts that are compressed so far that the geometry changes."""
         landing = self.landing
         state, robot = landing.state, landing.robot
         coms = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
         for contact, compression in zip(landing.contacts, self._compression.tolist(), strict=True):
             if contact.kind == "stop":
                 continue
-            reach = (
-                np.linalg.norm(coms - constraint_point(state, contact)[0], axis=1) + robot.gyration
-            )
-            if compression > DEEPEST_SHARE * (size := float(reach.max())):
+            distances = np.linalg.norm(coms - constraint_point(state, contact)[0], axis=1)
+            size = float((distances + robot.gyration).max())
+            if compression > DEEPEST_SHARE * size:
                 text = (
                     f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches "
-                    f"{size:.3g} m from there: the "
-                    "geometry does not stay as at impact, which this model assumes; take a stiffer "
-                    "contact or a lower speed"
+                    f"{size:.3g} m from there: the geometry does not stay as at impact, which this "
+                    f"model assumes; take a stiffer contact or a lower speed"
                 )
                 yield Diagnostic("contact", contact.name, compression, text)
-        if (events := len(self.motion.events)) > MANY_EVENTS:
-            text = (
-                f"contacts change {events} times between loading, unloading, slipping and open: "
-                f"tiny changes of the landing change "
-                "their order, so durations are not reliable; take restitution above 0, or fewer "
-                "contacts"
-            )
-            yield Diagnostic("contact", "", float(events), text)
 
     def _sinks(self) -> Iterator[Diagnostic]:
         """A warning where dampers in series give way faster under constant forces than a contact
@@ -437,11 +435,8 @@ class CompliantLanding:
         strikes = -rows @ self._system.velocity
         # Of the motion along springs only that of dampers in series does not oscillate.
         sinks = -rows @ (motion.to_velocity @ motion.segments[0].drift)
-        pressed = (
-            (np.asarray(motion.elements.relaxation)[normal] > 0.0)
-            & (strikes > 0.0)
-            & (strikes < sinks)
-        )
+        in_series = np.asarray(motion.elements.relaxation)[normal] > 0.0
+        pressed = in_series & (strikes > 0.0) & (strikes < sinks)
         for k in np.flatnonzero(pressed).tolist():
             name = self.landing.contacts[k].name
             text = (
@@ -458,23 +453,15 @@ class CompliantLanding:
         or less where contacts hold the robot. Compared are the lengths √(vᵀ M v) of this change and
         of that by the impact.
         """
-        M, robot, duration, end = (
-            self._rows.M,
-            self.moving.robot,
-            self.motion.duration,
-            self._turns[1],
-        )
-        jump = (end.jump[-1] - duration * self._system.fall)[: len(M)]
-        moved = self.displacements(np.array([self.motion.duration]))[0]
+        M, robot, duration = self._rows.M, self.moving.robot, self.motion.duration
+        jump = (self._turns[1].jump[-1] - duration * self._system.fall)[: len(M)]
+        moved = self.displacements(np.array([duration]))[0]
         impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse
         share = float(np.sqrt(along @ np.linalg.solve(M, along) / (jump @ M @ jump)))
         if share > DAMPED_SHARE:
-            names = few(
-                [joint.name for joint in robot.single_joints if impulse[joint.v].any()],
-                2,
-                what=" joints",
-            )
+            damped = [joint.name for joint in robot.single_joints if impulse[joint.v].any()]
+            names = few(damped, 2, what=" joints")
             text = (
                 f"the damping of {names} in the robot's file is left out; in the "
                 f"{1e3 * duration:.3g} ms of the motion it may change velocities by up to "
@@ -491,6 +478,11 @@ class CompliantLanding:
         amplitude = self.motion.modes.force[self._normal]
         total = amplitude.sum(axis=1, keepdims=True)
         return np.asarray(amplitude / np.where(total > 0.0, total, 1.0))
+
+
+def _stop_key(stop: Constraint) -> tuple[str, bytes, bytes]:
+    """What tells stops apart: their name and directions."""
+    return stop.frame, stop.forces.tobytes(), stop.moments.tobytes()
 
 
 @memoized()

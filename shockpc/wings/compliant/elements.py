@@ -6,6 +6,7 @@ springs. Gravity, the torques of motors and the loads of springs are constant fo
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,14 +68,14 @@ def element_system(landing: PosedLanding) -> ElementSystem:
         SolveError: a flat contact turns before the impact, or no motion of the robot has the
             velocities before it.
     """
-    rows, scene, model = contact_rows(landing, stands=True), landing.scene, landing.joint_model
+    rows, model = contact_rows(landing, stands=True), landing.joint_model
     _refuse_turning(landing, rows)
-    free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
+    G = np.eye(len(model.stiffness)) if rows.equation.G is None else rows.equation.G[0]
+    free = rows.basis if rows.equation.G is None else G @ rows.basis
     # Stops are contacts that are open at first, where their joint does not move towards them.
-    stops, of_stops, stop_speeds = _further_stops(landing)
-    strikes = np.isin(
-        rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
-    )
+    stops = _further_stops(landing)
+    striking = [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
+    strikes = np.isin(rows.number, striking)
     springs = np.flatnonzero(model.stiffness > 0.0)
     geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
     constant = constant_forces(landing, rows, free)
@@ -82,15 +83,13 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     motors = np.flatnonzero(torque)
     # A motor whose rotor is behind a spring turns the rotor; its spring carries the torque already.
     behind = np.isin(motors, geared)
-    G = np.eye(len(free)) if rows.equation.G is None else rows.equation.G[0]
-    along = np.concatenate([G[springs], G[geared], np.where(behind[:, None], 0.0, G[motors])])
+    of_motors = np.where(behind[:, None], 0.0, G[motors])
+    along = np.concatenate([G[springs], G[geared], of_motors])
 
-    numbers = len(landing.contact_places) + np.arange(len(stops))
+    # Elements of contacts, of stops and of springs, on coordinates without those of rotors.
     held = Elements.joined(
         _of_contacts(landing, rows, free, strikes),
-        Elements.alike(
-            of_stops @ free, _stop_stiffness(landing), scene.stop_restitution or 0.0, numbers, True
-        ),
+        _of_stops(landing, stops, free),
         Elements.alike(
             free[springs],
             model.stiffness[springs],
@@ -98,12 +97,13 @@ def element_system(landing: PosedLanding) -> ElementSystem:
             straight=np.isin(springs, landing.hinges),
         ),
     )
-    speeds = np.concatenate([rows.speeds, stop_speeds, landing.before.joint_rates[springs]])
-    velocity = _coordinates(landing, free, held.rows, speeds)
+    speeds = np.concatenate([rows.speeds, stops.speeds, landing.before.joint_rates[springs]])
+    before = _coordinates(landing, free, held.rows, speeds)
     M, _, gears, velocity = attach_rotors(
-        rows.M, held.rows, velocity, free[geared], model.rotor[geared]
+        rows.M, held.rows, before, free[geared], model.rotor[geared]
     )
-    turned, width = np.zeros((len(motors), len(M))), free.shape[1]
+    width = free.shape[1]
+    turned = np.zeros((len(motors), len(M)))
     turned[~behind, :width] = free[motors[~behind]]
     turned[behind, width + np.searchsorted(geared, motors[behind])] = 1.0
     elements = Elements.joined(
@@ -111,11 +111,35 @@ def element_system(landing: PosedLanding) -> ElementSystem:
         Elements.alike(gears, model.drive_stiffness[geared], load=torque[geared]),
         Elements.alike(turned, 0.0, load=torque[motors]),
     )
-    if stops:
-        rows = replace(rows, equation=replace(landing, acting=stops).equation(landing.state))
+    if stops.stops:
+        stopped = replace(landing, acting=stops.stops)
+        rows = replace(rows, equation=stopped.equation(landing.state))
     rotors = np.zeros(len(M) - width)
     gravity, fall = np.append(constant.gravity, rotors), np.append(constant.fall, rotors)
-    return ElementSystem(rows, free, strikes, stops, along, M, elements, velocity, gravity, fall)
+    return ElementSystem(
+        rows, free, strikes, stops.stops, along, M, elements, velocity, gravity, fall
+    )
+
+
+class _Stops(NamedTuple):
+    """The stops at which joints are that are no contacts of the scene.
+
+    Attributes:
+        stops: s of them.
+        rows: (s, nv) their speeds for unit joint velocities.
+        speeds: (s,) before the impact [m/s, rad/s].
+    """
+
+    stops: tuple[Constraint, ...]
+    rows: Array
+    speeds: Array
+
+
+def _of_stops(landing: PosedLanding, stops: _Stops, free: Array) -> Elements:
+    """The elements of further stops, numbered after the contacts."""
+    numbers = len(landing.contact_places) + np.arange(len(stops.stops))
+    restitution = landing.scene.stop_restitution or 0.0
+    return Elements.alike(stops.rows @ free, _stop_stiffness(landing), restitution, numbers, True)
 
 
 def _stop_stiffness(landing: PosedLanding) -> float:
@@ -131,15 +155,15 @@ def _of_contacts(
     """The elements along the rows of contacts; end stops that strike have no dampers."""
     scene = landing.scene
     assert scene.contact_stiffness is not None
-    of_ground = np.where(
-        rows.normal, scene.contact_stiffness, scene.tangential_stiffness or scene.contact_stiffness
-    )
+    tangential = scene.tangential_stiffness or scene.contact_stiffness
+    of_ground = np.where(rows.normal, scene.contact_stiffness, tangential)
     k = np.where(strikes, _stop_stiffness(landing), of_ground)
     damping = np.where(strikes, 0.0, scene.contact_damping or 0.0)
-    ratio = np.where(
-        strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution)
-    )
-    relaxation = 2.0 * ratio * rows.frequency(k, free[landing.hinges]) if ratio.any() else ratio
+    relaxation = np.zeros(len(k))
+    if scene.contact_law == "damper":
+        relaxation = np.where(strikes, 0.0, series_damping(rows.restitution))
+    if relaxation.any():
+        relaxation = 2.0 * relaxation * rows.frequency(k, free[landing.hinges])
     return Elements.alike(
         rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation
     )
@@ -148,26 +172,22 @@ def _of_contacts(
 def _refuse_turning(landing: PosedLanding, rows: ContactRows) -> None:
     """Refuse flat contacts that turn before the impact."""
     before = landing.before
-    if np.abs(rows.halt).max() > LEAST_HELD * max(
-        np.abs(before.omega).max(), np.abs(before.joint_rates).max()
-    ):
+    fastest = max(np.abs(before.omega).max(), np.abs(before.joint_rates).max())
+    if np.abs(rows.halt).max() > LEAST_HELD * fastest:
         raise SolveError(
             "a flat contact turns before the impact, and on contacts of finite stiffness it would "
-            "have to stop turning at "
-            f"once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
+            f"have to stop turning at once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
         )
 
 
-def _further_stops(landing: PosedLanding) -> tuple[tuple[Constraint, ...], Array, Array]:
-    """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where
-    the scene leaves them out.
-    """
+def _further_stops(landing: PosedLanding) -> _Stops:
+    """The further stops, as `stop_rows`; none where the scene leaves them out."""
     if not landing.scene.stops:
-        return (), np.zeros((0, landing.robot.model.nv)), np.zeros(0)
+        return _Stops((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     stops, along, speeds = stop_rows(landing)
     striking = {block.body for block in landing.contacts if block.kind == "stop"}
     kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
-    return tuple(stops[k] for k in kept), along[kept], speeds[kept]
+    return _Stops(tuple(stops[k] for k in kept), along[kept], speeds[kept])
 
 
 def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) -> Array:
@@ -187,10 +207,8 @@ def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) ->
     Raises:
         SolveError: no motion of the robot has these speeds.
     """
-    before, moves = (
-        landing.before.joint_rates.copy(),
-        np.concatenate([landing.before.omega, landing.before.velocity]),
-    )
+    before = landing.before.joint_rates.copy()
+    moves = np.concatenate([landing.before.omega, landing.before.velocity])
     if landing.robot.free_base:
         before[:6] = np.linalg.solve(landing.state.J[0, :, :6], moves)
     as_given = landing.robot.free_base or not moves.any()

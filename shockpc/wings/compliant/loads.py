@@ -45,9 +45,8 @@ def constant_forces(landing: PosedLanding, rows: ContactRows, free: Array) -> Co
     """
     gravity, load, hinges = free_fall(landing, rows, free), spring_loads(landing), landing.hinges
     if not len(hinges):
-        return ConstantForces(
-            gravity, gravity, motor_torques(landing, rows.M, rows.J, free, gravity), load
-        )
+        torque = motor_torques(landing, rows.M, rows.J, free, gravity)
+        return ConstantForces(gravity, gravity, torque, load)
     S = free[hinges]
     _, sizes, motions = np.linalg.svd(S)
     N = motions[int(np.count_nonzero(sizes > 1e-9 * sizes[0])) :].T
@@ -76,9 +75,8 @@ def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
         return np.zeros(free.shape[1])
     state, falling = landing.state, np.zeros(len(free))
     if not landing.robot.free_base:
-        return np.asarray(
-            np.linalg.solve(rows.M, free.T @ (-GRAVITY * mass_lifted(landing.robot, state)))
-        )
+        weight = -GRAVITY * mass_lifted(landing.robot, state)
+        return np.asarray(np.linalg.solve(rows.M, free.T @ weight))
     falling[:6] = np.linalg.solve(state.J[0, :, :6], [0.0, 0.0, 0.0, 0.0, 0.0, -GRAVITY])
     return np.asarray(np.linalg.solve(rows.M, free.T @ (state.H[0] @ falling)))
 
@@ -113,24 +111,27 @@ def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravit
         free: (nv, m) joint velocities for these.
         gravity: (m,) accelerations of free fall.
     """
-    model = landing.joint_model
+    model, motors = landing.joint_model, landing.scene.joints.motors
     torques: Array = np.zeros(len(free))
     loads = free.T @ spring_loads(landing)
-    standing = landing.scene.joints.motors == "standing"
-    if (standing or loads.any()) and landing.scene.joints.motors != "none":
-        drives, inverse = _motors(landing), np.linalg.inv(np.linalg.cholesky(M))
-        force: Array = np.zeros(len(J))
+    standing = motors == "standing"
+    if (standing or loads.any()) and motors != "none":
+        drives = _motors(landing)
+        # With M = L Lᵀ, the length of L⁻¹ p is that of the accelerations that forces p give.
+        L = np.linalg.cholesky(M)
+        inverse = np.linalg.inv(L)
         missing = inverse @ -(M @ gravity * standing + loads)
-        by_force, by_torque = inverse @ J.T, inverse @ free[drives].T
+        by_torque = inverse @ free[drives].T
         if standing:
+            by_force = inverse @ J.T
             # In motions of the robot as one rigid body, springs and torques do no work.
             still = np.linalg.lstsq(free, np.eye(len(free))[:, :6], rcond=None)[0]
             rigid = np.linalg.qr(np.linalg.inv(inverse).T @ still)[0]
-            force[:] = np.linalg.lstsq(rigid.T @ by_force, rigid.T @ missing, rcond=1e-9)[0]
-        torques[drives] = np.asarray(
-            np.linalg.lstsq(by_torque, missing - by_force @ force, rcond=1e-9)[0]
-        )
-    return np.where(model.locked, 0.0, np.where(np.isnan(model.torque), torques, model.torque))
+            force = np.linalg.lstsq(rigid.T @ by_force, rigid.T @ missing, rcond=1e-9)[0]
+            missing = missing - by_force @ force
+        torques[drives] = np.linalg.lstsq(by_torque, missing, rcond=1e-9)[0]
+    given = np.where(np.isnan(model.torque), torques, model.torque)
+    return np.where(model.locked, 0.0, given)
 
 
 def _motors(landing: PosedLanding) -> np.ndarray:
@@ -140,4 +141,6 @@ def _motors(landing: PosedLanding) -> np.ndarray:
     model, robot = landing.joint_model, landing.robot
     possible = robot.actuated_dofs & ~model.locked & ~robot.velocities(robot.followers)
     driven = possible & (model.armature + model.rotor > 0.0)
-    return np.flatnonzero(driven if driven.any() else possible & ~(model.stiffness > 0.0))
+    if not driven.any():
+        driven = possible & ~(model.stiffness > 0.0)
+    return np.flatnonzero(driven)

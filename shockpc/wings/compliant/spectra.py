@@ -51,18 +51,15 @@ def spectrum(
     duration = compliant.filtered(low_pass).duration
     if duration > LONGEST_SPECTRUM:
         k = compliant.landing.scene.contact_stiffness
-        lasts = (
-            f"on {k:g} N/m the contact lasts {duration:.3g} s"
-            + " with what the filter lags" * (low_pass is not None)
-        )
+        lasts = f"on {k:g} N/m the contact lasts {duration:.3g} s"
+        if low_pass is not None:
+            lasts += " with what the filter lags"
         limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
         raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
     count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
     times = np.linspace(0.0, duration, count + 1)
-    history = (
-        compliant.history(compute, places, times, low_pass) - compliant.readout(compute, places)[1]
-    )
-    response = shock_response(
-        history.reshape(count + 1, -1), float(times[1]), np.array(SPECTRUM), damping
-    )
+    _, before = compliant.readout(compute, places)
+    history = compliant.history(compute, places, times, low_pass) - before
+    samples = history.reshape(count + 1, -1)
+    response = shock_response(samples, float(times[1]), np.array(SPECTRUM), damping)
     return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
