@@ -82,7 +82,7 @@ def shock_profile(
 def profile_of_scene(
     scene: Scene, robot: Robot | None = None, trace: Trace | None = None
 ) -> ShockProfile:
-    """The same without Python warnings, for what gives these as a part of its result."""
+    """The profile of a scene without Python warnings, for callers that return these themselves."""
     trace = trace or Trace()
     with trace.stage("robot file"):
         robot = robot or robot_of(scene)
@@ -233,9 +233,9 @@ def needs_proof(
         landing: the landing.
         equation: step 1 in N postures.
         solution: of it.
-        max_condition: condition up to which double precision is kept, also where rows are redundant,
-            unless rounding can change how many are independent; by default it is kept up to
-            `ILL_CONDITIONED`, and nowhere where rows are redundant.
+        max_condition: condition up to which double precision is kept, also where rows are
+            redundant, unless rounding can change how many are independent; by default it is kept up
+            to `ILL_CONDITIONED`, and nowhere where rows are redundant.
     """
     condition = np.where(np.isnan(solution.condition), np.inf, solution.condition)
     if landing.base != "free" or landing.loops:

@@ -1,5 +1,6 @@
-"""The shock of a batch of a simulator's states in PyTorch: on any device, in any floating type,
-with gradients.
+"""The shock of a batch of a simulator's states in PyTorch.
+
+It is computed on any device, in any floating type, with gradients.
 """
 
 try:
@@ -39,9 +40,9 @@ def shock(
             [rad/s, m/s].
         restitution: e, a number or (B, c, 1) [1].
         locked: (nv,) bool, velocities that the impact does not change.
-        contacts: (B, c) bool, which of them are held: feet that strike, and feet that stand already,
-            whose velocity is zero; all by default. Where none is, the shock is NaN without `v_in`,
-            else 0.
+        contacts: (B, c) bool, which of them are held: feet that strike, and feet that stand
+            already, whose velocity is zero; all by default. Where none is, the shock is NaN without
+            `v_in`, else 0.
         v_in: (B,) speed that normalises shock [m/s]; by default that of the fastest contact, along
             its d directions.
 

@@ -1,3 +1,4 @@
-"""What every other room needs: errors, warnings, names and how they are printed, files, TOML, and
-the record of what ran.
+"""Errors, warnings, names and how they are printed, files, TOML, and the record of what ran.
+
+Every other part of the package uses them.
 """

@@ -1,5 +1,6 @@
-"""Arguments of the functions of the package: wrong types and values beyond their bounds are errors
-that say what is valid.
+"""Checks of arguments: a wrong type or value beyond its bounds is an error that says what is valid.
+
+They are those of the public functions of the package.
 """
 
 import dataclasses
@@ -30,8 +31,9 @@ def checked(
     signature: inspect.Signature | None = None,
     fault_of: Mapping[str, Callable[[Any], str]] | None = None,
 ) -> F:
-    """The function, which raises a StudyError before it is called with an argument that its
-    annotations or bounds do not allow.
+    """The function with a check of its arguments by their annotations and bounds before each call.
+
+    The check raises a StudyError.
 
     Args:
         function: whose arguments are checked.
@@ -66,12 +68,12 @@ def default_of(field: dataclasses.Field[Any]) -> Any:
 
 
 def is_numeric(kind: Any) -> bool:
-    """Whether a type is that of numbers, or of collections of numbers."""
+    """True if a type is that of numbers, or of collections of numbers."""
     return kind in (int, float) or any(map(is_numeric, get_args(kind)))
 
 
 def _fits(value: Any, kind: Any) -> bool:
-    """Whether a value is of a type as annotations write it.
+    """True if a value is of a type as annotations write it.
 
     A text is no sequence, any other collection is one; int is a float.
 
@@ -100,7 +102,7 @@ def _fits(value: Any, kind: Any) -> bool:
 
 
 def _fits_in_order(value: Any, origin: Any, parts: Sequence[Any]) -> bool:
-    """Whether a value is a sequence, or anything that can be iterated, of parts that fit.
+    """True if a value is a sequence, or anything that can be iterated, of parts that fit.
 
     What can be iterated once is not looked into.
     """

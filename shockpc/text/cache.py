@@ -1,4 +1,4 @@
-"""What costs time to make and is the same in the next run, in the user's cache folder."""
+"""Files in the user's cache folder: what costs time to make and is the same in the next run."""
 
 import contextlib
 import functools
@@ -12,8 +12,9 @@ MOST_FILES = 256
 
 
 def cache_folder() -> Path | None:
-    """The folder, which need not exist: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache; None for a
-    user without a home.
+    """The folder: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache; None for a user without a home.
+
+    It need not exist.
     """
     place = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     return None if place.startswith("~") else Path(place) / "shockpc"
@@ -34,11 +35,10 @@ def version_of_code(rooms: tuple[str, ...] = (".",)) -> str:
 
 
 def cached(name: str, make: Callable[[], bytes]) -> bytes:
-    """Bytes as an earlier run made them, or else made now and kept; a folder that cannot be written
-    costs time alone.
+    """Bytes as an earlier run made them, or else made now and kept.
 
     A file begins with the digest of its content: one that is incomplete, or was changed, is made
-    again.
+    again. Where the folder cannot be written, they are made each time.
 
     Args:
         name: of the file, which says all that the bytes depend on.

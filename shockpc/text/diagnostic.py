@@ -1,6 +1,4 @@
-"""What a user should know about a result: a warning as a record, so that no code decides by the
-words of a message.
-"""
+"""Warnings about a result, as records, so that no code decides by the words of a message."""
 
 import re
 import sys
@@ -33,8 +31,10 @@ KINDS = (
     "geometry",
     "limits",
 )
-"""Kinds of warnings in the order of their effect: no number, another landing or robot than is meant,
-unreliable numbers, damage, and remarks that change no number.
+"""Kinds of warnings in the order of their effect.
+
+They mean no number, another landing or robot than is meant, unreliable numbers, damage, or a remark
+that changes no number.
 """
 
 
@@ -62,8 +62,9 @@ class Diagnostic(NamedTuple):
 
     @property
     def cause(self) -> tuple[str, str]:
-        """Its kind, and its text without names and numbers: warnings of several places have one
-        cause where these are equal.
+        """Its kind, and its text without names and numbers.
+
+        Warnings of several places have one cause where these are equal.
         """
         said = {name for name in self.subject.split("+") if name and name in self.text}
         names = sorted(said, key=lambda name: (-len(name), name))
@@ -82,15 +83,17 @@ class Diagnostic(NamedTuple):
 
     @property
     def size(self) -> float:
-        """How bad it is among those of its cause: the magnitude of its value; of a margin the less,
-        the worse.
+        """Its rank among those of its cause, greater for worse: the magnitude of its value.
+
+        Of a margin the less is the worse.
         """
         return abs(self.value or 0.0) * (-1.0 if self.kind == "part" else 1.0)
 
 
 def alike(warnings: Iterable[tuple[Diagnostic, T]]) -> list[list[tuple[Diagnostic, T]]]:
-    """Warnings, each with what has it, of one cause after another in the order of `KINDS`, and of
-    each the worst first.
+    """Warnings, each with what has it, in lists of one cause in the order of `KINDS`.
+
+    In each list the worst is first.
     """
     groups: dict[object, list[tuple[Diagnostic, T]]] = {}
     for pair in warnings:
@@ -102,8 +105,9 @@ def alike(warnings: Iterable[tuple[Diagnostic, T]]) -> list[list[tuple[Diagnosti
 
 
 def by_cause(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """One warning for each cause, the worst of its places with their number and names, in the order
-    of `KINDS`.
+    """The worst warning of each cause, with the number and names of its places.
+
+    They are in the order of `KINDS`.
     """
     found: list[Diagnostic] = []
     for every in alike((one, one.subject) for one in warnings):
@@ -133,8 +137,9 @@ class ShockWarning(UserWarning):
 
 
 def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
-    """Give diagnostics as Python warnings, once for each cause, whatever its numbers, at the line
-    outside the package that asked.
+    """Give diagnostics as Python warnings, once for each cause, whatever its numbers.
+
+    They are given at the line outside the package that asked.
 
     Args:
         found: gives them; it is not called where a filter ignores `ShockWarning`, as some take time

@@ -1,10 +1,10 @@
 """The errors of the package, a tree with one root.
 
 ShockError                 the root; its text is the whole message for a user
-├── UnknownName            no such robot, frame, joint, body or posture; the text lists the nearest names
+├── UnknownName            no such robot, frame, joint, body or posture; lists the nearest names
 ├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
-├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
-├── SolveError             the model has no unique solution (a moving body without mass, a singular posture)
+├── SceneError             the scene cannot be computed: posture, strike, contact, plane or file
+├── SolveError             no unique solution (a moving body without mass, a singular posture)
 ├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
 ├── OutputError            a result cannot be written to the given place
 └── DefectError            an unexpected exception while one landing of many was computed
@@ -57,9 +57,7 @@ class ShockError(Exception):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the text has in quotation marks: names of any kind, such as of links and files, and
-        values as they were given.
-        """
+        """The texts in quotation marks: names of any kind, and values as they were given."""
         return tuple(re.findall('"([^"]*)"', str(self)))
 
     @property
@@ -169,9 +167,7 @@ def refusal(error: Exception) -> ShockError:
 
 
 def attempt(compute: Callable[..., T], *given: Any) -> T | ShockError:
-    """The value of a function of what is given, or the error of one landing of many that it raises,
-    as `refusal`.
-    """
+    """The value of a function, or the error of one landing of many that it raises, as `refusal`."""
     try:
         return compute(*given)
     except Exception as error:
@@ -179,12 +175,10 @@ def attempt(compute: Callable[..., T], *given: Any) -> T | ShockError:
 
 
 def traces(errors: Iterable[object]) -> list[str]:
-    """Where the unexpected exceptions among some errors arose."""
+    """The places in the code where the unexpected exceptions among some errors arose."""
     return [error.trace for error in errors if isinstance(error, DefectError)]
 
 
 def _quoted(name: str) -> str:
-    """A name as a message shows it: in quotation marks, at most 80 characters, without control
-    characters.
-    """
+    """A name as messages show it: quoted, at most 80 characters, without control characters."""
     return f'"{printable(name, 80)}"'

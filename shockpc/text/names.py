@@ -1,5 +1,6 @@
-"""What a typed name means: the exact name, else all that it matches as a glob, upper and lower case
-apart; else an error.
+"""Names that a typed name means: the exact one, else all that it matches as a glob, else an error.
+
+Upper and lower case differ.
 """
 
 import fnmatch
@@ -22,8 +23,9 @@ def matches(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
 
 
 def glob_of(names: Sequence[str], every: Iterable[str]) -> str:
-    """What means just some names of all: the name, or a glob where they differ in only one part;
-    empty if there is none.
+    """A name or glob that means some names of all and no more; empty if there is none.
+
+    It is a glob where they differ in only one part.
     """
     if len(names) == 1:
         return names[0]
@@ -32,7 +34,7 @@ def glob_of(names: Sequence[str], every: Iterable[str]) -> str:
 
 
 def _beginning(names: Sequence[str]) -> str:
-    """How all names begin."""
+    """The longest common beginning of all names."""
     return "".join(
         letters[0]
         for letters in itertools.takewhile(

@@ -1,6 +1,4 @@
-"""Paths as users write them, checked before the operating system sees them, and the one function
-that opens a file.
-"""
+"""Paths as users write them, checked first, and the one function that opens a file."""
 
 import os
 import stat
@@ -49,8 +47,9 @@ def usable_path(text: str) -> Path:
 
 
 def read_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> bytes:
-    """Read a whole file; what users name, or what such a file names, is read here or opened by
-    `open_file`.
+    """Read a whole file.
+
+    What users name, or what such a file names, is read here or opened by `open_file`.
 
     Args:
         path: of the file.
@@ -105,5 +104,5 @@ def open_file(path: Path, what: str, error: type[Exception], *, output: bool = F
 
 
 def is_path(text: str) -> bool:
-    """Whether what may be a file or a name is a file: it has a separator or a suffix."""
+    """True if what may be a file or a name is a file: it has a separator or a suffix."""
     return os.sep in text or bool(Path(text).suffix)

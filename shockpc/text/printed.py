@@ -1,5 +1,6 @@
-"""How names and documents are printed: without what controls a terminal, the direction of text or a
-CI runner, and not too long.
+"""Names and documents as they are printed: not too long, and without control characters.
+
+Nothing in them controls a terminal, the direction of text or a CI runner.
 """
 
 import json
@@ -18,9 +19,7 @@ instead.
 
 
 class Cause(NamedTuple):
-    """Why some rows were not computed: the message, how many of them have it, and the name of the
-    first.
-    """
+    """A reason why rows were not computed: its message, their number, and the name of the first."""
 
     text: str
     rows: int
@@ -28,8 +27,9 @@ class Cause(NamedTuple):
 
 
 def visible(text: str, allowed: str = "") -> str:
-    r"""A text with control characters, line breaks and invisible marks, except those kept, as
-    escapes such as `\x1b`.
+    r"""A text with control characters and invisible marks as escapes such as `\x1b`.
+
+    Line breaks are escaped too. The characters of `allowed` are kept.
     """
     if text.isprintable():
         return text
@@ -45,8 +45,9 @@ def _escape(sign: str) -> str:
 
 
 def printable(text: str, most: int | None = None) -> str:
-    r"""A name or a line as it is printed: visible, and not a command for a CI runner (`::error` at
-    its beginning, or `##[`).
+    r"""A name or a line as it is printed: visible, and not a command for a CI runner.
+
+    Such a command has `::error` at its beginning, or `##[`.
 
     Args:
         text: any text.
@@ -62,8 +63,9 @@ def printable(text: str, most: int | None = None) -> str:
 
 
 def message(text: str) -> str:
-    """A message on one line of at most 2000 characters, in which quoted names of more than 160 are
-    shortened to 80.
+    """A message on one line of at most 2000 characters.
+
+    Quoted names of more than 160 characters are shortened to 80.
     """
     # All quoted names are matched, so that what stands between two of them is not taken for one.
     quoted = re.sub(
@@ -75,10 +77,10 @@ def message(text: str) -> str:
 
 
 def json_text(document: Any) -> str:
-    """A document, or a list of them, as text: each entry, and each object of an entry that has
-    several, on a separate line.
+    """A document, or a list of them, as JSON with each entry on a separate line.
 
-    JSON's escapes stand for what a terminal or a CI runner would interpret.
+    So is each object of an entry that has several. JSON's escapes stand for what a terminal or a CI
+    runner would interpret.
     """
     encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
@@ -109,8 +111,9 @@ def json_text(document: Any) -> str:
 
 
 def causes(messages: Iterable[tuple[object, str]]) -> list[Cause]:
-    """The causes of what was not computed, the most frequent first; those that differ only in the
-    gap of an open loop are one.
+    """The causes of what was not computed, the most frequent first.
+
+    Those that differ only in the gap of an open loop are one.
 
     Args: messages, of what was not computed by its name.
     """
@@ -137,8 +140,9 @@ def cause_lines(groups: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
 
 
 def in_degrees(angle: float) -> float:
-    """An angle [rad] in degrees without the rounding of its conversion: 30, and not
-    29.999999999999996.
+    """An angle [rad] in degrees without the rounding of its conversion.
+
+    For example, 30 and not 29.999999999999996.
     """
     return round(math.degrees(angle), 9) + 0.0
 

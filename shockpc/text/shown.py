@@ -1,5 +1,6 @@
-"""How a result is shown: in a line, and in a notebook by the report of its command, which is imported
-then.
+"""Results as they are shown: in a line, and in a notebook by the report of their command.
+
+The report is imported when it is shown.
 """
 
 import pkgutil

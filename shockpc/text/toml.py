@@ -1,8 +1,7 @@
-"""Records as TOML: a file is read into dataclasses, whose field types say what is valid, and
-written from them.
+"""Records as TOML: a file is read into dataclasses, and written from them.
 
-A key that is not known is refused with the nearest one, and all that does not fit is reported at
-once. Values from Python are checked in the same way.
+The types of the fields say what is valid. A key that is not known is refused with the nearest one,
+and all that does not fit is reported at once. Values from Python are checked in the same way.
 """
 
 import dataclasses
@@ -96,9 +95,7 @@ _KEY = re.compile(rf"\s*({_PART}(?:\s*\.\s*{_PART})*)\s*=")
 
 
 def _lines_of_keys(text: str) -> dict[str, int]:
-    """The line of each key and each table of a TOML file, by its position, such as
-    "contact[0].frame".
-    """
+    """The line of each key and table of a TOML file, by position, such as "contact[0].frame"."""
     lines: dict[str, int] = {}
     last: dict[str, int] = {}  # of each array of tables, the number of the present one
     table = ""
@@ -200,7 +197,10 @@ def _convert_field(
 
 
 def _misplaced(key: str, name: str, kind: type) -> str:
-    """The message for a key of a table in this one, such as a drive outside [joints]; else empty."""
+    """The message for a key that belongs to a table in this one, such as a drive outside [joints].
+
+    It is empty for any other key.
+    """
     for item in fields(kind):
         inner = [part for part in (item.type, *get_args(item.type)) if is_dataclass(part)]
         if inner and name in [part.name for part in fields(inner[0])]:
@@ -215,9 +215,7 @@ def _words(kind: type) -> str:
 
 
 def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
-    """The message for a key that no record has: its position, and the nearest valid key or all of
-    them.
-    """
+    """The message for a key that no record has: its position, and the nearest valid key or all."""
     known = list(known)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
     if near:
@@ -246,7 +244,7 @@ def _leaf(value: Any, kind: Any) -> Any:
 
 
 def _wanted(kind: Any) -> str:
-    """What a field accepts, in words."""
+    """The values that a field accepts, in words."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Literal:
         return " or ".join(
@@ -294,7 +292,8 @@ def _toml_key(key: str) -> str:
 
 
 def inline(value: Any) -> str:
-    """A value on one line: JSON's strings, numbers and lists are valid TOML, except for one control
-    character.
+    """A value as TOML on one line.
+
+    JSON's strings, numbers and lists are valid TOML, except for one control character.
     """
     return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")

@@ -1,4 +1,4 @@
-"""What ran, how long each stage took, and what the scene did not need: the contents of `--explain`."""
+"""The stages of a run: the time of each, and what the scene did not need; for `--explain`."""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The wings: subjects in folders of `shockpc/wings`, each of which can be deleted, and what they add.
+"""The wings, subjects in folders of `shockpc/wings` that can be deleted, and what they add.
 
 The rest of the package finds a wing by its folder. What the wing adds stands behind doors: modules
 of the wing that its file `wing.py` names.
@@ -23,8 +23,8 @@ class Wing(NamedTuple):
         formats: `FORMATS` of robot files, as of `robot.files.reading`; opened at import.
         options: `OPTIONS` of a scene, type and `landing.record.option` by name; opened at import.
         landing: `check_options(scene, constraints)` and `check_landing(landing)`, which refuse what
-            has no meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of `impact.motion`,
-            or None; `robot_texts(scene)`, what headers say of the robot.
+            has no meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of
+            `impact.motion`, or None; `robot_texts(scene)`, what headers say of the robot.
         quantities: `QUANTITIES`, records of the table of quantities; opened at import.
         checks: `CHECKS`, each from a profile to diagnostics; `SHARED`, those of which studies of
             many landings show the worst, by kind and subject.
@@ -54,12 +54,12 @@ class Wing(NamedTuple):
 
 @functools.cache
 def is_here(wing: str) -> bool:
-    """Whether a wing is, or the core, whose name is empty."""
+    """True if the package has a wing; always for the core, whose name is empty."""
     return not wing or (FOLDER / wing / "wing.py").is_file()
 
 
 def from_wings(door: str, name: str) -> list[Any]:
-    """What the modules behind a door call `name`, of those that have it, in the order of the wings."""
+    """The values of `name` in the modules behind a door that have it, in the order of the wings."""
     return [getattr(module, name) for module in doors(door) if hasattr(module, name)]
 
 
