@@ -30,8 +30,9 @@ class Motion(NamedTuple):
 
 
 def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
-    """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world
-    axes [rad/s, m/s].
+    """Twist (N, 6) of a body before the impact, world axes [rad/s, m/s].
+
+    It is ω, and the velocity v of the body's point at the base's origin.
     """
     of_base = np.concatenate([before.omega, before.velocity], axis=-1)
     if not before.joint_rates.any():
@@ -41,8 +42,7 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
 
 
 def relative_twist(state: Dynamics, stop: Constraint, before: Motion) -> Array:
-    """Twist (N, 6) before the impact of the body of an end stop relative to the body before its
-    joint.
+    """Twist (N, 6) of a stop's body relative to the body before its joint, before the impact.
 
     Both turn alike with the base, so only the rates of joints are included.
     """
@@ -55,8 +55,9 @@ def relative_twist(state: Dynamics, stop: Constraint, before: Motion) -> Array:
 def approach_speeds(
     state: Dynamics, constraints: Sequence[Constraint], before: Motion | None
 ) -> Array:
-    """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s,
-    rad/s].
+    """The speeds b (N, nc, 4 or 3) that an impact undoes along each row [m/s, rad/s].
+
+    b = (1 + e) J_c q̇⁻.
 
     The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a
     motion, if one is given. Rows of standing feet and of loops have none. Restitution in the
@@ -95,9 +96,7 @@ def _set_contact_speeds(
 
 
 def speeds_undone(state: Dynamics, constraints: Sequence[Constraint], qd: Array) -> Array:
-    """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities
-    (N, nv) before it.
-    """
+    """The speeds b (N, nc, 1) that an impact undoes along each row, for velocities (N, nv)."""
     b = []
     for constraint in constraints:
         wrenches = constraint_wrenches(state, constraint)
@@ -110,11 +109,10 @@ def speeds_undone(state: Dynamics, constraints: Sequence[Constraint], qd: Array)
 
 
 def _undone(state: Dynamics, constraint: Constraint, wrenches: Array) -> Array:
-    """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a
-    contact.
+    """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row.
 
-    Without a direction n of rebound they are (1 + e) W. With it, the wrench of a force along a gains
-    e (a·n) times that of a force along n, and that of a moment e times its part across n.
+    Without a direction n of rebound they are (1 + e) W. With it, the wrench of a force along a
+    gains e (a·n) times that of a force along n, and that of a moment e times its part across n.
     """
     e, n = constraint.restitution, constraint.rebound
     if not e:

@@ -1,4 +1,4 @@
-"""How the base of a robot may move."""
+"""The ways in which the base of a robot may move."""
 
 from typing import Literal
 

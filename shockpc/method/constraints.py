@@ -1,4 +1,4 @@
-"""What is held during an impact, described once: contacts, standing feet and loops as rows.
+"""The rows held during an impact: contacts, standing feet and loops, described once.
 
 A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a
 body, along an axis fixed in the world or in a body. The description does not know the posture. It
@@ -106,8 +106,9 @@ def constraint_axes(state: Dynamics, constraint: Constraint) -> Array:
 
 
 def constraint_wrenches(state: Dynamics, constraint: Constraint) -> Array:
-    """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin
-    [m], and force; world axes.
+    """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments, world axes.
+
+    A wrench is the moment about the origin [m], then the force.
     """
     return wrenches(
         constraint_point(state, constraint),
@@ -117,8 +118,9 @@ def constraint_wrenches(state: Dynamics, constraint: Constraint) -> Array:
 
 
 def wrenches(point: Array, axes: Array, n: int) -> Array:
-    """Wrenches (..., n + m, 6) of n unit forces at a point (..., 3), then m unit moments, as
-    `constraint_wrenches`.
+    """Wrenches (..., n + m, 6) of n unit forces at a point (..., 3), then of m unit moments.
+
+    Laid out as those of `constraint_wrenches`.
 
     Args: axes (..., n + m, 3) of the forces, then of the moments.
     """
@@ -131,8 +133,9 @@ def wrenches(point: Array, axes: Array, n: int) -> Array:
 
 
 def row_jacobian(state: Dynamics, constraints: Sequence[Constraint]) -> Array:
-    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the
-    power of its wrench.
+    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4).
+
+    It is the power of the row's wrench.
     """
     rows = []
     for constraint in constraints:
@@ -141,8 +144,9 @@ def row_jacobian(state: Dynamics, constraints: Sequence[Constraint]) -> Array:
 
 
 def row_terms(state: Dynamics, constraints: Sequence[Constraint]) -> Array:
-    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a
-    share of its terms.
+    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of.
+
+    Rounding in an entry is a share of its terms.
 
     They are lengths of vectors, not of their components: a rotation spreads the rounding of a
     vector over all its components, so the speed of a planar robot across its plane is a rounding
@@ -164,8 +168,9 @@ def row_terms(state: Dynamics, constraints: Sequence[Constraint]) -> Array:
 
 
 def row_tolerance(constraints: Sequence[Constraint]) -> float:
-    """Relative error of the terms of some rows: rounding, or that of the data where a loop is
-    closed.
+    """Relative error of the terms of some rows.
+
+    It is rounding, or the error of the data where a loop is closed.
     """
     return (
         DATA_TOLERANCE
@@ -175,12 +180,16 @@ def row_tolerance(constraints: Sequence[Constraint]) -> float:
 
 
 def row_signs(state: Dynamics, constraint: Constraint) -> Array:
-    """How (nv,) each joint velocity moves one end of a constraint against the other: 1, −1, or 0
-    where it moves neither or both.
+    """Signs (nv,) by which each joint velocity moves one end of a constraint against the other.
+
+    1 or −1; 0 where it moves neither or both.
     """
     return moved_by(state, constraint.body) - moved_by(state, constraint.other)
 
 
 def moved_by(state: Dynamics, body: int) -> Array:
-    """Which joint velocities (nv,) move a body, 1, and which do not, 0; none moves the world, −1."""
+    """Signs (nv,) of the joint velocities that move a body: 1, and 0 for the others.
+
+    For the world, body −1, all are 0.
+    """
     return np.asarray(np.where(body < 0, 0.0, state.ancestors[body].astype(float)))

@@ -1,5 +1,6 @@
-"""Inertia, Jacobians and placements of a robot in many postures at once: the one loop over
-Pinocchio's calls.
+"""Inertia, Jacobians and placements of a robot in many postures at once.
+
+The one loop over Pinocchio's calls.
 
 World axes, with the origin at the base: a jump in velocity does not depend on where the robot
 stands, and a base a kilometre away would cost digits. Whole matrices are copied out of Pinocchio,
@@ -24,8 +25,8 @@ WHOLE_ARRAYS = 170_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
 
 # glibc returns freed memory beyond twice the largest block that was freed so far, and every page
-# of it costs a fault when it is used again: a quarter to a half of the run time of many postures. The
-# largest block that counts has 32 MiB.
+# of it costs a fault when it is used again: a quarter to a half of the run time of many postures.
+# The largest block that counts has 32 MiB.
 np.empty(2**22 - 2**10)
 
 NOT_ASKED = np.zeros(0)
@@ -38,7 +39,7 @@ their cube, 4 GB for 500.
 
 
 class Rotors(Protocol):
-    """What the rotors of the drives add to the inertia of a robot.
+    """Inertia that the rotors of the drives add to a robot.
 
     Attributes:
         armature: (nv,) reflected inertia of the joints [kg m², kg].
@@ -62,8 +63,9 @@ class NoRotors(NamedTuple):
 
 
 class Inertias(NamedTuple):
-    """The inertias of N robots that are otherwise one, each in another posture; or, with N = 1,
-    those of one robot in all.
+    """The inertias of N robots that are otherwise one, each in another posture.
+
+    With N = 1 they are those of one robot in all postures.
 
     Attributes:
         mass: (N, nb) of the bodies [kg].
@@ -92,8 +94,9 @@ class Inertias(NamedTuple):
 
     @property
     def gyration(self) -> Array:
-        """Radius of gyration (N, nb) of every body about its centre of mass, as `Robot.gyration`
-        [m].
+        """Radius of gyration (N, nb) of every body about its centre of mass [m].
+
+        It is that for the mean axis, as `Robot.gyration`.
         """
         trace = np.trace(self.inertia, axis1=-2, axis2=-1)
         return np.asarray(
@@ -208,8 +211,9 @@ def _about_origin(F: Array, com: Array) -> Array:
 
 
 def _body_frames(robot: Robot, placed: Array) -> tuple[Array, Array]:
-    """Rotations (N, nb, 3, 3) and origins (N, nb, 3) of the bodies' frames, of those of the joints
-    (N, njoints, 12).
+    """Rotations (N, nb, 3, 3) and origins (N, nb, 3) of the bodies' frames.
+
+    They follow from the placements of the joints' frames (N, njoints, 12).
     """
     rotation = placed[:, 1:, :9].reshape(len(placed), -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
@@ -221,7 +225,7 @@ def _body_frames(robot: Robot, placed: Array) -> tuple[Array, Array]:
 
 
 class _Evaluated(NamedTuple):
-    """What Pinocchio gives of a robot in N postures, linear parts first.
+    """Quantities that Pinocchio computes of a robot in N postures, linear parts first.
 
     Attributes:
         J: (N, nv, 6) twists of unit joint velocities about the origin.
@@ -275,8 +279,9 @@ def _before(joints: list[tuple[pin.JointModel, pin.SE3, int]]) -> tuple[int, ...
 
 
 def spatial_inertias(robot: Robot, state: Dynamics, inertias: Inertias) -> Array:
-    """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008,
-    Eq. 2.63).
+    """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes.
+
+    Source: Featherstone 2008, Eq. 2.63.
 
     They contain the coupling of rotors, of which the angular velocities of a joint's two bodies, ω
     and ω_p, take all but a part of the joint's own inertia: c q̇ (a·ω_p) = ½ c (a·ω)² − ½ c
@@ -301,8 +306,7 @@ def spatial_inertias(robot: Robot, state: Dynamics, inertias: Inertias) -> Array
 
 
 def geared_bodies(robot: Robot, coupling: Array) -> list[tuple[int, int]]:
-    """The velocities of joints that couple to the links that carry their rotors, and the bodies
-    that the joints move.
+    """Joint velocities coupled to the links that carry their rotors, and the bodies they move.
 
     Args:
         robot: the robot.
@@ -316,8 +320,9 @@ def geared_bodies(robot: Robot, coupling: Array) -> list[tuple[int, int]]:
 
 
 def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias: Inertias) -> Array:
-    """Momenta F (N, 6, nv) of unit joint velocities, as `CompositeInertia` holds them: composite
-    inertias times J.
+    """Momenta F (N, 6, nv) of unit joint velocities: composite inertias times J.
+
+    `CompositeInertia` holds them.
 
     About the common origin a body of mass m with its centre of mass at c has the momentum (Ī ω + m
     c × v, m v + ω × m c) with Ī = R I Rᵀ − m c× c×. All three of m, m c and Ī add along the tree

@@ -1,4 +1,4 @@
-"""The impulsive equation of motion (shock paper, Eq. 4), in the velocities that are free (Eq. 7)."""
+"""The impulsive equation of motion in the free velocities (shock paper, Eqs. 4 and 7)."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from shockpc.robot.robot import Robot
 
 
 class System(NamedTuple):
-    """What Eq. 4 is made of, beside a posture and what is held.
+    """The data of Eq. 4 beside a posture and the constraints.
 
     Attributes:
         robot: the robot.
@@ -89,8 +89,7 @@ class Equation(NamedTuple):
         return terms if self.G is None else np.asarray(terms @ np.abs(self.G))
 
     def cancellation(self) -> Array:
-        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most
-        [1].
+        """Cancellation (N,) of terms in the entries of J_c, in the row where it is largest [1].
 
         Rows along which nothing can move do not count. On a free base the rows of contacts hold its
         velocity: little cancels.
@@ -103,7 +102,7 @@ class Equation(NamedTuple):
         return np.asarray(np.max(ratio, axis=-1, initial=1.0))
 
     def row_space(self, limit: RowLimit, scale: Array | None = None) -> RowSpace:
-        """Which rows of the first posture are independent, by their singular values in doubles.
+        """The independent rows of the first posture, by their singular values in doubles.
 
         Args:
             limit: of its rows.

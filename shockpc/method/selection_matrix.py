@@ -1,4 +1,4 @@
-"""Which joint velocities are free: q̇ = G ẏ (shock paper, Eq. 7).
+"""The joint velocities that are free: q̇ = G ẏ (shock paper, Eq. 7).
 
 A base that cannot move, or moves only in the plane, a joint that holds, and a joint that follows
 another are columns of G: fewer unknowns, the same equation.

@@ -1,3 +1,4 @@
-"""Steps 1 and 2 once more in an arithmetic: in balls, which enclose the exact answer, or in symbols,
-which become code.
+"""Steps 1 and 2 once more in an arithmetic: in balls or in symbols.
+
+Balls enclose the exact answer; symbols become code.
 """

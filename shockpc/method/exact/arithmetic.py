@@ -1,5 +1,4 @@
-"""What the exact path asks of its arithmetic: of a number, of a matrix of numbers, and how both are
-made of doubles.
+"""The interface of an arithmetic: its numbers, matrices of them, and both made of doubles.
 
 Balls (`balls`) enclose the exact answer for one posture, symbols (`symbols`) become code for any.
 Arrays of numbers are NumPy arrays of objects, so that the formulas of arrays of doubles run on them
@@ -83,8 +82,9 @@ class NoValueError(TypeError):
 
 
 class SingularError(ArithmeticError):
-    """A pivot may be zero: no inertia resists a motion, rows depend on one another, or the
-    precision is too low to tell.
+    """A pivot may be zero, and the equation has no proven solution.
+
+    No inertia resists a motion, rows depend on one another, or the precision is too low to tell.
 
     Attributes:
         of_inertia: whether it is the inertia's.
@@ -135,8 +135,9 @@ class Arithmetic(NamedTuple):
         return self.block(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
 
     def rotation(self, quaternion: Iterable[Any]) -> Any:
-        """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or numbers, divided by its
-        length: exactly orthogonal.
+        """The rotation (3, 3) of a quaternion (x, y, z, w), exactly orthogonal.
+
+        The quaternion, of doubles or numbers, is divided by its length.
         """
         x, y, z, w = (self.number(value) for value in quaternion)
         squares = x * x + y * y + z * z + w * w

@@ -1,4 +1,4 @@
-"""Balls (midpoint and radius, python-flint's `arb`): Eq. 4 in them, and the doubles nearest to them."""
+"""Eq. 4 in balls (midpoint and radius, python-flint's `arb`), and the doubles nearest to them."""
 
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -34,7 +34,7 @@ class PrecisionError(ArithmeticError):
 
 
 def radii(values: Balls | arb) -> Array:
-    """Upper bounds of the radii of some balls, of the same shape; of a double, which is exact, 0."""
+    """Upper bounds of the radii of some balls, of the same shape; 0 for an exact double."""
     array = np.asarray(values, dtype=object)
     out = np.zeros(array.size)
     for k, ball in enumerate(array.ravel().tolist()):
@@ -64,8 +64,9 @@ def to_double(values: Balls | arb, size: Array | float) -> Array:
 
 
 class BallSolution(ExactSolution):
-    """Eq. 4 and the jumps in balls, at the precision of the present context; arguments as of
-    `ExactSolution`.
+    """Eq. 4 and the jumps in balls, at the precision of the present context.
+
+    Arguments are as of `ExactSolution`.
     """
 
     arithmetic = BALLS

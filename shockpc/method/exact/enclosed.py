@@ -43,8 +43,9 @@ def enclosed(
 
 
 def _row_spaces(equation: Equation, solution: Solution, limits: RowLimits) -> Iterator[RowSpace]:
-    """Row spaces to be tried: that of the solution; or all rows, and if balls find that these are
-    dependent, that of their singular values.
+    """Row spaces to be tried: that of the solution, or else all rows.
+
+    If balls find that all rows are dependent, the next is that of their singular values.
     """
     if solution.row_spaces:
         yield solution.row_spaces[0]

@@ -1,5 +1,6 @@
-"""A robot in one posture in an arithmetic: the same record that `method.dynamics` computes in
-doubles with Pinocchio.
+"""A robot in one posture in an arithmetic, as the record of `method.dynamics`.
+
+`method.dynamics` computes the same record in doubles with Pinocchio.
 
 Every joint is split into elementary ones (a composite joint has several, with massless bodies
 between them). The rotation through an elementary joint is affine in the sine and cosine of its
@@ -123,8 +124,9 @@ def forward_kinematics(
 
 
 def _twists(arithmetic: Arithmetic, p: Matrix, slides: Matrix, spins: Matrix) -> list[list[Any]]:
-    """Twists (ω, v) of unit displacements along axes (3, k), then of unit rotations about axes
-    through a point p (3, 1), v = p × a.
+    """Twists (ω, v) of unit displacements along axes (3, k), then of unit rotations about axes.
+
+    The axes of rotation go through a point p (3, 1): v = p × a.
     """
     zero = arithmetic.number(0)
     twists = [[zero, zero, zero, *axis] for axis in slides.transpose().table()]
@@ -267,8 +269,9 @@ def body_inertia(
 
 
 def rotor_inertia(arithmetic: Arithmetic, coupling: float, axis: Numbers) -> Any:
-    """Moments (6, 6) of a coupling about its axis (3,) in the bodies beside it, as
-    `spatial_inertias` of `method.dynamics`: c a aᵀ, and no forces.
+    """Moments (6, 6) of a rotor's coupling about its axis (3,) in the bodies beside it.
+
+    c a aᵀ and no forces, as `spatial_inertias` of `method.dynamics`.
     """
     zero = arithmetic.number(0)
     a = axis.tolist()
@@ -282,8 +285,10 @@ def rotor_inertia(arithmetic: Arithmetic, coupling: float, axis: Numbers) -> Any
 def joint_inertia(
     arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Sequence[Matrix], armature: Numbers
 ) -> Numbers:
-    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the
-    momentum of all that j moves.
+    """Joint-space inertia H (nv, nv) in an arithmetic.
+
+    H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, with F_j the momentum of all
+    that j moves.
 
     Args:
         arithmetic: of the result.

@@ -78,7 +78,10 @@ class Proof:
         self.bits = self._bits
 
     def numbers_of(self, solution: BallSolution) -> Any:
-        """What `read` gives to its function: the solution, or what a subclass makes of it."""
+        """The argument that `read` passes to its function.
+
+        The solution, or what a subclass computes from it.
+        """
         return solution
 
     condition = math.inf
@@ -97,8 +100,9 @@ class Proof:
         *arguments: Any,
         size: Callable[[Any, Array], Any] | None = None,
     ) -> T:
-        """The value of a function of the solution in balls, at the lowest precision at which it
-        raises no `PrecisionError` or `SingularError`.
+        """The value of a function of the solution in balls, at the lowest sufficient precision.
+
+        That is the lowest at which it raises no `PrecisionError` or `SingularError`.
 
         Args:
             compute: the function, of what `numbers_of` makes of the solution.
@@ -136,7 +140,7 @@ class Proof:
                 self._numbers = None
 
     def with_other_data(self, compute: Callable[[BallSolution], T], posed: Posed, data: Data) -> T:
-        """The value of a function of the solution with other numbers, at the precision of the proof.
+        """The value of a function of the solution with other data, at the precision of the proof.
 
         Args:
             compute: the function.
@@ -152,8 +156,9 @@ class Proof:
 
 
 def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
-    """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column
-    relative to the motion.
+    """The jumps of all bodies as doubles (nb, 6, 4), and the proven error of the last column.
+
+    The error (nb,) is relative to the motion.
     """
     values = jumps.astype(float)
     radius = radii(jumps)
@@ -171,8 +176,9 @@ def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
 
 
 def motion(jumps: Array, length: Array) -> Array:
-    """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation
-    times a length (nb,).
+    """Size (nb, k) of jumps (nb, 6, k) as speeds.
+
+    The velocity of the frame's origin, and rotation times a length (nb,).
     """
     speeds = np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1)
     # Unlike a sum of squares, hypot does not underflow.

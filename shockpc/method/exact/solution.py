@@ -90,8 +90,9 @@ class ExactSolution:
         self._degrees = [int(free[joint.v].sum()) for joint in robot.joints]
 
     def _body_moments(self) -> list[Matrix]:
-        """Inertias (6, 6) of the bodies about their joints' origins, world axes, with the coupling
-        of rotors.
+        """Inertias (6, 6) of the bodies about their joints' origins, with the coupling of rotors.
+
+        In world axes.
         """
         system = self.posed.system
         moments = []
@@ -138,8 +139,9 @@ class ExactSolution:
         return self.arithmetic.matrix(self._reduced(self._reduced(self._joint_inertia).T))
 
     def _reduced(self, rows: Numbers) -> Numbers:
-        """Rows (n, nv) in the free velocities (n, ny): those that follow are parts of those that
-        lead (Eq. 7).
+        """Rows (n, ny) in the free velocities, of rows (n, nv) in all (Eq. 7).
+
+        Velocities that follow are parts of those that lead.
         """
         rows = rows.copy()
         for follower, leaders in reversed(self._mimics):
@@ -175,8 +177,9 @@ class ExactSolution:
 
     @cached_property
     def _by_rows(self) -> tuple[Matrix, Matrix]:
-        """Free velocities (ny, r) by unit impulses along the independent rows, and the Delassus
-        matrix (r, r) of these.
+        """Free velocities (ny, r) by unit impulses along the independent rows, and their mobility.
+
+        The mobility (r, r) is the Delassus matrix of these rows.
         """
         J = self.arithmetic.matrix(self._rows[self.row_space.rows.tolist()])
         X = self._by_inertia(J.transpose())
@@ -184,9 +187,7 @@ class ExactSolution:
 
     @cached_property
     def _solution(self) -> tuple[Matrix, Matrix]:
-        """Jumps (ny, 4) of the free velocities and impulses (r, 4) along the independent rows (Eq.
-        4).
-        """
+        """Jumps (ny, 4) of free velocities and impulses (r, 4) along independent rows (Eq. 4)."""
         X, delassus = self._by_rows
         b = self.arithmetic.matrix(self.speeds[0, self.row_space.rows.tolist()])
         # λ = −(J_c H⁻¹ J_cᵀ)⁻¹ b,   Δẏ = H⁻¹ J_cᵀ λ
@@ -208,7 +209,7 @@ class ExactSolution:
 
     @cached_property
     def independent_impulse(self) -> Numbers:
-        """The same (1, nc, 4) with none along rows that depend on others."""
+        """Impulses (1, nc, 4), as `impulse`, with none along rows that depend on others."""
         impulse = self.exact(np.zeros((1, len(self.row_space.distribution), 4)))
         impulse[0, self.row_space.rows] = entries(self._solution[1])
         return impulse
@@ -249,14 +250,12 @@ class ExactSolution:
 
     @cached_property
     def own_inertia(self) -> Numbers:
-        """(nv,) reflected inertia of the joints without the part that couples to other links [kg
-        m², kg].
-        """
+        """Reflected inertia (nv,) of the joints without the coupling to other links [kg m², kg]."""
         return self._armature
 
     @cached_property
     def constrained(self) -> np.ndarray:
-        """Which joint velocities (nv,) are locked, follow others or lead them."""
+        """Mask (nv,) of the joint velocities that are locked, follow others or lead them."""
         constrained = self.posed.system.locked.copy()
         for follower, leaders in self._mimics:
             constrained[follower] = True
@@ -266,8 +265,9 @@ class ExactSolution:
     def delassus(
         self, constraint: Constraint, fixed: Sequence[Constraint], independent: list[int]
     ) -> Any:
-        """Delassus matrix (n, n) of a constraint's rows while others stay held [1/kg]: J P Jᵀ, with
-        P the inverse inertia on these.
+        """Delassus matrix (n, n) of a constraint's rows while others stay held [1/kg].
+
+        J P Jᵀ, with P the inverse inertia on the rows that stay held.
 
         Args:
             constraint: the rows, as a unit impulse each.
@@ -284,16 +284,20 @@ class ExactSolution:
         return J * self._fixed_response(J, R)
 
     def rigid_mobility(self, constraint: Constraint) -> Any:
-        """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free,
-        and nothing held.
+        """Mobility (n, n) of a constraint's rows with the robot as one rigid body [1/kg].
+
+        It is J P Jᵀ as in `delassus`, with every joint locked, the base free, and nothing held.
         """
         wrenches = self.arithmetic.matrix(constraint_wrenches(self.state, constraint)[0])
         total = sum(self.body_inertias, start=self.arithmetic.block(6, 6))
         return wrenches * solve(total, wrenches.transpose(), of_inertia=True)
 
     def _fixed_response(self, J: Matrix, fixed: Numbers | None) -> Any:
-        """Free velocities (ny, n) by unit impulses along rows J (n, ny) while rows (r, ny) are
-        held.
+        """Free velocities (ny, n) by unit impulses along rows J (n, ny), other rows held.
+
+        Args:
+            J: rows of the unit impulses.
+            fixed: (r, ny) rows that are held.
         """
         free = self._by_inertia(J.transpose())
         if fixed is None:
@@ -303,8 +307,9 @@ class ExactSolution:
         return free - by_fixed * solve(R * by_fixed, R * free)
 
     def _by_inertia(self, B: Matrix) -> Any:
-        """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by
-        elimination where joints follow others.
+        """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7).
+
+        Where joints follow others it is by elimination.
 
         Each inertia is about its joint's origin: about a distant one its terms would cancel, and
         balls widen at every joint.
