@@ -44,7 +44,7 @@ DESIGNS, MOST_DESIGNS = 1000.0, 1_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class DesignVariation:
-    """What is not known of a design.
+    """A property of a design that is not known.
 
     Attributes:
         values: its distribution, as `sweep --vary` takes it with --sample, such as "±5%" or
@@ -74,8 +74,7 @@ class DesignVariation:
 
 @frozen(kw_only=True)
 class Case(Scene):
-    """Landings that are checked: a scene with a name, and with some strike angles or random
-    designs.
+    """Landings that are checked: a scene with a name, with some strike angles or random designs.
 
     Attributes:
         name: by which budgets and the baseline refer to it.
@@ -119,9 +118,7 @@ class Case(Scene):
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
-        """Each strike angle with its scene; the angle is None where the scene gives only the
-        strike.
-        """
+        """Each strike angle with its scene; None for the angle where the scene gives the strike."""
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
         if self.drop_height is not None:
             scene = replace(scene, strike=replace(scene.strike, drop_height=self.drop_height))
@@ -180,7 +177,7 @@ class Budget:
             self.margin(1.0)
 
     def _fault_of_limits(self) -> str:
-        """What is wrong with max and min, after the name of the number; empty if nothing is."""
+        """The fault of max and min, worded to follow the number's name; empty if there is none."""
         if self.max is None and self.min is None and self.baseline_tolerance is None:
             return " has no limit; give max, min or baseline_tolerance"
         limits = [limit for limit in (self.min, self.max) if limit is not None]
@@ -194,7 +191,7 @@ class Budget:
         return ""
 
     def _fault_of_percentile(self) -> str:
-        """What is wrong with the percentile; empty if nothing is."""
+        """The fault of the percentile; empty if there is none."""
         if self.percentile is None:
             return ""
         if not 50.0 <= self.percentile <= 100.0:
@@ -213,19 +210,17 @@ class Budget:
 
     @property
     def worse(self) -> Literal["greater", "less", "neither"]:
-        """Which change against the baseline is for the worse: that towards the only limit, else
-        that of the metric.
+        """The direction of change against the baseline that is for the worse.
 
-        Neither means that any change is.
+        It is that towards the only limit, else that of the metric. Neither means that any change
+        is.
         """
         if (self.max is None) != (self.min is None):
             return "greater" if self.min is None else "less"
         return "neither" if self.selection.signed else self.selection.quantity.worse
 
     def representative(self, values: Array) -> float:
-        """Of the values (n,) of random designs, the one that says whether enough of them meet the
-        limits.
-        """
+        """The value, among those (n,) of random designs, that has to meet the limits."""
         upper = float(percentile(values, self.percentile))
         lower = -float(percentile(-values, self.percentile))
         if self.max is None:
@@ -236,7 +231,7 @@ class Budget:
         return lower if self.min - lower > upper - self.max else upper
 
     def margin(self, baseline: float, largest: float = 0.0) -> float:
-        """How far from a baseline the value may be.
+        """The distance from a baseline that the value may have.
 
         An infinite radius has no share; no finite one is near it.
 
@@ -272,7 +267,7 @@ class Budget:
 
 
 class Budgets(NamedTuple):
-    """What a file of budgets holds.
+    """The contents of a file of budgets.
 
     Attributes:
         path: of the file; None if they are from Python.
@@ -290,8 +285,9 @@ class Budgets(NamedTuple):
 
 
 def budgets_file(folder: Path) -> Path:
-    """The file of budgets in a folder: budgets.toml, or a pyproject.toml with a table
-    [tool.shockpc].
+    """The file of budgets in a folder.
+
+    It is budgets.toml, or a pyproject.toml with a table [tool.shockpc].
 
     Raises:
         StudyError: there is none.
@@ -410,8 +406,10 @@ def _refuse_nothing(cases: Sequence[Case], budgets: Sequence[Budget], prefix: st
 def _case(
     entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: str, faults: list[str]
 ) -> Case | None:
-    """A case; its keys replace those of the scene's file, and the parts of all cases are added to
-    those of the file.
+    """A case as its table in a file gives it.
+
+    Its keys replace those of the scene's file, and the parts of all cases are added to those of the
+    file.
     """
     if "scene" not in entry and "robot" not in entry:
         faults.append(

@@ -144,7 +144,7 @@ class ChunkRows:
         return np.asarray(np.sum([*flags, *tilts], axis=0) != 0.0)
 
     def refused(self, infeasible: np.ndarray) -> tuple[int, int, int]:
-        """Numbers of the infeasible rows (n,) that pull a contact, that gain energy, and of the others."""
+        """Numbers of infeasible rows (n,) that pull a contact, that gain energy, and of others."""
         pulled = np.zeros_like(infeasible)
         if not self.landings.opens:
             for pull in self._of_role("pull"):

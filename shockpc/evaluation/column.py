@@ -32,7 +32,7 @@ class Column(NamedTuple):
 
     @property
     def name(self) -> str:
-        """As the table of rows heads it, KEY@PLACE."""
+        """The heading of the column in the table of rows, KEY@PLACE."""
         after = "" if self.time is None else f" after {self.time:g} ms"
         return f"{self.selection.name}@{self.place.name}{after}"
 
@@ -43,7 +43,7 @@ class Column(NamedTuple):
 
     @property
     def title(self) -> str:
-        """As texts name it."""
+        """The column's name in texts."""
         component = "" if self.selection.axis is None else "xyz"[self.selection.axis]
         after = "" if self.time is None else f", after {self.time:g} ms"
         return self.selection.quantity.title_at(self.place.name, component) + after

@@ -166,8 +166,8 @@ def columns(
             landing's, of which each posture has one (S = 1).
         wanted: the columns.
         inertias: the inertias in each posture; the landing's by default.
-        max_condition: as for `needs_proof`; with it, quantities of one posture at a time are computed
-            where double precision has them.
+        max_condition: as for `needs_proof`; with it, quantities of one posture at a time are
+            computed where double precision has them.
     """
     landing = landing.without_stops
     parts: list[DoubleColumns] = []
@@ -202,9 +202,9 @@ def columns(
 
 
 def stops_act(impact: DoubleImpact) -> np.ndarray:
-    """True (N, S) if a joint would move beyond a stop that it is at, or does not reach that it hits.
+    """True (N, S) where a stop acts: a joint moves beyond it, or hits it without reaching it.
 
-    Never for a scene that leaves stops out.
+    A joint moves beyond a stop that it is at. It is never true for a scene that leaves stops out.
     """
     landing = impact.landing
     robot = landing.robot

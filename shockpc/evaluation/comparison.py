@@ -1,6 +1,4 @@
-"""Designs side by side: what changes from the first one to each of the others, ranked, partner by
-partner.
-"""
+"""Designs side by side: the changes from the first to each other one, by partners, ranked."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -84,8 +82,9 @@ class Difference(NamedTuple):
 
     @property
     def shares(self) -> tuple[float | None, ...]:
-        """The changes relative to the first design [%]; None where one does not exist, is not finite,
-        or the first is zero.
+        """The changes relative to the first design [%].
+
+        They are None where a value does not exist or is not finite, or the first is zero.
         """
         first = self.values[0]
         return tuple(_share(first, change) for change in self.changes)
@@ -105,7 +104,7 @@ class Differences(NamedTuple):
 
 
 class Unmatched(NamedTuple):
-    """What some designs lack.
+    """A body, point or joint that some designs lack.
 
     Attributes:
         kind: "body", "point" or "joint".
@@ -151,14 +150,15 @@ class Comparison:
 
     @property
     def letters(self) -> list[str]:
-        """What tables call the designs."""
+        """The names of the designs in tables."""
         count = len(self.designs)
         return [*ascii_uppercase, *(f"design {k}" for k in range(27, count + 1))][:count]
 
     @property
     def table(self) -> Table:
-        """A row for each quantity at each place that the designs have in common: its values, and
-        their changes from the first.
+        """A row for each quantity at each place that the designs have in common.
+
+        It has the values, and their changes from the first.
         """
         first, *others = self.letters
         rows = []
@@ -243,9 +243,7 @@ def _nothing(
     matched: Sequence[Partners],
     text: str,
 ) -> str:
-    """Why a quantity cannot be compared: designs without a place in common, or values that are
-    missing.
-    """
+    """The reason why a quantity cannot be compared: no place in common, or no values."""
     names = []
     for profile in profiles:
         selection, places = selected(profile.landing, text.partition("@")[0])
@@ -357,8 +355,9 @@ def _common_places(
 def _partners_of(
     first: Sequence[Place], profile: ShockProfile, matched: Partners, text: str
 ) -> list[Place | None]:
-    """The places of another design that are partners of those of the first; robots and contacts in
-    their order.
+    """The places of another design that are partners of those of the first.
+
+    Robots and contacts are partners in their order.
     """
     key, at, _ = text.partition("@")
     kind = select(key).quantity.of
@@ -373,8 +372,9 @@ def _partners_of(
 
 
 def _size(row: Difference, reciprocal: bool) -> float:
-    """The largest change, or that of the reciprocals: of an infinite radius of percussion the shock
-    per metre is finite. −1 if there is none.
+    """The largest change of the values, or of their reciprocals; −1 if there is none.
+
+    The shock per metre of an infinite radius of percussion is finite.
     """
     values = row.values
     if reciprocal:

@@ -59,9 +59,9 @@ class ShockCost:
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its
             magnitude counts.
-        ground: whether flat ground has to allow the landings, as `feasible` says, or `feasible_if_tilted`
-            where other feet are level. Links without a foot then keep clear of it by its tolerance,
-            and of a robot on its feet these carry the centre of mass.
+        ground: whether flat ground has to allow the landings, as `feasible` says, or
+            `feasible_if_tilted` where other feet are level. Links without a foot then keep clear of
+            it by its tolerance, and of a robot on its feet these carry the centre of mass.
 
     Attributes:
         column: the number at the first of its places.
@@ -267,7 +267,7 @@ class ShockCost:
         return of_terms, change_of_terms
 
     def _beside(self, X: Array) -> tuple[Array, Array]:
-        """The widths (n,) of central differences, and their points (2 m n, n): above, then below."""
+        """Widths (n,) of central differences, and their points (2 m n, n): above, then below."""
         h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
         steps = np.diag(h / 2.0)
         beside = np.stack([X[:, None] + steps, X[:, None] - steps])

@@ -115,7 +115,8 @@ def study(
 ) -> Callable[[F], F]:
     """Declare a function as a study, and list its options in its docstring.
 
-    Arguments are those of `Study`. Options whose unit is deg are typed in degrees, and are arguments in radians.
+    Arguments are those of `Study`. Options whose unit is deg are typed in degrees, and are
+    arguments in radians.
     """
 
     def declare(function: F) -> F:

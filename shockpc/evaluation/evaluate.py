@@ -42,9 +42,9 @@ class Evaluation(Generic[L]):
         prove: number of rows that are compared with a proof, besides those that need one.
         feasible: whether rows that flat ground does not allow, tilted a little or not, are left
             out. Those without a result are not.
-        max_condition: condition up to which rows keep the numbers of double precision also where contacts
-            or loops are redundant, or the quantity is otherwise proven in one posture at a time;
-            None where all of these need a proof.
+        max_condition: condition up to which rows keep the numbers of double precision also where
+            contacts or loops are redundant, or the quantity is otherwise proven in one posture at a
+            time; None where all of these need a proof.
         elsewhere: what the study computes of these landings besides the columns.
 
     Raises:

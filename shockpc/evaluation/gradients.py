@@ -1,4 +1,4 @@
-"""Derivatives by posture and strike, of quantities linear in the jumps, their lengths, and heights."""
+"""Derivatives by posture and strike: of quantities linear in the jumps, of lengths and heights."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""A source of landings: a grid, a sample, a recorded table or a list of scenes, as the engine asks."""
+"""A source of landings for the engine: a grid, a sample, a recorded table or a list of scenes."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, Protocol

@@ -48,8 +48,8 @@ def common_robot(landings: Mapping[str, Scene]) -> Robot:
     others = [name for name, another in robots.items() if another is not robot]
     if others:
         raise StudyError(
-            f'the landings "{first}" and "{others[0]}" are of different robots; give scenes that have '
-            f"the file, xacro arguments, "
-            "packages and SRDF in common, and in an MJCF the robot that has the contact"
+            f'the landings "{first}" and "{others[0]}" are of different robots; give scenes that '
+            "have the file, xacro arguments, packages and SRDF in common, and in an MJCF the robot "
+            "that has the contact"
         )
     return robot

@@ -48,8 +48,9 @@ def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
 def matching(
     first: ShockProfile, other: ShockProfile, mine: str, theirs: str
 ) -> dict[PlaceKind, dict[str, str]]:
-    """The partners that the names of a pair mean, by kind: none where one of the designs has no
-    such names.
+    """The partners that the names of a pair mean, by kind.
+
+    There are none where one of the designs has no such names.
     """
     start, star, end = mine.partition("*")
     by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}

@@ -1,4 +1,4 @@
-"""The result of a study as columns: its worst rows, their distribution, and what the ground allows."""
+"""The result of a study as columns: its worst rows, distribution, and what the ground allows."""
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence

@@ -65,8 +65,8 @@ class VariedLandings:
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
-        rows_given: (sample, v) values of the rows, in the order of the variations, in place of random
-            ones; NaN where a row has what the scene has.
+        rows_given: (sample, v) values of the rows, in the order of the variations, in place of
+            random ones; NaN where a row has what the scene has.
         struck: strikes of each posture of a sample by name; by default the scene's, or one that
             varies.
     """
@@ -205,14 +205,14 @@ class VariedLandings:
         """Nothing: the rows of a chunk follow from its number."""
 
     def at(self, values: Array) -> "VariedLandings":
-        """The same landings with these values (n, v)."""
+        """Landings with these values (n, v), the rest as in these."""
         landings = replace(self, rows_given=values, sample=len(values))
         # Neither the first landing nor how loops are closed depends on the values.
         vars(landings).update(first=self.first, _closed=self._closed)
         return landings
 
     def resolved(self) -> tuple[Array, Array]:
-        """Configurations (n, nq) and strikes (n, S, 3) of all postures, if they are of one landing."""
+        """Configurations (n, nq) and strikes (n, S, 3) of all postures, if of one landing."""
         Q: list[Array] = []
         strikes: list[Array] = []
         for k, (begin, end) in enumerate(self.chunks):

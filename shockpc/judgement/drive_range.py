@@ -243,7 +243,7 @@ class _Ends(NamedTuple):
 
 
 def _searched(landing: PosedLanding, selection: Selection, places: Sequence[Place]) -> list[_Ends]:
-    """Among what the ends of the ranges of a number are; a landing keeps it, for several readers."""
+    """Values among which the ends of a number's ranges are; a landing keeps them for reuse."""
     kept = _kept(landing)
     new = [place for place in places if _key(selection, place) not in kept]
     groups = [[place] for place in new]
@@ -291,7 +291,10 @@ class _Linear(NamedTuple):
 
 
 def _search(landing: PosedLanding, selection: Selection, places: Sequence[Place]) -> list[_Ends]:
-    """Among what the ends of the ranges of a number are at places: several for motions, else one."""
+    """Values among which the ends of a number's ranges at places are.
+
+    Of motions there are several places, else one.
+    """
     kind = _kind(landing, selection, places[0])
     follows = kind == "corners" or _follows(landing, selection)
     changes: list[Array] = []
@@ -334,7 +337,7 @@ def _is_motion(landing: PosedLanding, selection: Selection) -> bool:
 
 
 def _follows(landing: PosedLanding, selection: Selection) -> bool:
-    """True if a number of samples follows from the jumps of Eq. 4, which are linear in the drives."""
+    """True if a number of samples follows from the jumps of Eq. 4, linear in the drives."""
     scene, wanted = landing.scene, selection.quantity
     bonded = scene.friction is None and not scene.yields and not scene.stops
     return bonded and (wanted.of, wanted.key) in OF_JUMPS
@@ -396,7 +399,7 @@ def _end_changes(landing: PosedLanding, selection: Selection, place: Place) -> l
 
 
 def _sought(landing: PosedLanding, selection: Selection, place: Place) -> list[Array]:
-    """The same, of a number that is a length or a component of what is linear."""
+    """Changes (nv,) as `_end_changes`, of a length or a component of what is linear."""
     Y, B = _vectors(landing, selection, place)
     if not (np.isfinite(Y).all() and np.isfinite(B).all()):
         return []
@@ -441,7 +444,7 @@ def _has_faces(asked: Contact, contact: Contact) -> bool:
 
 
 def _faces(landing: PosedLanding) -> tuple[object, ...]:
-    """The contacts as they strike, and the feet that are lifted: the faces of the soles that carry."""
+    """The faces of the soles that carry: the contacts as they strike, and the lifted feet."""
     return *landing.scene.contact, *landing.lifted
 
 

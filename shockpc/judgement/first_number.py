@@ -11,14 +11,17 @@ from shockpc.robot.feet_and_sensors import is_imu
 
 
 def shock_of(profile: ShockProfile) -> Selection:
-    """The shock at points: with friction where a contact slides by it, so that this is the answer."""
+    """The shock at points, with friction where a contact slides by it.
+
+    There the shock with friction is the answer.
+    """
     slides = profile.friction is not None and profile.friction.impact is not None
     return select("point.shock_friction" if slides else "point.shock")
 
 
 @memoized()
 def first_place(profile: ShockProfile) -> Place:
-    """The IMU of a robot, else its worst sensor or point, else its heaviest body's centre of mass."""
+    """The robot's IMU, else its worst sensor or point, else its heaviest body's centre of mass."""
     imus = imu_places(profile)
     return imus[0] if imus else worst_place(profile) or profile.bracketed[0]
 

@@ -227,7 +227,7 @@ def pulled(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 
 def slipping(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings of contacts and standing feet that need more friction to stick than the scene gives."""
+    """Warnings of contacts and standing feet that need more friction to stick than is given."""
     friction = profile.scene.friction
     if friction is None:
         return

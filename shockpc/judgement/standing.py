@@ -68,7 +68,10 @@ def lying(profile: ShockProfile) -> Iterator[Diagnostic]:
     if ground > belly - landing.scene.ground_tolerance:
         where = f"lie {max(ground - belly, 0.0):.2g} m above the lowest point of the base"
     elif beside > above * most_beside(len(feet)) and not on_a_rig:
-        where = f"have the centre of mass {beside:.2g} m beside their support and {above:.2g} m above it"
+        where = (
+            f"have the centre of mass {beside:.2g} m beside their support "
+            f"and {above:.2g} m above it"
+        )
     else:
         return
     turn = _turn_to_feet(profile, com)
@@ -109,7 +112,7 @@ def _turn_to_feet(profile: ShockProfile, com: Array) -> str | None:
 
 
 def _belly(profile: ShockProfile) -> float:
-    """Height of the lowest point of the base, or of its centre of mass where it has no shapes [m]."""
+    """Height of the base's lowest point, or of its centre of mass where it has no shapes [m]."""
     state = profile.landing.state
     up = state.rotation[0, 0][2]
     shapes = body_outline(profile.robot).shapes[0]
@@ -193,9 +196,9 @@ def _straight_limbs(profile: ShockProfile) -> list[int]:
 
 
 def posture_marks(scene: Scene, warnings: Iterable[Diagnostic]) -> tuple[str, ...]:
-    """Why a landing is another than that of a robot that stands on bent legs, in a few words each.
+    """The reasons why a robot does not stand on bent legs in a landing, in a few words each.
 
-    It is empty if it is not.
+    There are none if it does.
 
     Args:
         scene: of the landing, with every default filled in.

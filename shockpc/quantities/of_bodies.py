@@ -49,7 +49,7 @@ NO_GEOMETRY = "the body has no geometry to take the shock over; take its shock a
 
 
 class Percussion(NamedTuple):
-    """Where the shock of a body is zero, and how fast it grows from there.
+    """The centre of percussion, where a body's shock is zero, and how fast it grows from there.
 
     Attributes:
         copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that
@@ -217,7 +217,7 @@ def _length(impact: Impact, values: Array) -> Any:
 
 
 def _length_in_world(impact: Impact, values: Array) -> Any:
-    """The same with the distance of the robot from the world's origin [m]."""
+    """The robot's length, the distance itself, and the robot's from the world's origin [m]."""
     return _length(impact, values) + reach(impact, values)
 
 

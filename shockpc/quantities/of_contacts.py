@@ -1,4 +1,4 @@
-"""Quantities of every contact and standing foot: what the ground does, and how the robot resists."""
+"""Quantities of contacts and standing feet: what the ground does, and how the robot resists."""
 
 from typing import Any
 

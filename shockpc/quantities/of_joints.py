@@ -19,7 +19,7 @@ REDUNDANT = "contacts or loops are redundant, so the impulse through a joint is 
 
 
 def _columns(impact: Impact, places: Places) -> list[slice]:
-    """Where the velocities of each joint are in q̇."""
+    """The columns of q̇ with the velocities of each joint."""
     velocities = {joint.name: joint.v for joint in impact.landing.robot.single_joints}
     return [velocities[place.name] for place in places]
 

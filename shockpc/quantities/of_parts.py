@@ -48,7 +48,9 @@ REMEDIES = {
         "read from the file"
     ),
     NEEDS_TIME: "; give the scene a pulse or a contact stiffness, or the part a torque_duration",
-    NEEDS_ROTOR: ", which decides the spring's torque; give it with --rotor, and a contact stiffness",
+    NEEDS_ROTOR: (
+        ", which decides the spring's torque; give it with --rotor, and a contact stiffness"
+    ),
     NEEDS_STIFFNESS: ", because its spring gives its torque after the instant of the impact",
 }
 """What to change where a part of a joint has no margin."""
@@ -263,7 +265,10 @@ def part_margin(impact: Impact, places: Places) -> Any:
 
 
 def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
-    """Why a part of a joint has no margin. Args: redundant, whether contacts or loops are."""
+    """The reason why a part of a joint has no margin.
+
+    Args: redundant, whether contacts or loops are.
+    """
     (joint,) = _joints(landing, [place])
     (strength,) = _torque_strengths(landing, [place])
     if landing.robot.joint(joint.name).axis is None:
@@ -398,9 +403,8 @@ PARTS = (
         torque_share,
         _share_size,
         scope=Scope(
-            f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of "
-            f"the "
-            f"torque; or {REDUNDANT}"
+            f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the "
+            f"duration of the torque; or {REDUNDANT}"
         ),
         evaluation=EXACT_IF_RIGID,
     ),

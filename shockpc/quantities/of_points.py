@@ -49,7 +49,7 @@ def _r(impact: Impact, places: Places) -> Any:
 
 
 def point_velocity(impact: Impact, places: Places) -> Any:
-    """Jumps (N, S, n, 3) of the velocities of points, axes of their bodies' frames [m/s] (Eq. 10)."""
+    """Jumps (N, S, n, 3) of points' velocities, axes of their bodies' frames [m/s] (Eq. 10)."""
     jumps = impact.jumps_of([place.body for place in places])
     return velocity_at(jumps[..., :3], jumps[..., 3:], impact.exact(_r(impact, places))[:, None])
 

@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class Scope(NamedTuple):
-    """Where a quantity has values.
+    """The places where a quantity has values, and why it may have none.
 
     Attributes:
         missing: why a value may be missing.

@@ -148,7 +148,7 @@ class JointLoad(NamedTuple):
 
 
 class Bracket(NamedTuple):
-    """The same landing with other models of the joints; shock at one place [1].
+    """The shock at one place of a landing with other models of the joints [1].
 
     Attributes:
         place: a body (its centre of mass), or a sensor.

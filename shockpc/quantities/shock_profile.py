@@ -187,7 +187,7 @@ class ShockProfile(LandingValues):
 
     @property
     def maps(self) -> Array:
-        """(nb, 6, 3) jump (Δω, Δv) of every body for unit strikes along world x, y and z, body axes."""
+        """Jumps (nb, 6, 3) of bodies, (Δω, Δv) in their axes, for unit strikes along world axes."""
         return self.proof.jumps[..., :3]
 
     @property

@@ -82,7 +82,7 @@ class LandingValues(OfLanding):
 
     @property
     def unsolved_joints(self) -> Mapping[str, str]:
-        """Why there is no solution with other joints, by their names as in `proof_with`."""
+        """The reasons why there is no solution with other joints, by name as in `proof_with`."""
         return self.companions.refused
 
     @property

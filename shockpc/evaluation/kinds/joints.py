@@ -62,7 +62,7 @@ class OfDrive(Kind):
         return robot.match_joints(varied.target)
 
     def multiplied(self, robot: Robot, varied: Variation, known: np.ndarray) -> np.ndarray:
-        """The joint velocities (nv,) that factors multiply: those of the target with a known number.
+        """Joint velocities (nv,) that factors multiply: those of the target with a known number.
 
         Raises:
             StudyError: there are none.
