@@ -1,9 +1,8 @@
-"""A baseline: the numbers of an earlier design, with which a later one is compared, and that
-design. A JSON file.
+"""A baseline, a JSON file: the numbers of an earlier design, and the design.
 
-Values have six significant digits, and their order is that of their names, so that two baselines
-differ where designs do. The file says which scenes it belongs to; the robot's file may change,
-since that is the design, but not the landing.
+A later design is compared with them. Values have six significant digits, and their order is that of
+their names, so that two baselines differ where designs do. The file says which scenes it belongs
+to; the robot's file may change, since that is the design, but not the landing.
 
 Schema `shockpc.baseline/2`.
 """
@@ -39,9 +38,7 @@ READ_OUT = ("point", "part", "range_g", "ground_tolerance")
 
 
 class OutcomeKey(NamedTuple):
-    """What a value belongs to: case, strike angle [deg] (None: the scene's strike), place and
-    metric.
-    """
+    """Case, strike angle [deg], place and metric of a value; None for the scene's strike."""
 
     case: str
     strike_angle_deg: float | None
@@ -73,8 +70,7 @@ class Baseline(NamedTuple):
 
 
 def case_record(landing: PosedLanding, angle_of_scene: bool) -> dict[str, Any]:
-    """What identifies the scene of a case, the robot's name and the scene without the paths of
-    files; and the design.
+    """The record of a case: the robot's name, the scene without the paths of files, and the design.
 
     Args:
         landing: one landing of the case.
@@ -133,7 +129,7 @@ def _designs(cases: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _rank(key: OutcomeKey) -> tuple[str, float, str, str]:
-    """The place of a value in the file: by case, strike angle (the scene's first), place, metric."""
+    """Sort key of a value in the file: case, strike angle (the scene's first), place, metric."""
     angle = -math.inf if key.strike_angle_deg is None else key.strike_angle_deg
     return key.case, angle, key.at, key.metric
 
@@ -183,7 +179,7 @@ def _baseline(path: Path, document: Mapping[str, Any]) -> Baseline:
 
 
 def _outcome_key(entry: Mapping[str, Any]) -> OutcomeKey:
-    """What an entry of a baseline belongs to, with the current key of its metric."""
+    """The key of an entry of a baseline, with the current key of its metric."""
     key = OutcomeKey(*(entry[name] for name in OutcomeKey._fields))
     return key._replace(metric=current_name(key.metric))
 
@@ -198,8 +194,13 @@ def _unique(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
 
 
 def _number(value: Any, metric: str) -> float:
-    """A value; "inf" only where less is worse, so that no number is compared with infinity and
-    passes. ValueError if it is none.
+    """A value of a metric.
+
+    It may be "inf" only where less is worse, so that no number passes because it is compared with
+    infinity.
+
+    Raises:
+        ValueError: it is no such value.
     """
     if value == "inf" and select(metric).quantity.worse == "less":
         return math.inf

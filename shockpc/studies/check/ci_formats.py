@@ -21,8 +21,9 @@ PROPERTY = MESSAGE | str.maketrans({":": "%3A", ",": "%2C"})
 
 
 def junit(check: Check) -> str:
-    """A JUnit report: a suite for each case, a test for each outcome; one of severity warning
-    passes.
+    """A JUnit report: a suite for each case, a test for each outcome.
+
+    An outcome of severity warning passes.
     """
     by_case: dict[str, list[Outcome]] = {}
     for outcome in check.outcomes:
@@ -81,8 +82,9 @@ def _time(seconds: float) -> str:
 
 
 def github_commands(check: Check) -> str:
-    """Workflow commands that mark the lines of the budgets: at most ten, errors first; the last one
-    counts those left out.
+    """Workflow commands that mark the lines of the budgets: at most ten, errors first.
+
+    The last one counts those left out.
     """
     marked = sorted((outcome for outcome in check.outcomes if outcome.reason), key=order)
     shown = marked
@@ -116,8 +118,9 @@ def _severity(outcome: Outcome) -> str:
 
 
 def _explained(check: Check, outcome: Outcome) -> str:
-    """Why a budget is not met, the joint model, what changed, and how to compute the number anew,
-    on one line.
+    """An explanation, on one line, of a budget that is not met.
+
+    It gives the reason, the joint model, the changes, and how to compute the number anew.
     """
     parts = [f"{place_text(outcome)}: {outcome.reason}"]
     model = joint_model(check, outcome.case)
@@ -132,8 +135,9 @@ def _explained(check: Check, outcome: Outcome) -> str:
 
 
 def _line(check: Check, outcome: Outcome) -> dict[str, str]:
-    """The file and line of a budget, as far as they are known, the file relative to the repository
-    or to the current folder.
+    """The file and line of a budget, as far as they are known.
+
+    The file is relative to the repository or to the current folder.
     """
     place = {}
     if check.path is not None:

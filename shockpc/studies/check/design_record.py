@@ -1,5 +1,6 @@
-"""The design that a landing is computed of, as a baseline holds it, and what changed since: bodies,
-joints, and points on them.
+"""The design that a landing is computed of, as a baseline holds it, and what changed since.
+
+It consists of bodies, joints, and points on them.
 """
 
 import math
@@ -64,12 +65,12 @@ def six_digits(value: float) -> float:
 
 
 def design_record(landing: PosedLanding) -> dict[str, Any]:
-    """Mass, centre of mass, inertia and placement of each body, what drives each joint, and where
-    contacts and points are.
+    """The design of a landing: its bodies, the drives of its joints, and its contacts and points.
 
-    Bodies are in their frames, inertias about their centres of mass; places are origins in the
-    frame of the body that carries a body or a point, with all joints at zero, and `axes` the
-    rotation there by rows, left out where there is none.
+    A body has a mass, a centre of mass, an inertia and a placement. Bodies are in their frames,
+    inertias about their centres of mass; places are origins in the frame of the body that carries a
+    body or a point, with all joints at zero, and `axes` the rotation there by rows, left out where
+    there is none.
     """
     robot, model = landing.robot, landing.joint_model
     joints = {}
@@ -92,11 +93,10 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
 
 
 def _body(robot: Robot, i: int) -> dict[str, Any]:
-    """A body by its number: where its frame is in that of the body that carries it, and its
-    inertia.
-    """
+    """A body by its number: its frame in that of the body that carries it, and its inertia."""
     body, joint = robot.bodies[i], robot.joints[i]
-    # With the joint at zero, the body's frame in the joint's parent: R = R_j R_b, p = R_j p_b + p_j.
+    # With the joint at zero, the body's frame in the joint's parent is
+    # R = R_j R_b, p = R_j p_b + p_j.
     R = joint.rotation @ body.rotation
     p = joint.rotation @ body.offset + joint.offset
     if joint.parent >= 0:
@@ -109,7 +109,7 @@ def _body(robot: Robot, i: int) -> dict[str, Any]:
 
 
 def _joint(model: JointModel, joint: Joint) -> dict[str, Any]:
-    """What drives a joint."""
+    """The drive of a joint."""
     v = joint.v
     kind = str(joint.kind)
     if model.locked[v].all():
@@ -130,7 +130,7 @@ def _joint(model: JointModel, joint: Joint) -> dict[str, Any]:
 def _entry(
     robot: Robot, carrier: int, place: Array, rotation: Array, **numbers: Any
 ) -> dict[str, Any]:
-    """What is known of a body or a point.
+    """The record of a body or a point.
 
     Args:
         robot: the robot.
@@ -178,7 +178,7 @@ def _refuse_no_numbers(value: Any) -> None:
 
 
 def design_changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """What changed between two designs; the same change of several parts is one text."""
+    """Texts of the changes between two designs; the same change of several parts is one text."""
     for key, title in MODEL.items():
         if before[key] != now[key]:
             yield f"{title} {printable(before[key]) or 'none'} → {now[key] or 'none'}"

@@ -108,7 +108,7 @@ class Outcome:
 
     @property
     def fails(self) -> bool:
-        """Whether the check does not pass because of it."""
+        """True if the check does not pass because of it."""
         return self.status in FAILING and self.budget.severity == "error"
 
 
@@ -161,7 +161,9 @@ class Check:
 
     @property
     def exit_code(self) -> int:
-        """0 passed; 1 a budget of severity error is exceeded; 3 none is, but one is undecided, or
+        """The exit code of the command.
+
+        0: passed; 1: a budget of severity error is exceeded; 3: none is, but one is undecided, or
         its number not computed.
         """
         failed = {outcome.status for outcome in self.outcomes if outcome.fails}

@@ -98,7 +98,10 @@ def _planned(
     scene: Scene,
     numbers: Sequence[int],
 ) -> Planned:
-    """One landing. Args: numbers, of its budgets."""
+    """One landing of a plan.
+
+    Args: numbers, of its budgets.
+    """
     robot = robot_of(scene)
     landing = resolve(scene, robot)
     selections = tuple(given.budgets[k].selection for k in numbers)

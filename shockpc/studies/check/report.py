@@ -27,8 +27,9 @@ TOLERATED = {"greater": "≤ baseline +", "less": "≥ baseline −", "neither":
 
 
 def check_report(check: Check) -> Report:
-    """The outcomes; the CSV file is in the order of the file of budgets, the tables begin with what
-    fails.
+    """The report of the outcomes.
+
+    Its CSV file is in the order of the file of budgets; its tables begin with what fails.
     """
     # The page opens on a landing of a budget that is not met.
     cases = dict.fromkeys(outcome.case for outcome in sorted(check.outcomes, key=order))
@@ -59,7 +60,7 @@ def _body(check: Check, full: bool) -> list[Section]:
 
 
 def _document(check: Check) -> dict[str, object]:
-    """What is no table of the document."""
+    """The entries of the document that are no tables."""
     counts = {status.replace(" ", "_"): check.count(status) for status in get_args(Status)}
     return {
         "file": check.path,
@@ -81,8 +82,9 @@ def _sheet(check: Check) -> Sheet:
 
 
 def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None) -> Sheet:
-    """One row for each budget at each place of each landing; what fails comes first, then what is
-    exceeded with a warning.
+    """One row for each budget at each place of each landing.
+
+    What fails comes first, then what is exceeded with a warning.
 
     Args:
         check: the outcomes.
@@ -134,7 +136,7 @@ def _row(outcome: Outcome, for_terminal: bool) -> Row:
 
 
 def _cause_notes(outcomes: Sequence[Outcome]) -> list[str]:
-    """Why numbers were not computed, and what to give where the drives decide, each cause once."""
+    """Reasons why numbers were not computed, and remedies where the drives decide, each once."""
     missing, undecided = [], []
     for outcome in outcomes:
         if outcome.status == "not computed":
@@ -149,7 +151,7 @@ def _cause_notes(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def _counts_text(check: Check) -> str:
-    """How many budgets are met, and how many are not."""
+    """The numbers of budgets that are met and that are not, in words."""
     failed = sum(outcome.fails and outcome.status == "exceeded" for outcome in check.outcomes)
     others = {
         "exceeded with a warning": check.count("exceeded") - failed,
@@ -163,7 +165,7 @@ def _counts_text(check: Check) -> str:
 
 
 def _summary_text(check: Check) -> str:
-    """How many budgets are met, and the bound on rounding, in a sentence."""
+    """The number of budgets that are met, and the bound on rounding, in a sentence."""
     parts = [f"budgets of {count(check.landings, 'landing')}: {_counts_text(check)}"]
     if check.error_bound:
         parts.append(proof_text(check.error_bound))

@@ -112,7 +112,7 @@ def check_budgets(
 
 
 def _changes(baseline: Baseline | None, records: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
-    """What changed of the design of each case since a baseline; empty without one."""
+    """The changes of the design of each case since a baseline; empty without one."""
     changes = {}
     if baseline is not None:
         for name, record in records.items():
@@ -260,7 +260,7 @@ def _gaining(case: str, designs: Table) -> Iterator[str]:
 def _change_notes(
     changes: Mapping[str, tuple[str, ...]], outcomes: Sequence[Outcome]
 ) -> Iterator[str]:
-    """What changed since the baseline, once for all cases in which it is the same."""
+    """The changes since the baseline, once for all cases in which they are the same."""
     moved = {outcome.case for outcome in outcomes if outcome.change or outcome.fails}
     cases_by_text: dict[str, list[str]] = {}
     for name, lines in changes.items():

@@ -4,8 +4,9 @@ from shockpc.studies.check.outcome import Check, Outcome
 
 
 def order(outcome: Outcome) -> tuple[bool, bool, bool]:
-    """Sort key: what fails first, then what is not met with a warning; of both what the drives
-    decide comes last.
+    """Sort key: what fails first, then what is not met with a warning.
+
+    Of both, what the drives decide comes last.
     """
     return not outcome.fails, not outcome.reason, outcome.status == "undecided"
 
@@ -17,14 +18,12 @@ def strike_text(outcome: Outcome) -> str:
 
 
 def place_text(outcome: Outcome) -> str:
-    """What a value belongs to, in words."""
+    """The place and landing of a value, in words."""
     return f"{outcome.case}{strike_text(outcome)}: {outcome.budget.metric} at {outcome.at}"
 
 
 def joint_model(check: Check, case: str) -> str:
-    """What the joints of a case do, and where their drives are from; empty if it could not be
-    computed.
-    """
+    """The joint model of a case, and the source of its drives; empty if it was not computed."""
     if case not in check.profiles:
         return ""
     return check.profiles[case].landing.joint_model.summary

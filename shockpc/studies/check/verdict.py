@@ -1,4 +1,4 @@
-"""How a number compares with the limits of its budget, for all drives, and with a baseline."""
+"""Comparison of a number with the limits of its budget, for all drives, and with a baseline."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class Compared(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """How a number compares with its limits; the fields are those of an `Outcome`."""
+    """The comparison of a number with its limits; the fields are those of an `Outcome`."""
 
     status: Status
     reason: str
@@ -82,10 +82,10 @@ def verdict_of(
 def _range(
     compared: Compared, profile: ShockProfile, vary: Sequence[DesignVariation]
 ) -> Range | None:
-    """The range of a number over the drives; of a percentile that of the design as it is, in
-    proportion.
+    """The range of a number over the drives.
 
-    Random designs whose drives vary have them, so that their percentile has no range besides.
+    Of a percentile it is that of the design as it is, in proportion. Random designs whose drives
+    vary have them, so that their percentile has no range besides.
     """
     budget, place, value, _ = compared
     of_design = range_of(profile, budget.selection, place)
@@ -103,7 +103,7 @@ def _range(
 
 
 def _of_drives(unknown: DesignVariation) -> bool:
-    """Whether designs vary in a drive."""
+    """True if designs vary in a drive."""
     word, _, _ = (unknown.quantity or unknown.each or "").partition(":")
     return word in ("armature", "rotor")
 

@@ -21,8 +21,9 @@ LOGARITHMIC = 20.0
 
 
 def draw_runs(study: Improvement) -> Figure:
-    """Draw the best value so far of each run over its steps; the constraints may not hold at a step
-    between others.
+    """Draw the best value so far of each run over its steps.
+
+    The constraints may not hold at a step between others.
     """
     figure = new_chart(5.0, 3.6, f"{count(len(study.runs), 'run')}: the best value so far")
     axes = figure.add_subplot()

@@ -1,5 +1,7 @@
-"""An optimum: what it gains, what holds it there, what each variable does, and how the worst
-landing changes.
+"""The report of an optimum.
+
+It says what is gained, what holds it there, what each variable does, and how the worst landing
+changes.
 """
 
 import itertools
@@ -83,8 +85,9 @@ def improve_report(study: Improvement) -> Report:
 
 
 def _comparison(quantity: str, landings: Mapping[str, ShockProfile]) -> Comparison:
-    """The worst landing as given and at the optimum, compared in the standard quantities, and in
-    the quantity if it is another one.
+    """The comparison of the worst landing as given and at the optimum.
+
+    It is in the standard quantities, and in the quantity if it is another one.
     """
     key, _, places = quantity.partition("@")
     is_standard = key in (*STANDARD, *WITH_FRICTION)
@@ -129,7 +132,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
 
 
 def _as_given(study: Improvement) -> str:
-    """How the landing as given compares with the optimum, if that is no better; else nothing."""
+    """The comparison of the landing as given with an optimum that is no better; else empty."""
     if math.isnan(study.values[0]):
         return "the number has no value"
     before, after = study.cost.column.selection.worse(np.array(study.values))
@@ -151,7 +154,7 @@ def _as_given(study: Improvement) -> str:
 
 
 def _accuracy(study: Improvement) -> str:
-    """How both values are known."""
+    """The accuracy of both values."""
     profiles = (*study.before.values(), *study.after.values())
     quantity = study.cost.column.selection.quantity
     if any(quantity.of_ground(profile.scene) for profile in profiles):
@@ -160,14 +163,12 @@ def _accuracy(study: Improvement) -> str:
 
 
 def _moves(study: Improvement) -> bool:
-    """Whether the optimum depends on the drives."""
+    """True if the optimum depends on the drives."""
     return any(isinstance(end, ShockError) or study.moves(end) for end in study.ends.values())
 
 
 def _drives(study: Improvement) -> Sheet:
-    """The number and the optimum as modelled, and with the smallest and the largest inertias of the
-    drives.
-    """
+    """The number and the optimum, as modelled and at both ends of the drives."""
     cost, (given, after) = study.cost, study.values
     unit = size_at_place(cost.quantity, cost.column).partition(" [")[2]
     names = [
@@ -191,7 +192,7 @@ def _drives(study: Improvement) -> Sheet:
 
 
 def _over_drives(study: Improvement) -> list[tuple[str, str]]:
-    """How the optimum depends on the drives."""
+    """Lines on how the optimum depends on the drives."""
     if not study.ends:
         return []
     if not _moves(study):
@@ -217,7 +218,7 @@ def _over_drives(study: Improvement) -> list[tuple[str, str]]:
 
 
 def _variables(study: Improvement) -> Sheet:
-    """What each variable does."""
+    """A row for each variable: its effect at the optimum."""
     notes = [
         "5 %: the range of this variable, with the others unchanged, in which the target is at "
         "most 5 % worse than at the optimum (5 % of the value as given, if the optimum is nearly "
@@ -240,7 +241,7 @@ def _quantities(study: Improvement) -> Sheet:
 
 
 def _document(study: Improvement) -> dict[str, Any]:
-    """What is no table of the document, schema `shockpc.improve/2`."""
+    """The entries of the document that are no tables, schema `shockpc.improve/2`."""
     return {
         "worst": study.worst or None,
         **record(study, "active", "runs", "agreeing", "seed"),

@@ -114,7 +114,7 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Ask) 
 
 
 class _Point(NamedTuple):
-    """What SLSQP takes at a point.
+    """The values that SLSQP takes at a point.
 
     Attributes:
         value: the measure; infinite where constraints do not hold.
@@ -165,7 +165,7 @@ class _Program:
         return self._at(z[:-1].tobytes())
 
     def slack(self, z: Array) -> Array:
-        """What is at least zero (K,) at the unknowns (n + 1,)."""
+        """The slack (K,) of the constraints, at least zero, at the unknowns (n + 1,)."""
         return np.asarray(self._point(z).slack + ~self._constraint * z[-1])
 
     def slopes(self, z: Array) -> Array:
@@ -190,8 +190,9 @@ class _Program:
 
 
 def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
-    """The landing as given, and random points, each the best of some: the least bad one of those
-    nearest to all constraints.
+    """The landing as given, and random points, each the best of some.
+
+    The best one is the least bad of those nearest to all constraints.
     """
     if count is None:
         count = _usual_count(cost)

@@ -1,5 +1,6 @@
-"""The posture, strike or design with the smallest worst value of a number over some landings,
-within ranges and constraints.
+"""The posture, strike or design with the smallest worst value of a number over some landings.
+
+It is within ranges and constraints.
 """
 
 import fnmatch
@@ -62,7 +63,7 @@ ALONE = {"deg": 1.0, "m": 0.01}
 
 
 class Flatness(NamedTuple):
-    """What a variable does at the optimum.
+    """The effect of a variable at the optimum.
 
     Attributes:
         name: heading, with its unit.
@@ -144,8 +145,10 @@ class Improvement:
         return brief(self, *changed)
 
     def moves(self, end: DriveEnd) -> bool:
-        """Whether the number at the optimum differs by more than 1 %, or a variable by 1 degree, 1
-        cm or 1 % of its range.
+        """True if the optimum with an end of the drives differs.
+
+        The number there differs by more than 1 %, or a variable by 1 degree, 1 cm or 1 % of its
+        range.
         """
         _, optimum = self.values
         for value in (end.there, end.best):
@@ -344,8 +347,9 @@ def _repeated(scenes: Mapping[str, Scene], robot: Robot, over: Vary) -> dict[str
 
 
 def _usual_quantity(robot: Robot, scenes: Collection[Scene]) -> str:
-    """The shock at the point of the scenes; without one at the robot's IMU, or at the trunk's
-    centre of mass.
+    """The shock at the point of the scenes, by default at the robot's IMU.
+
+    Without an IMU it is that at the trunk's centre of mass.
 
     Raises:
         StudyError: the scenes have several points.
@@ -367,7 +371,7 @@ def _usual_quantity(robot: Robot, scenes: Collection[Scene]) -> str:
 
 
 def _subjects(robot: Robot, varied: Vary) -> set[str]:
-    """What is varied; of a pattern the joints that it means."""
+    """The subjects that are varied; of a pattern the joints that it means."""
     subjects: set[str] = set()
     for subject, _ in pairs(varied):
         subjects.update(fnmatch.filter(robot.joint_names, subject) or [subject])
@@ -377,8 +381,9 @@ def _subjects(robot: Robot, varied: Vary) -> set[str]:
 def _usual_variables(
     robot: Robot, scenes: Mapping[str, Scene], repeated: Collection[str]
 ) -> dict[str, tuple[float, float]]:
-    """Ranges of the joints between the trunk and what strikes, near the first landing as given and
-    within their limits [deg, m].
+    """Ranges of the joints between the trunk and what strikes [deg, m].
+
+    They are near the first landing as given, and within the joints' limits.
 
     Args:
         robot: the robot.
@@ -439,7 +444,7 @@ def _runs(cost: ShockCost, starts: int | None, seed: int) -> list[Run]:
 
 
 def _agreeing(cost: ShockCost, runs: Sequence[Run]) -> int:
-    """How many runs end near the best one."""
+    """The number of runs that end near the best one."""
     most = (1.0 + AGREEING) * runs[0].value + OPTIMUM_TOLERANCE * min(cost(cost.x0), 1.0)
     return sum(run.value <= most for run in runs)
 
@@ -465,7 +470,7 @@ def _at_end(cost: ShockCost, x: Array) -> DriveEnd:
 
 
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
-    """Why no run reached a point that counts."""
+    """The reason why no run reached a point that counts."""
     measures = cost.measured(np.array([run.x for run in runs]))
     missed = np.isinf(measures) | (cost.constraints & (measures < 0.0))
     k = int(missed.sum(axis=1).argmin())
@@ -488,8 +493,9 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
 
 
 def _set_back(cost: ShockCost, x: Array, most: float) -> Array:
-    """The optimum (n,), or the landing as given where that is as good; else each variable as given
-    that alone changes nothing.
+    """The optimum (n,), or the landing as given where that is as good.
+
+    Otherwise, each variable that alone changes nothing is as given.
 
     Args:
         cost: of the points.
@@ -506,8 +512,9 @@ def _set_back(cost: ShockCost, x: Array, most: float) -> Array:
 
 
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
-    """What holds an optimum (n,) besides bounds: constraints without slack, and landings that are
-    as bad as the worst.
+    """The constraints without slack at an optimum (n,), and the landings as bad as the worst.
+
+    They hold it besides bounds.
     """
     (measures,) = cost.measured(x[None])
     texts = []
@@ -522,7 +529,7 @@ def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
 
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
-    """What each variable does at an optimum (n,)."""
+    """The effect of each variable at an optimum (n,)."""
     each = np.eye(len(x), dtype=bool)
     as_given = cost.worst(np.where(each, cost.given, x))
     set_back = np.where(np.isnan(cost.given), np.nan, as_given)
@@ -551,8 +558,9 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
 
 
 def _flat_range(cost: ShockCost, x: Array) -> Array:
-    """The smallest and the largest value (2, n) of each variable alone with which the target is at
-    most 5 % worse than at an optimum (n,).
+    """The smallest and largest value (2, n) of each variable alone that is nearly as good.
+
+    With it the target is at most 5 % worse than at an optimum (n,).
     """
     n = len(x)
     each = np.eye(n, dtype=bool)

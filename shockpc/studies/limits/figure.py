@@ -1,6 +1,4 @@
-"""The map of a number over joint and strike angle, with the bound and the limits of the robot's
-file.
-"""
+"""The map of a number over joint and strike angle, with the bound and the robot file's limits."""
 
 import math
 from typing import Any

@@ -1,4 +1,7 @@
-"""Intervals of values that keep a bound, cut where flat ground begins or ceases to allow the landing."""
+"""Intervals of values that keep a bound.
+
+They are cut where flat ground begins or ceases to allow the landing.
+"""
 
 import math
 from collections.abc import Iterable, Sequence

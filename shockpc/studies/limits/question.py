@@ -1,4 +1,4 @@
-"""What a question about limits asks: the bound, what varies over which values, and the strikes."""
+"""A question about limits: the bound, what varies over which values, and the strikes."""
 
 import math
 from typing import NamedTuple
@@ -53,7 +53,7 @@ NOT_LIMITED = {
 
 
 class Varied(NamedTuple):
-    """What varies.
+    """A quantity that varies, with its range.
 
     Attributes:
         variation: as of a sweep, with the range.
@@ -82,9 +82,7 @@ class Varied(NamedTuple):
 
     @property
     def file_limits(self) -> tuple[float, float]:
-        """Limits of the robot's file that all joints have in common; infinite where it gives none
-        [rad, m].
-        """
+        """The robot file's limits that all joints have in common [rad, m]; infinite without any."""
         low = max((joint.limits[0] for joint in self.joints), default=-math.inf)
         high = min((joint.limits[1] for joint in self.joints), default=math.inf)
         return low, high
@@ -106,8 +104,10 @@ def bound_from(most: float | None, least: float | None) -> Bound:
 
 
 def refuse_senseless(landing: PosedLanding, number: Column, bound: Bound, varied: Varied) -> None:
-    """Refuse a bound on the better side, a loop whose joints move, and a velocity that no strike
-    angle turns.
+    """Refuse a question that has no meaning.
+
+    It has a bound on the better side, a loop whose joints move, or a velocity that no strike angle
+    turns.
 
     Raises:
         StudyError: the question is one of these.
@@ -159,7 +159,7 @@ def scan_values(varied: Varied, step: float) -> Array:
 
 
 def is_angle(robot: Robot, subject: str) -> bool:
-    """Whether what varies is an angle, typed in degrees."""
+    """True if what varies is an angle, typed in degrees."""
     kind, pattern = kind_of(robot, subject)
     if kind == JOINT_POSITION:
         return robot.joint(robot.match_joints(pattern)[0]).unit == "rad"
@@ -167,7 +167,7 @@ def is_angle(robot: Robot, subject: str) -> bool:
 
 
 def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> Varied:
-    """What varies, its joints and its range.
+    """The quantity that varies, its joints and its range.
 
     Args:
         robot: the robot.
@@ -224,8 +224,9 @@ def strike_range(landing: PosedLanding, given: Strikes | None, per_landing: bool
 
 
 def strike_targets(angle: float, strikes: Strikes) -> tuple[Strikes, ...]:
-    """The strikes for which limits are found: the scene's, others one by one, and last all of the
-    range [rad].
+    """The strikes for which limits are found [rad].
+
+    They are the scene's, others one by one, and last all of the range.
     """
     low, high = strikes
     first, last = math.ceil(low / STRIKE_ANGLE_STEP), math.floor(high / STRIKE_ANGLE_STEP)

@@ -1,5 +1,6 @@
-"""Joint limits that a bound on a number sets: for every strike angle the values allowed, and the
-number in every posture.
+"""Joint limits that a bound on a number sets.
+
+They are the values allowed for every strike angle, and the number in every posture.
 """
 
 import math
@@ -76,7 +77,7 @@ def _body(study: JointLimits, rows: int | None) -> list[Section]:
 
 
 def _scan_text(study: JointLimits) -> str:
-    """What varies, its range and the limits of the file."""
+    """The quantity that varies, its range and the limits of the file."""
     unit = _unit(study)
     low, high, step = (f"{study.shown(value):g}" for value in (*study.range, study.step))
     text = f"{study.subject} from {low} to {high}{unit}, scanned in steps of {step}{unit}"
@@ -96,7 +97,7 @@ def _unit(study: JointLimits) -> str:
 
 
 def _over_drives(study: JointLimits) -> list[str]:
-    """How the limits depend on the drives: those of both ends where they move."""
+    """The limits at both ends of the drives, where they differ."""
     if not study.ends:
         return []
     moved = any(isinstance(end, ShockError) or study.moves(end) for end in study.ends.values())
@@ -116,7 +117,7 @@ def _over_drives(study: JointLimits) -> list[str]:
 
 
 def _allowed_words(study: JointLimits) -> str:
-    """What is allowed at the strike of the scene, and at all strikes of the range."""
+    """The values allowed at the strike of the scene, and at all strikes of the range."""
     texts = [
         f"{_usable_words(study, study.limits[0])} at the scene's strike angle",
         f"{_usable_words(study, study.limits[-1])} at all strike angles",
@@ -143,7 +144,7 @@ def _no_dependence(study: JointLimits) -> list[str]:
 
 
 def _unchanged(numbers: Array) -> bool:
-    """Whether numbers (n, S) are the same in all rows that have them, but for rounding."""
+    """True if numbers (n, S) are the same in all rows that have them, but for rounding."""
     numbers = numbers[np.isfinite(numbers).all(axis=1)]
     if len(numbers) < 2:
         return False
@@ -175,7 +176,7 @@ def _none_allowed(study: JointLimits) -> list[str]:
 
 
 def _warnings(study: JointLimits) -> list[str]:
-    """What the landing, the scan and the ground leave to be said."""
+    """The warnings of the landing, the scan and the ground."""
     warnings = warning_lines(study.profile)
     n = len(study.scan.values)
     scene, target = study.profile.scene, study.target
@@ -212,7 +213,7 @@ def _warnings(study: JointLimits) -> list[str]:
 
 
 def _document(study: JointLimits) -> dict[str, Any]:
-    """What is no table of the document: angles in degrees, positions in metres."""
+    """The entries of the document that are no tables: angles in degrees, positions in metres."""
 
     def value(number: float) -> float:
         return in_degrees(number) if study.unit == "rad" else round(number, 9) + 0.0
@@ -239,8 +240,9 @@ def _document(study: JointLimits) -> dict[str, Any]:
 
 
 def _allowed(study: JointLimits) -> Sheet:
-    """For every strike angle the intervals of values that keep the bound, and whether flat ground
-    allows them.
+    """The intervals of values that keep the bound, for every strike angle.
+
+    It says where flat ground allows them.
     """
     title = f"values of {study.subject} that keep {study.target.name} {_bound(study)}"
     sheet = sheet_of(study.table, title, [])
@@ -264,8 +266,9 @@ def _drives(study: JointLimits) -> Sheet:
 
 
 def _best(study: JointLimits) -> Sheet:
-    """For every strike angle the best number where flat ground allows the landing, of the worst of
-    several strikes.
+    """The best number where flat ground allows the landing, for every strike angle.
+
+    Of several strikes it is that of the worst.
     """
     number = f"best {study.target.selection.name} [{study.target.unit}]"
     rows: list[Row] = []
@@ -277,8 +280,7 @@ def _best(study: JointLimits) -> Sheet:
 
 
 def _postures(study: JointLimits, most: int | None = None) -> Sheet:
-    """For every posture of the scan the number at the scene's strike, and at the worst strike of
-    the range.
+    """The number in every posture of the scan, at the scene's and at the worst strike of the range.
 
     Args:
         study: the limits.

@@ -1,5 +1,6 @@
-"""A number on the rows of a sweep over one quantity and the strike angle, and where it crosses a
-bound.
+"""A number over one quantity and the strike angle, and where it crosses a bound.
+
+It is computed on the rows of a sweep.
 """
 
 import math
@@ -120,7 +121,7 @@ class Scan(NamedTuple):
         return worst, self.angles[inside][k]
 
     def feasible(self, strikes: Strikes) -> np.ndarray:
-        """Whether (n,) flat ground allows the landings at all strike angles of a range."""
+        """True (n,) where flat ground allows the landings at all strike angles of a range."""
         return np.asarray(self.allowed_by_ground[:, self.inside(strikes)].all(axis=1))
 
     def feasible_runs(self, strikes: Strikes) -> list[Run]:
@@ -229,7 +230,7 @@ def _unreachable(
 
 
 def _strike_angles(targets: Sequence[Strikes]) -> Array:
-    """The strike angles (S,) of a scan, ascending: single ones, and those of the widest range [rad].
+    """Strike angles (S,) of a scan, ascending: single ones, and those of the widest range [rad].
 
     Args: targets, the ranges that are asked for, the widest last.
     """

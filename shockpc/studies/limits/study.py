@@ -1,7 +1,7 @@
-"""Values of a joint, or of what else varies, that keep a number below a bound: the shock at a
-point, a torque, a friction.
+"""Values of a joint, or of what else varies, that keep a number below a bound.
 
-It is a bound on the rows of a sweep over values and strike angles.
+The number is the shock at a point, a torque, a friction or another one. It is bounded on the rows
+of a sweep over values and strike angles.
 """
 
 import math
@@ -90,7 +90,7 @@ class JointLimits:
         return brief(self, bound, f"varied: {', '.join(self.joints)}")
 
     def moves(self, limits: "JointLimits") -> bool:
-        """Whether limits differ from these by more than 1 degree, 1 cm, or 1 % of the range."""
+        """True if limits differ from these by more than 1 degree, 1 cm, or 1 % of the range."""
         low, high = self.range
         most = {"rad": math.radians(1.0), "m": 0.01}.get(self.unit, MOVED * (high - low))
         for mine, theirs in zip(self.limits, limits.limits, strict=True):
@@ -118,8 +118,9 @@ class JointLimits:
 
     @property
     def table(self) -> Table:
-        """At each strike angle, and over the range, a row for each interval of values that keep the
-        bound; a row without ends if there is none.
+        """A row for each interval of values that keep the bound, at each strike angle and over all.
+
+        Where there is none, a row without ends.
         """
         unit = self.shown_unit
         strikes = "strike from [deg]", "strike to [deg]"

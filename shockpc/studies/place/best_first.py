@@ -35,8 +35,9 @@ def best_places(
     outside: Sequence[HalfSpaces] = (),
     apart: float = 0.0,
 ) -> Iterator[Optimum]:
-    """The best place of a region, then the next best ones; each with the proof that no other place
-    is better.
+    """The best place of a region, then the next best ones.
+
+    Each has the proof that no other place is better.
 
     Args:
         fields: shock over the body.

@@ -103,8 +103,9 @@ def least_shock(fields: Fields, cell: ConvexCell) -> Optimum | None:
 
 
 class _Rows(NamedTuple):
-    """Rows of a program: its columns t, r, shares and ball, None where they are zero, and the right
-    side.
+    """Rows of a program: its columns t, r, shares and ball, and the right side.
+
+    Columns are None where they are zero.
     """
 
     t: Any
@@ -145,8 +146,9 @@ def _solve(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
 def _minimize_t(
     rows: list[_Rows], n_t: int, nonnegative: int, cones: int
 ) -> tuple[Array, Array] | None:
-    """The unknowns and the multipliers of the rows where t, or its mean, is smallest; None if there
-    are no such unknowns.
+    """The unknowns and the multipliers of the rows where t, or its mean, is smallest.
+
+    None if there are no such unknowns.
 
     Args:
         rows: 4 equations, then inequalities, then cones of 4 rows.

@@ -1,5 +1,6 @@
-"""The figure of a placement: the largest shock over a body in three views, with present sensors,
-places found and CoPcs.
+"""The figure of a placement: the largest shock over a body in three views.
+
+It shows the present sensors, the best places and the CoPcs.
 """
 
 import math
@@ -61,7 +62,7 @@ REGION_STYLE: dict[str, Any] = {
 
 
 class _Content(NamedTuple):
-    """What the views show, in the body's frame.
+    """The content of the views, in the body's frame.
 
     Attributes:
         shapes: of the body.
@@ -168,7 +169,7 @@ def draw_place(study: PlaceStudy) -> Figure:
 
 
 def _content_and_frame(study: PlaceStudy) -> tuple[_Content, _Frame]:
-    """What the views show, and the box around it."""
+    """The content of the views, and the box around it."""
     shapes, _ = body_shapes(study.robot)[study.body]
     cells = []
     if study.region.solid:
@@ -296,7 +297,7 @@ def _rows(study: PlaceStudy) -> TableRows:
 
 
 def _notes(study: PlaceStudy, near: int) -> list[str]:
-    """What the views cannot show.
+    """Notes on what the views cannot show.
 
     Args:
         study: the study.

@@ -1,4 +1,4 @@
-"""Where on a body a sensor may be: in its geometry, on the surface of that, or in a box."""
+"""The region of a body where a sensor may be: its geometry, the surface of that, or a box."""
 
 import itertools
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ on.
 
 
 class Region(NamedTuple):
-    """Where a sensor may be.
+    """A region where a sensor may be.
 
     Attributes:
         text: in words.
@@ -44,7 +44,7 @@ class Region(NamedTuple):
 
 
 def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Region:
-    """Where on a body a sensor may be.
+    """The region of a body where a sensor may be.
 
     Args:
         robot: the robot.

@@ -1,5 +1,6 @@
-"""Where a sensor has the smallest shock: places, margins, the shock in each landing, what is gained
-and what is proven.
+"""The report of the places where a sensor has the smallest shock.
+
+It gives the places, margins, the shock in each landing, what is gained and what is proven.
 """
 
 from collections.abc import Callable
@@ -98,7 +99,7 @@ def _warnings(study: PlaceStudy) -> list[str]:
 
 
 def _document(study: PlaceStudy) -> dict[str, Any]:
-    """What is no table of the document, schema `shockpc.place/2`."""
+    """The entries of the document that are no tables, schema `shockpc.place/2`."""
     return {
         "robot": {"name": study.robot.name, "file": study.robot.label},
         "body": study.robot.bodies[study.body].name,
@@ -194,7 +195,7 @@ def _margins(study: PlaceStudy) -> Sheet:
 
 
 def _gains(study: PlaceStudy) -> list[str]:
-    """How much less shock the best place sees than each present sensor."""
+    """The gain of the best place over each present sensor, in words."""
     position = study.places[0].position.round(3) + 0.0
     best = "the best place ({:g}, {:g}, {:g})".format(*position)
     if not study.today:
@@ -216,8 +217,9 @@ def _gains(study: PlaceStudy) -> list[str]:
 
 
 def moves_over_drives(study: PlaceStudy) -> bool:
-    """Whether the best place differs between the ends of the drives by more than 1 cm, or its shock
-    by more than 1 %.
+    """True if the best place differs between the ends of the drives.
+
+    It differs by more than 1 cm, or its shock by more than 1 %.
     """
     if any(isinstance(end, ShockError) for end in study.ends.values()):
         return True
@@ -234,8 +236,9 @@ def _moved(study: PlaceStudy) -> tuple[float, list[float]]:
 
 
 def _drives(study: PlaceStudy) -> Sheet:
-    """The best place with the smallest and the largest inertias of the drives, beside that as
-    modelled and present sensors.
+    """The best place with the smallest and the largest inertias of the drives.
+
+    Beside it are that as modelled, and present sensors.
     """
     header = ("drives", "place", "x [m]", "y [m]", "z [m]", "maximum shock [-]")
     modelled = study.places[0].position
@@ -254,7 +257,7 @@ def _drives(study: PlaceStudy) -> Sheet:
 
 
 def _over_drives(study: PlaceStudy) -> list[str]:
-    """How the answer depends on the drives."""
+    """Lines on how the answer depends on the drives."""
     if not study.ends:
         return []
     if not moves_over_drives(study):

@@ -1,4 +1,4 @@
-"""Where on a body a sensor has the smallest shock over some landings: scenes in, one record out."""
+"""The place on a body where a sensor has the smallest shock over some landings."""
 
 import itertools
 import math
@@ -51,7 +51,7 @@ of them tell these apart."""
 
 
 class Margin(NamedTuple):
-    """What a pulse means for the axes of a sensor.
+    """Peaks of a pulse along the axes of a sensor, and what is left of its range.
 
     Attributes:
         peak_g: (3,) largest peak acceleration along each of its axes, in multiples of gravity.
@@ -88,7 +88,7 @@ class SensorPlace(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlaceStudy:
-    """Where on a body a sensor has the smallest shock.
+    """The places on a body where a sensor has the smallest shock.
 
     Attributes:
         robot: the robot.
@@ -154,7 +154,7 @@ class PlaceStudy:
 
     @property
     def kept(self) -> SensorPlace | None:
-        """The present sensor than which no place is better by more than 1 %; None if there is none."""
+        """The present sensor than which no place is better by more than 1 %; else None."""
         best = min(self.today, key=lambda sensor: sensor.combined, default=None)
         if best is None or self.better(best) > MOVED:
             return None
@@ -162,7 +162,7 @@ class PlaceStudy:
 
     @property
     def complete(self) -> bool:
-        """Whether the gap is at most a millionth of the number."""
+        """True if the gap is at most a millionth of the number."""
         return self.gap <= 1e-6 * max(self.least, 1e-3)
 
 
@@ -386,8 +386,9 @@ def _of_smallest_mean(fields: Fields, region: Region, number: int, apart: float)
 
 
 def _nested(profiles: Iterable[ShockProfile]) -> bool:
-    """Whether one of the landings is on some of the contacts of another, as those of feet that are
-    level.
+    """True if one of the landings is on some of the contacts of another.
+
+    Landings of feet that are level are so.
     """
     contacts = [{contact.frame for contact in profile.scene.contact} for profile in profiles]
     return any(some < more for some, more in itertools.permutations(contacts, 2))
@@ -436,8 +437,9 @@ def _sensor_places(
 def _proven(
     profiles: Sequence[ShockProfile], places: Sequence[Place], new: Sequence[Point]
 ) -> tuple[Array, Array]:
-    """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact
-    solutions.
+    """Shock (n, L) and jump of velocity (n, L, 3) at places.
+
+    They are from the enclosures of the exact solutions.
 
     Args:
         profiles: of the landings.
@@ -458,8 +460,9 @@ def _proven(
 
 
 def _margin(delta_v: Array, profiles: Sequence[ShockProfile]) -> Margin | None:
-    """Peaks along the axes of a sensor, for the scenes' pulses and bandwidths, and what is left of
-    its range.
+    """Peaks along the axes of a sensor, and what is left of its range.
+
+    They are for the scenes' pulses and bandwidths.
 
     Args:
         delta_v: (L, 3) jump of velocity along the axes [m/s].
