@@ -1,5 +1,6 @@
-"""The shock of many states from what a simulator has of each: its inertia and Jacobians, in
-whatever library holds its arrays.
+"""The shock of many states, from what a simulator has of each: its inertia and Jacobians.
+
+The arrays may be of any library.
 """
 
 from typing import Any, NamedTuple
@@ -52,9 +53,9 @@ def batched_shock(
         v: (B, nv) velocity before the impact [rad/s, m/s].
         restitution: e, a number or (B, c, 1) [1].
         locked: (nv,) bool, velocities that the impact does not change.
-        contacts: (B, c) bool, which of them are held: feet that strike, and feet that stand already,
-            whose velocity is zero; all by default. Where none is, the shock is NaN without `v_in`,
-            else 0.
+        contacts: (B, c) bool, which of them are held: feet that strike, and feet that stand
+            already, whose velocity is zero; all by default. Where none is, the shock is NaN without
+            `v_in`, else 0.
         v_in: (B,) speed that normalises shock [m/s]; by default that of the fastest contact, along
             its d directions.
 
@@ -148,7 +149,7 @@ def mitigation(xp: Any, M: Any, J_c: Any, base: int = 6, locked: Any = None) -> 
 
 
 def _free(xp: Any, like: Any, locked: Any) -> Any:
-    """One for each velocity (nv,) that is free, zero for the others; of the type of an array (nv,)."""
+    """Mask (nv,) of the free velocities, one or zero, of the type of an array (nv,)."""
     ones = xp.ones_like(like)
     return ones if locked is None else ones * ~locked
 
@@ -174,7 +175,10 @@ def _inverse(xp: Any, A: Any) -> Any:
 
 
 def _promoted(xp: Any, array: Any) -> Any:
-    """An array of 16 bits in 32, in which sums over a robot keep three digits; others as they are."""
+    """An array of 16 bits in 32; others as they are.
+
+    In 32 bits sums over a robot keep three digits.
+    """
     if _kind(array) not in ("float16", "bfloat16"):
         return array
     return array.to(xp.float32) if hasattr(array, "to") else array.astype(xp.float32)
@@ -183,8 +187,9 @@ def _promoted(xp: Any, array: Any) -> Any:
 def _refuse_other_arrays(
     M: Any, J_c: Any, J_p: Any, v: Any, restitution: Any, locked: Any, contacts: Any, v_in: Any
 ) -> None:
-    """Refuse, by a ValueError, arrays whose shapes would be broadcast to another meaning, and masks
-    that are numbers.
+    """Refuse arrays whose shapes would be broadcast to another meaning, and masks of numbers.
+
+    They raise a ValueError.
 
     Only shapes and types are read, which a device and a compiler have without a computation.
     """
@@ -243,8 +248,9 @@ def _eye(xp: Any, like: Any) -> Any:
 
 
 def _solve(xp: Any, matrices: Any, right: Any) -> Any:
-    """Solutions X of A X = B, for A (B, n, n) and B (B, n, k); NaN where A is singular, instead of
-    an error for all states.
+    """Solutions X of A X = B, for A (B, n, n) and B (B, n, k); NaN where A is singular.
+
+    An error would end the computation of all states.
     """
     # of PyTorch; `solve` would wait for the device to ask whether a matrix is singular
     if hasattr(xp.linalg, "solve_ex"):

@@ -229,8 +229,9 @@ def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
 def _polished(
     angle: Array, harmonics: tuple[Array, Array, Array], size: Array
 ) -> tuple[Array, np.ndarray]:
-    """Roots (N, 4) of k₀ + Re(k₁ w + k₂ w²), w = exp(iφ), by Newton's method from angles near them,
-    and which are roots.
+    """Roots φ (N, 4) of k₀ + Re(k₁ w + k₂ w²), w = exp(iφ), and a mask of those that are.
+
+    By Newton's method from angles near them.
 
     Args:
         angle: (N, 4) φ.
@@ -326,13 +327,14 @@ class _Problem:
         return float(np.abs(R.reshape(-1, 3) / self.mass[:, None]).max()) / self.speed
 
     def rounding(self, impulse: Array) -> float:
-        """What the rounding of impulses (m, 3) alone may contribute to `error`."""
+        """Largest contribution of the rounding of impulses (m, 3) to `error`."""
         largest = float((np.abs(impulse).max(axis=1) / self.mass).max())
         return 4.0 * float(np.finfo(float).eps) * largest / self.speed
 
     def newton(self, impulse: Array) -> Array:
-        """Newton's method from impulses (m, 3), as far as it gets nearer; contacts that do not
-        press take no impulse.
+        """Improve impulses (m, 3) by Newton's method, as far as the error decreases.
+
+        Contacts that do not press take no impulse.
         """
         best = impulse
         smallest_error = np.inf
@@ -363,7 +365,10 @@ class _Problem:
         return impulse
 
     def starts(self, count: int) -> Iterator[tuple[Array, list[int]]]:
-        """Impulses (m, 3) to start from, and orders of the contacts: all stick, none, random ones."""
+        """Impulses (m, 3) to start from, and orders of the contacts.
+
+        All contacts stick, none has an impulse, then random impulses.
+        """
         m = len(self.mu)
         rng = np.random.default_rng(0)
         stick = -_smallest_solution(self.A, self.free.ravel()).reshape(m, 3)
@@ -389,7 +394,7 @@ class _Problem:
                     impulse = self.sweep(impulse, order)
 
     def same(self, a: FrictionImpact, b: FrictionImpact) -> bool:
-        """Whether two solutions have the same velocities after impact."""
+        """True if two solutions have the same velocities after impact."""
         apart = float(np.abs(a.velocity - b.velocity).max())
         return apart <= 1e3 * CLOSE * self.speed
 

@@ -78,7 +78,7 @@ class DriveBox(NamedTuple):
 
     @property
     def least(self) -> Array:
-        """The change (n,) to the smallest inertias with which something still resists all motion."""
+        """The change (n,) to the smallest inertias with which all motion still meets resistance."""
         return _Inertias(self, np.zeros(0), np.zeros((0, len(self.x)))).change
 
     @property
@@ -196,7 +196,7 @@ class _Inertias:
         return less
 
     def copy(self) -> "_Inertias":
-        """The same inertias, to be changed apart."""
+        """A copy of the inertias, to be changed separately."""
         other = copy.copy(self)
         for name in ("M", "d", "sign", "rest", "floor"):
             setattr(other, name, getattr(self, name).copy())
@@ -213,7 +213,7 @@ class _Inertias:
         return np.asarray(self.M[len(self.d) :, -1])
 
     def steps(self) -> tuple[Array, Array]:
-        """What the inertia of each joint alone changes: Y − s V_i, with s from zero to most.
+        """The change of Y by the inertia of each joint alone: Y − s V_i, with s from zero to most.
 
         Returns: most (n,), at the other end of its interval, zero where it cannot be held; V (m,
         n).

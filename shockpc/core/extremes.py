@@ -153,7 +153,7 @@ def maximum_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
 
 
 def _maximum(omega: Array, v: Array, pieces: Pieces) -> Array:
-    """The same (n,) for jumps (n, 3), all at once."""
+    """The maximum (n,) of `maximum` for jumps (n, 3), all at once."""
     along, offset, turning = _across(omega, v)
     p = np.swapaxes(offset[..., None] + turning @ pieces.points.T, 0, 1)
     farthest = np.sqrt(_dot(p, p).max(axis=-1))
@@ -167,8 +167,9 @@ def _maximum(omega: Array, v: Array, pieces: Pieces) -> Array:
 
 
 def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
-    """Separate jumps into parts along and perpendicular to ω: along (...), offset (..., 2), turning
-    (..., 2, 3).
+    """Separate jumps into parts along and perpendicular to ω.
+
+    They are: along (...), offset (..., 2) and turning (..., 2, 3).
 
     With the unit vectors e perpendicular to ω, e · (Δv + Δω × r) = e · Δv + (e × Δω) · r = offset +
     turning · r.
@@ -230,8 +231,9 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
 
 
 def _to_tangents(sides: Array, images: Array) -> Array:
-    """From the ends a, b, a, b of a swept ellipse to the corners of the parallelogram between its
-    two straight sides.
+    """The corners of the parallelogram between the two straight sides of a swept ellipse.
+
+    They follow from the ends a, b, a, b of the ellipse.
 
     Such an ellipse is the union of the ellipses at its ends and of this parallelogram, whose
     corners are where the sides touch them: the support points of the ellipse M b, |b| ≤ 1, in the
@@ -253,8 +255,9 @@ def _to_tangents(sides: Array, images: Array) -> Array:
 
 
 def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
-    """Solve |(a / μ, b / (μ + δ))| = 1 for that vector; if no μ > 0 does, it is (√(1 − b²/δ²), b /
-    δ). All are ≥ 0.
+    """Solve |(a / μ, b / (μ + δ))| = 1 for that vector; all of a, b, δ and μ are ≥ 0.
+
+    If no μ > 0 does, the vector is (√(1 − b²/δ²), b / δ).
 
     The reciprocal of the length is a concave function of μ, so from a μ where the length is at
     least 1 Newton's iteration increases to the root, in the end quadratically (Moré and Sorensen
@@ -287,8 +290,9 @@ def _inner(a: Array, b: Array) -> Array:
 
 
 def _distances(p: Array, pieces: Pieces) -> Array:
-    """Distance (n,) of the origin from the convex hull of every piece's points p (2, k); 0 inside,
-    NaN where one is not finite.
+    """Distance (n,) of the origin from the convex hull of every piece's points p (2, k).
+
+    It is 0 inside, and NaN where a point is not finite.
 
     The origin is inside unless all points, seen from it, lie within less than half a turn. Outside,
     the algorithm is Wolfe's (1976) in the plane: take the corner with the minimum component along

@@ -9,7 +9,9 @@ R = TypeVar("R")
 
 @dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(dataclasses.field,))
 def frozen(*, kw_only: bool = False) -> Callable[[type[R]], type[R]]:
-    """As `dataclasses.dataclass(frozen=True, eq=False, repr=False)`, with methods that all records
+    """A decorator for records: frozen dataclasses with shared methods.
+
+    It is `dataclasses.dataclass(frozen=True, eq=False, repr=False)`, with methods that all records
     share.
 
     Those that `dataclass` makes for each class, which it compiles, would lengthen the start of

@@ -1,5 +1,6 @@
-"""Step 1: solve the impulsive equation of motion for the jump in joint velocity (shock paper, Eq.
-4).
+"""Step 1: solve the impulsive equation of motion for the jump in joint velocity.
+
+Shock paper, Eq. 4:
 
     [ H    J_cᵀ ] [ Δq̇ ]   [  0 ]
     [ J_c   0   ] [ −λ ] = [ −b ]         b = (1 + e) J_c q̇⁻
@@ -60,8 +61,8 @@ class Solution(NamedTuple):
         rank: (N,) number of independent rows.
         condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the
             jump that is known worst [1].
-        row_spaces: the independent rows of each posture in which some depend on others, or nearly do,
-            by its index.
+        row_spaces: the independent rows of each posture in which some depend on others, or nearly
+            do, by its index.
         independent: (r, k) impulses along these rows only, which do the same to the robot, by the
             same index [N s].
     """
@@ -87,7 +88,7 @@ class Solution(NamedTuple):
 
 
 class RowSpace(NamedTuple):
-    """Which rows of one posture are independent.
+    """The independent rows of one posture.
 
     Attributes:
         rows: (r,) indices of independent rows from which all others follow.
@@ -120,7 +121,7 @@ class RowSpace(NamedTuple):
 
 
 class RowLimit(NamedTuple):
-    """How many rows of a posture can be independent, whatever their singular values.
+    """The number of rows of a posture that can be independent, whatever their singular values.
 
     Attributes:
         most: number of rows; the smallest singular values beyond that count as zero.
@@ -144,8 +145,9 @@ def solve_impact(
     tolerance: float,
     limits: RowLimits | None = None,
 ) -> Solution:
-    """The jump of minimum kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ =
-    (J_c H⁻¹ J_cᵀ)⁻¹.
+    """The jump of minimum kinetic energy that meets the contact.
+
+    Δq̇ = −H⁻¹ J_cᵀ Λ b and λ = −Λ b, with Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting.
     Where a pivot comes near zero, or the inertia has lost the digits to tell, `independent_rows`
@@ -288,8 +290,9 @@ def _delassus(H: Inertia, J_c: Array, size: Array) -> _Delassus:
 
 
 def _light(size: Array, delta_qd: Array) -> Array:
-    """By how much (N,) the jump of the lightest joint is known worse than that of all, ‖D Δq̇‖ /
-    (min D · max |Δq̇|), D² = diag H.
+    """The factor (N,) by which the jump of the lightest joint is known worse than that of all.
+
+    ‖D Δq̇‖ / (min D · max |Δq̇|), D² = diag H.
 
     Rounding is a share of all that moves, measured with its inertia: a heavy body's may be much for
     a light one.
@@ -310,8 +313,9 @@ def _signs(n: int) -> Array:
 
 
 def _minimum_pivot(A: Array) -> Array:
-    """The smallest pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN
-    after one that is zero.
+    """The smallest pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order.
+
+    It is NaN after a pivot that is zero.
     """
     S = A.transpose(1, 2, 0).copy()
     for k in range(len(S) - 1):
@@ -322,8 +326,9 @@ def _minimum_pivot(A: Array) -> Array:
 
 
 def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
-    """−A⁻¹ b for the Delassus matrix of independent rows, scaled to a unit diagonal, and its
-    condition.
+    """−A⁻¹ b for the Delassus matrix A of independent rows, and the condition of A.
+
+    A is scaled to a unit diagonal.
     """
     nothing = np.full_like(b, np.nan), np.inf
     if not np.isfinite(A).all() or not np.all(np.diagonal(A) > 0.0):
@@ -345,8 +350,9 @@ def independent_rows(
     tolerance: float = TOLERANCE,
     limit: RowLimit | None = None,
 ) -> RowSpace:
-    """Rows of one posture from which all others follow, and how impulses along these are
-    distributed over all.
+    """The rows of one posture from which all others follow, and the distribution of impulses.
+
+    Impulses along these rows are distributed over all.
 
     They are as many as singular values are above rounding, and are taken far from one another. The
     rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the
@@ -429,12 +435,13 @@ class _RowsInTerms(NamedTuple):
         return float(zeros[zeros > rounding].max(initial=0.0))
 
     def uncertain(self, most: int) -> bool:
-        """Whether rounding can change how many rows are independent."""
+        """True if rounding can change how many rows are independent."""
         return _any_near(self.s[:most], self.bound) or _any_near(self.length, TOLERANCE)
 
     def without_rounding(self, rank: int, slack: float) -> tuple["_RowsInTerms", Array]:
-        """The rows without what rounding of the file left in them, and the combinations (m, nc) of
-        rows that are that alone.
+        """The rows without the rounding that the file left in them.
+
+        The second array (m, nc) holds the combinations of rows that are only this rounding.
 
         Args:
             rank: number of independent rows.
@@ -459,8 +466,9 @@ class _RowsInTerms(NamedTuple):
 def _distribution(
     J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray
 ) -> Array:
-    """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones,
-    as `RowSpace.distribution`.
+    """Impulses (nc, r) along all rows with the effect of unit impulses along r independent ones.
+
+    They are `RowSpace.distribution`.
 
     With C the scale, they are C (J C)⁺ J_rᵀ, where (J C)⁺ has r singular values.
 
@@ -488,16 +496,18 @@ def _distribution(
 
 
 def column_sizes(terms: Array) -> Array:
-    """The largest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length
-    [m], for a translation 1.
+    """The largest size (nv,) of a term in each column of terms (nc, nv).
+
+    It is a length [m] for a rotation, and 1 for a translation.
     """
     maximum = terms.max(axis=0, initial=0.0)
     return np.where(maximum > 0.0, maximum, 1.0)
 
 
 def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
-    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that; arguments as
-    of `independent_rows`.
+    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that.
+
+    Arguments are as of `independent_rows`.
     """
     # What is left of terms that cancel to within their rounding is a structural zero, such as the
     # speed of a point on the only axis that rotates; nothing later could tell it from a lever of
@@ -509,7 +519,7 @@ def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
 
 
 def _any_near(values: Array, limit: float) -> bool:
-    """Whether a value is so near a limit that rounding could have taken it across."""
+    """True if a value is so near a limit that rounding could have taken it across."""
     low, high = UNCERTAIN
     return bool(np.any((values > low * limit) & (values < high * limit)))
 

@@ -1,5 +1,6 @@
-"""The joint-space inertia H in N postures, as matrices or as the momenta that they consist of, and
-H⁻¹ B from either.
+"""The joint-space inertia H in N postures and H⁻¹ B, from matrices or from momenta.
+
+The momenta are those that H consists of.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -10,8 +11,9 @@ from shockpc.core.spatial import Array
 
 
 class CompositeInertia(NamedTuple):
-    """What H consists of: H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves; on the
-    diagonal also armature.
+    """The momenta that H consists of: H_ij = J_iᵀ F_j where velocity i also moves what j moves.
+
+    On the diagonal the armature is added.
 
     With them the work for one posture grows with nv, and with its cube in the matrix, but each
     velocity costs a dozen calls.
@@ -32,8 +34,9 @@ class CompositeInertia(NamedTuple):
     before: tuple[int, ...]
 
     def with_rotors(self, coupling: Array) -> "CompositeInertia":
-        """The same with the momenta c a of rotors about axes a of their joints, which the links
-        carry that carry the joints.
+        """These inertias with the momenta c a of rotors about axes a of their joints.
+
+        The links that carry the joints carry the rotors.
 
         H_ij gains c_j J_iᵀ (a_j, 0); on the diagonal that is c_j, which is no part of the joint's
         own inertia and is taken away.
@@ -83,8 +86,9 @@ def matrix_of(inertia: Inertia) -> Array:
 
 
 def definite(inertia: Inertia) -> Array:
-    """H (N, nv, nv), NaN in a posture in which it is not positive definite, as negative moments of
-    inertia can make it.
+    """H (N, nv, nv), NaN in a posture in which it is not positive definite.
+
+    Negative moments of inertia can make it indefinite.
 
     A velocity that moves nothing with inertia is left out of this: its diagonal entry is zero.
     """

@@ -1,5 +1,6 @@
-"""What an accelerometer of a given bandwidth reads: accelerations behind a low-pass filter, in
-closed form.
+"""The reading of an accelerometer of a given bandwidth, in closed form.
+
+It is the acceleration behind a low-pass filter.
 
 Of first order the transfer function is ω / (s + ω), of second order that of a Butterworth filter,
 ω² / (s² + √2 ω s + ω²); at the frequency f = ω / 2π both let pass 1/√2.
@@ -62,16 +63,18 @@ class LowPass(NamedTuple):
 
     @property
     def bound(self) -> float:
-        """Largest reading for a unit change of velocity by a pulse of one sign, whatever its length
-        [1/s].
+        """Largest reading for a unit change of velocity by a pulse of one sign [1/s].
+
+        It holds for any length of the pulse.
         """
         omega = 2.0 * math.pi * self.frequency
         return omega if self.order == 1 else omega * math.exp(-math.pi / 4.0)
 
     @property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
-        """Poles of the transfer function (order,), that above the real axis first, and its residues
-        there [1/s].
+        """Poles (order,) of the transfer function, and its residues there [1/s].
+
+        The pole above the real axis comes first.
         """
         omega = 2.0 * math.pi * self.frequency
         if self.order == 1:
@@ -85,8 +88,9 @@ class LowPass(NamedTuple):
 
 @functools.lru_cache(maxsize=256)
 def low_pass_from(text: str) -> LowPass:
-    """A filter from its text: "200Hz", "0.2kHz:1" or "200Hz:2"; without an order it is of first
-    order.
+    """A filter from its text: "200Hz", "0.2kHz:1" or "200Hz:2".
+
+    Without an order it is of first order.
 
     Raises:
         ValueError: it has no frequency from 1 mHz to 1 GHz, or another order.

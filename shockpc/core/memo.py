@@ -24,8 +24,9 @@ class _Memo(dict[Any, dict[Any, Any]]):
 def memoized(
     most: int | None = None,
 ) -> Callable[[Callable[Concatenate[Owner, P], T]], Callable[Concatenate[Owner, P], T]]:
-    """A function whose results its first argument holds; with `functools.cache` they would keep
-    that argument alive.
+    """A decorator that keeps the results of a function in its first argument.
+
+    With `functools.cache` the results would keep that argument alive.
 
     That object has a `__dict__`, and what the function reads of it does not change. The other
     arguments can be hashed. Nobody can write to the arrays of a result.

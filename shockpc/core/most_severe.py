@@ -1,5 +1,6 @@
-"""The most and the least severe strike for a point: singular values of its 3 × 3 map from strike to
-shock.
+"""The most and the least severe strike for a point.
+
+They are the singular values of its 3 × 3 map from strike to shock.
 """
 
 from typing import NamedTuple
@@ -54,8 +55,9 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
 
 
 def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
-    """The direction (N, 3) and the shock (N,) of the most severe strike, as `extreme_directions`,
-    which takes five times as long.
+    """The direction (N, 3) and the shock (N,) of the most severe strike.
+
+    As `extreme_directions`, which takes five times as long.
 
     The direction is the eigenvector of AᵀA with the largest eigenvalue, and the shock √ of that.
     Where the two largest eigenvalues are nearly equal the formulas for these lose digits; singular
@@ -125,6 +127,6 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _downwards(direction: Array, up: Array) -> Array:
-    """Of a direction and its opposite, the one that approaches the ground."""
+    """The one of a direction and its opposite that approaches the ground."""
     leaving = direction @ up > 0.0
     return np.asarray(np.where(leaving[..., None], -direction, direction) + 0.0)

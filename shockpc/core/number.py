@@ -59,7 +59,7 @@ def number_within(text: str, units: Mapping[str, float], least: float, most: flo
 
 
 def factor_texts(texts: Sequence[str]) -> tuple[list[str], bool]:
-    """Texts of numbers, and whether they are factors: each then has an x behind it, left out here."""
+    """Texts of numbers without the x of factors, and True if they are factors."""
     stripped = [text.strip() for text in texts]
     if all(text.endswith("x") for text in stripped):
         return [text.removesuffix("x") for text in stripped], True

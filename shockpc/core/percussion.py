@@ -40,7 +40,7 @@ def _each(function: Callable[..., Any], *arrays: Any) -> Any:
 def translation(
     delta_omega: Array, delta_v: Array, normal: Array, v_in: float, length: float, tolerance: float
 ) -> tuple[Any, Any]:
-    """Which bodies only translate in the plane, and which do not rotate at all.
+    """Masks of the bodies that only translate in the plane, and of those that do not rotate.
 
     A body translates when its rotation moves no point within `length` by more than `tolerance` of
     v_in or of the body's velocity: files give angles and lengths with ten digits or so, and their
@@ -61,8 +61,9 @@ def translation(
 
 
 def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:
-    """Normalised shock at a point, |Δv + Δω × r| / v_in; in the plane it equals |r − p| / r_p (Eq.
-    2).
+    """Normalised shock at a point, |Δv + Δω × r| / v_in.
+
+    In the plane it equals |r − p| / r_p (Eq. 2).
 
     Unlike p and r_p it stays exact however little the body rotates.
 
@@ -78,8 +79,9 @@ def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:
 def off_plane_share(
     delta_omega: Any, v_com: Any, normal: Any, gyration: Any, at_rest: Any = 0.0
 ) -> Any:
-    """How much of a body's jump a planar picture cannot show: 0 all in the plane or at rest, 1 all
-    across it.
+    """Share of a body's jump out of the plane: 0 all in the plane or at rest, 1 all across it.
+
+    A planar picture cannot show this part.
 
     The larger of the share of the translation across the plane and the share of the rotation about
     axes in the plane, both measured as velocities (rotation times radius of gyration), so that the

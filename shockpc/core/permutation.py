@@ -4,8 +4,9 @@ import numpy as np
 
 
 def permuted(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
-    """The places of some rows in a random permutation of all n, in which each chunk of the strata
-    of a sample is computed alone.
+    """The places of some rows in a random permutation of all n.
+
+    With them each chunk of the strata of a sample is computed alone.
 
     A Feistel network permutes the numbers of 2 b bits, at least n of them; a number that leaves [0,
     n) is permuted until it comes back (Black and Rogaway 2002, "Ciphers with arbitrary finite

@@ -23,15 +23,17 @@ class Pulse(NamedTuple):
 
 
 def peak_acceleration(delta_v: float, pulse: Pulse) -> float:
-    """Peak acceleration [m/s²] of a pulse that changes a velocity by delta_v [m/s]: π Δv / (2T) for
-    a half-sine of length T.
+    """Peak acceleration [m/s²] of a pulse that changes a velocity by delta_v [m/s].
+
+    For a half-sine of length T it is π Δv / (2T).
     """
     return SHAPES[pulse.shape] * delta_v / pulse.length
 
 
 def velocity_change(peak: float, pulse: Pulse) -> float:
-    """Velocity change [m/s] of a pulse with a peak acceleration [m/s²]: 2AT/π for a half-sine of
-    peak A and length T.
+    """Velocity change [m/s] of a pulse with a peak acceleration [m/s²].
+
+    For a half-sine of peak A and length T it is 2AT/π.
     """
     return peak * pulse.length / SHAPES[pulse.shape]
 

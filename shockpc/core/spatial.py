@@ -14,8 +14,9 @@ Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Plane(NamedTuple):
-    """The plane in which shock is reduced to a point and a radius; world axes, right-handed: e1 ×
-    e2 = normal.
+    """The plane in which shock is reduced to a point and a radius; world axes.
+
+    Right-handed: e1 × e2 = normal.
 
     Attributes:
         normal: (3,) unit vector across the plane.
@@ -29,13 +30,14 @@ class Plane(NamedTuple):
 
     @property
     def level(self) -> bool:
-        """Whether it is horizontal, so that it has no vertical."""
+        """True if the plane is horizontal, so that it has no vertical."""
         return abs(float(self.normal[2])) > 1.0 - 1e-9
 
     @property
     def forward(self) -> Array:
-        """(3,) unit vector along e1 or against it, whichever points to world x, or to world y in a
-        plane across x.
+        """Unit vector (3,) forward: along e1 or against it, whichever points to world x.
+
+        In a plane across x, whichever points to world y.
         """
         x, y = self.e1[:2]
         across_x = abs(x) <= 1e-9
@@ -45,8 +47,9 @@ class Plane(NamedTuple):
 
 
 def plane_from(normal: Array | Sequence[float]) -> Plane:
-    """The plane across a normal, with e2 as near to world z as it can be (world y when the plane is
-    level).
+    """The plane across a normal, with e2 as near to world z as it can be.
+
+    In a level plane e2 is as near to world y as it can be.
 
     The sagittal plane (forward x, up z) has the normal −y, because x × z = −y.
 
@@ -81,8 +84,9 @@ def cross_matrix(r: Array) -> Array:
 
 
 def cross(a: Any, b: Any) -> Any:
-    """The products a × b of vectors (..., 3), as `np.cross`, which takes several times as long for
-    a few of them.
+    """The products a × b of vectors (..., 3).
+
+    `np.cross` takes several times as long for a few of them.
     """
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
@@ -95,8 +99,9 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def motion_cross(V: Array) -> Array:
-    """The matrix (..., 6, 6) of the product V × W, by which a rigid motion V (..., 6) changes a
-    twist W that it carries.
+    """The matrix (..., 6, 6) of the product V × W.
+
+    By it a rigid motion V (..., 6) changes a twist W that it carries.
 
     A wrench or a momentum that it carries changes by minus the transpose (Featherstone 2008,
     section 2.9).
@@ -147,8 +152,9 @@ def body_jumps(
     delta_qd: Array,
     bodies: Sequence[int] | None = None,
 ) -> Array:
-    """Jump of every body's spatial velocity, world axes, at the body frame's origin (shock paper,
-    Eqs. 8 and 9).
+    """Jump of every body's spatial velocity at the body frame's origin, world axes.
+
+    Source: shock paper, Eqs. 8 and 9.
 
     The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at
     once.
@@ -228,8 +234,9 @@ def _path(parent: Sequence[int], body: int) -> Iterator[int]:
 
 
 def quaternion_of(rotation: Array) -> Array:
-    """A quaternion (x, y, z, w) of a rotation (3, 3), of any length; quarter turns about an axis,
-    and none, stay exact.
+    """A quaternion (x, y, z, w) of a rotation (3, 3), of any length.
+
+    Quarter turns about an axis, and none, stay exact.
 
     It is a row of 4 q qᵀ, whose entries are sums of those of the rotation.
     """
@@ -251,8 +258,9 @@ def quaternion_of(rotation: Array) -> Array:
 
 
 def freeze(*values: Any) -> None:
-    """Make arrays read-only, those of tuples and dictionaries too, at any depth; other values are
-    left as they are.
+    """Make arrays read-only, those in tuples and dictionaries too, at any depth.
+
+    Other values are left as they are.
     """
     for value in values:
         if isinstance(value, np.ndarray):

@@ -1,5 +1,6 @@
-"""Shock response spectrum: the largest acceleration of oscillators whose base moves with a given
-acceleration (ISO 18431-4).
+"""Shock response spectrum: the largest acceleration of oscillators on a moving base.
+
+The base moves with a given acceleration (ISO 18431-4).
 """
 
 import functools
@@ -23,8 +24,9 @@ slow one.
 
 @functools.lru_cache(maxsize=64)
 def amplification(shape: str, periods: float) -> float:
-    """Largest acceleration of an undamped oscillator for a single pulse of its base, relative to
-    the peak of the pulse [1].
+    """Largest acceleration of an undamped oscillator for a single pulse of its base [1].
+
+    It is relative to the peak of the pulse.
 
     Args:
         shape: one of `pulse.SHAPES`; the saw-tooth has its peak at the end.
@@ -155,8 +157,9 @@ class _Oscillators(NamedTuple):
         return np.asarray(self.grow * start.c - held - self.ramp * base)
 
     def largest_of_decay(self, c: ComplexArray) -> Array:
-        """The largest accelerations (f, m) after the history: the first extremum of the decay,
-        where Re(weight r c exp(rt)) is zero.
+        """The largest accelerations (f, m) after the history.
+
+        They are at the first extremum of the decay, where Re(weight r c exp(rt)) is zero.
         """
         turning = np.pi / 2.0 - np.angle(self.weight * self.r * c)
         t = turning % np.pi / self.damped
@@ -221,8 +224,9 @@ def _turning_value(
     t: Array,
     step: float,
 ) -> Array:
-    """|Re(weight · c)| (k,) where its derivative is zero, near times t (k,) of one step; ċ = r c −
-    before − slope t.
+    """|Re(weight · c)| (k,) where its derivative is zero, near times t (k,) of one step.
+
+    ċ = r c − before − slope t.
 
     With g = ċ and s = slope, ġ = r g − s: the derivative is Re(weight (g₀ − s/r) exp(rt) + weight
     s/r). Newton's method.

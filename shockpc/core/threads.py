@@ -1,5 +1,6 @@
-"""Linear algebra in one thread: threads slow down matrices of this size, and other processes make
-them wait for one another.
+"""Linear algebra in one thread.
+
+Threads slow down matrices of this size, and other processes make them wait for one another.
 """
 
 import functools
@@ -23,7 +24,10 @@ def one_thread(size: int) -> Iterator[None]:
 
 @functools.cache
 def _controller() -> Any:
-    """What knows the linear algebra libraries of this process; finding them takes milliseconds."""
+    """The controller of this process's linear algebra libraries.
+
+    Finding them takes milliseconds.
+    """
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
