@@ -44,7 +44,7 @@ def _refuse_armature(design: Design, change: Change) -> None:
 
 
 def _armature_source(design: Design, change: Change) -> str:
-    """What in a scene sets the armatures that a change names; empty if nothing does."""
+    """Words for how a scene sets the armatures that a change names; empty if it does not."""
     joints = design.scene.joints
     set_here: set[str] = set()
     for pattern in (*joints.armature, *joints.rotor):

@@ -1,5 +1,7 @@
-"""The table of quantities: key, kind of place, unit, title, which change is worse, whether it can be
-written in symbols, and when a value is missing.
+"""The table of quantities, with a column for each property.
+
+These are key, kind of place, unit, title, which change is worse, whether it can be written in
+symbols, and when a value is missing.
 """
 
 from shockpc.quantities.selection import QUANTITIES, has_symbols

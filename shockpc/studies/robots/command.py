@@ -41,8 +41,9 @@ def robots(
 
 
 def _catalogue() -> "tuple[dict[str, Robot | None], int]":
-    """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are
-    the project's.
+    """Every robot by its name, None if it cannot be loaded; and the number of the project's own.
+
+    These are the first ones.
     """
     from shockpc.cli.progress import progress
     from shockpc.robot.catalogue import catalogue, project_robots_folder

@@ -120,7 +120,7 @@ def robot_report(robot: Robot) -> Report:
 
 
 def _second_reading(robot: Robot) -> list[str]:
-    """Whether a second reader of URDFs reads the same robot; a line each."""
+    """Lines on the differences to a second reader of URDFs, and on the faults that it reports."""
     try:
         from shockpc.robot.urdf.second_reader import second_reading
 
@@ -137,7 +137,7 @@ def _second_reading(robot: Robot) -> list[str]:
 
 
 class _Known(NamedTuple):
-    """What is known of the drives of some joints.
+    """The known properties of the drives of some joints.
 
     Attributes:
         joints: their names.
@@ -160,7 +160,7 @@ class _Known(NamedTuple):
 
 
 def _drives(robot: Robot) -> list[_Known]:
-    """What is known of the drives; one for all joints with the same numbers from the same source.
+    """The known properties of drives; one for all joints with the same numbers and source.
 
     Those that a landing takes by default come first, then those of the catalogue that it does not
     take.
@@ -227,7 +227,7 @@ def _drives_sheet(drives: list[_Known]) -> Sheet:
 
 
 def _drive_line(drive: _Known) -> str:
-    """What is known of some drives, for people."""
+    """The known properties of some drives, for people."""
     names = few(drive.joints.split(", "), 4)
     if drive.source.startswith(NOTHING):
         return f"{names}: {drive.source}"
@@ -248,7 +248,7 @@ def _inertia_text(drive: _Known) -> str:
 
 
 def _lines(robot: Robot) -> list[tuple[str, str]]:
-    """What a designer needs to know of a robot; (name, text)."""
+    """Lines (name, text) with what a designer needs to know of a robot."""
     base = usual_base(robot).base
     velocities = robot.model.nv
     if robot.free_base and base == "fixed":
@@ -285,8 +285,9 @@ def _mimic_text(mimic: Mimic) -> str:
 
 
 def _bodies(robot: Robot) -> Sheet:
-    """Every link, site and geom that can be a contact or a point: a row for each body, and under it
-    what is fixed to it.
+    """Every link, site and geom that can be a contact or a point.
+
+    A row for each body, and under it what is fixed to it.
     """
     rows: list[Row] = []
     places = [frame for frame in robot.frames.values() if frame.kind in ("site", "geom")]

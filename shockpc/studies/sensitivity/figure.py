@@ -1,5 +1,6 @@
-"""The largest effects on a number of some landings as a tornado chart: a bar for each change up and
-one for the opposite change.
+"""The largest effects on a number of some landings as a tornado chart.
+
+It has a bar for each change up, and one for the opposite change.
 """
 
 import math

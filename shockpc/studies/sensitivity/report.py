@@ -1,4 +1,4 @@
-"""What changes a number of a landing: one row for every parameter, the largest effect first."""
+"""Effects on a number of a landing: one row for every parameter, the largest effect first."""
 
 import math
 from collections.abc import Callable
@@ -66,8 +66,9 @@ def _with_unit(study: Sensitivity) -> str:
 
 
 def _moves(study: Sensitivity) -> bool:
-    """Whether the number, or one of the largest effects on it, differs by more than 1 % between the
-    ends of the drives.
+    """True if the number, or one of its largest effects, differs between the ends of the drives.
+
+    It differs by more than 1 %.
     """
     for end in study.ends.values():
         if isinstance(end, ShockError) or not math.isclose(study.value, end.value, rel_tol=MOVED):
@@ -81,7 +82,7 @@ def _moves(study: Sensitivity) -> bool:
 
 
 def _over_drives(study: Sensitivity) -> list[str]:
-    """How the answer depends on the drives."""
+    """Lines on how the answer depends on the drives."""
     if not study.ends:
         return []
     if not _moves(study):
@@ -105,9 +106,7 @@ def _over_drives(study: Sensitivity) -> list[str]:
 
 
 def _drives(study: Sensitivity) -> Sheet:
-    """The change of the number by each step, as a share of it, as modelled and with the ends of the
-    drives.
-    """
+    """The change by each step as a share of the number, as modelled and at the drives' ends."""
     name = study.target.selection.name
     header = ["parameter", f"change of {name} [%]", *(f"{end} [%]" for end in study.ends)]
     shares = [_shares(study), *map(_shares, study.ends.values())]
@@ -119,9 +118,7 @@ def _drives(study: Sensitivity) -> Sheet:
 
 
 def _shares(study: Sensitivity | ShockError) -> dict[str, float]:
-    """The change by each step as a share of the number, by parameter; none of a number that is
-    zero.
-    """
+    """The change by each step as a share of the number, by parameter; none if that is zero."""
     if isinstance(study, ShockError) or not study.value:
         return {}
     return {one.parameter: one.up / study.value for one in study.ranked}
@@ -132,14 +129,14 @@ def _over(study: Sensitivity) -> str:
 
 
 def step_words(change: Effect) -> str:
-    """How far it is changed: a share, an angle or a length."""
+    """The step of a change in words: a share, an angle or a length."""
     if not math.isnan(change.share):
         return f"{100.0 * change.share:.3g} %"
     return shown_as(change.step, change.unit).removesuffix(" -")
 
 
 def _document(study: Sensitivity) -> dict[str, Any]:
-    """What is no table of the document."""
+    """The entries of the document that are no tables."""
     return {
         "target": study.target.name,
         "unit": study.target.selection.quantity.unit,
@@ -161,8 +158,9 @@ def _document(study: Sensitivity) -> dict[str, Any]:
 
 
 def _effects(study: Sensitivity) -> Sheet:
-    """A row for each effect, the largest first, then those without a derivative, with the reason;
-    also by the drives.
+    """A row for each effect, the largest first, then those without a derivative, with the reason.
+
+    It also has the effects by the drives.
     """
     sheet = sheet_of(replace(study.table, messages={}))
     drives = _drives(study)
@@ -180,9 +178,7 @@ def _effects(study: Sensitivity) -> Sheet:
 
 
 def _derivatives(study: Sensitivity) -> Sheet:
-    """The derivative of the number in each landing by each parameter, in its unit over that of the
-    parameter.
-    """
+    """The derivative of the number in each landing by each parameter [its unit/unit]."""
     of_number = study.target.selection.quantity.unit
     rows: list[Row] = []
     for effect in study.effects:

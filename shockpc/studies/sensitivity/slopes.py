@@ -1,5 +1,6 @@
-"""Derivatives of a number by whatever a sweep varies: differences of its rows beside a landing,
-each with an error.
+"""Derivatives of a number by whatever a sweep varies, each with an error.
+
+They are differences of the rows of a sweep beside a landing.
 """
 
 import math
@@ -104,7 +105,7 @@ class Parameter(NamedTuple):
 
 
 class _Scale(NamedTuple):
-    """What changes of a parameter are compared with.
+    """The values with which changes of a parameter are compared.
 
     Attributes:
         size: that of a difference [its unit].
@@ -119,7 +120,7 @@ class _Scale(NamedTuple):
 
 
 def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
-    """What a sweep varies as a parameter of a landing.
+    """The parameter of a landing that a sweep varies.
 
     Args:
         landing: the landing.
@@ -151,7 +152,7 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
 
 
 def _scale(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
-    """What changes of a parameter with a present value are compared with."""
+    """The values with which changes of a parameter with a present value are compared."""
     kind = varied.kind
     is_factor_of_mass = varied.factor and kind not in (*CENTRES, *ENTRIES)
     if isinstance(kind, LinkProperty) and not is_factor_of_mass:
@@ -170,7 +171,7 @@ def _scale(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
 
 
 def _scale_of_link(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
-    """What changes of a centre of mass, an entry of an inertia, or a mass are compared with.
+    """The scale, as in `_scale`, of a centre of mass, an entry of an inertia, or a mass.
 
     The body's inertia holds all links that are fixed to one another.
     """
@@ -189,7 +190,7 @@ def _scale_of_link(landing: PosedLanding, varied: Variation, value: float) -> _S
 
 
 def _every(landing: PosedLanding) -> Iterator[Variation]:
-    """What varies of a landing if nothing is named: of links, then of joints, then the strike."""
+    """The quantities that vary if none is named: of links, then of joints, then the strike."""
     robot = landing.robot
     for link in links_with_mass(robot, "*"):
         for kind in LINK_PROPERTIES:
@@ -229,8 +230,9 @@ def _armatures(landing: PosedLanding, joints: Sequence[Joint]) -> Iterator[Varia
 
 
 def parameters(landing: PosedLanding, chosen: Sequence[Variation] = ()) -> dict[str, Parameter]:
-    """The parameters of a landing by name: those that are chosen, or all; an inertia that a link
-    lacks does not change.
+    """The parameters of a landing by name: those that are chosen, or all.
+
+    An inertia that a link lacks does not change.
     """
     parameters = {}
     for varied in chosen or _every(landing):
@@ -251,14 +253,13 @@ class Slope(NamedTuple):
 def slopes_beside(
     profile: ShockProfile, wanted: Mapping[str, Parameter], number: Column
 ) -> dict[str, Slope]:
-    """The derivatives of the number by the parameters that are wanted: differences of the rows of a
-    sweep beside the landing.
+    """The derivatives of the number by the parameters that are wanted.
 
-    Each has the step h of `STEP`, and finer ones as long as its two differences (`_differences`) do
-    not agree and a finer step brings them closer. The error is stated as what these are apart, or
-    as the part of the second differences that does not vanish with h, which is that of a kink or a
-    jump, if that is larger. Of most parameters this part is rounding, which is added, and a smaller
-    derivative is zero.
+    They are differences of the rows of a sweep beside the landing. Each has the step h of `STEP`,
+    and finer ones as long as its two differences (`_differences`) do not agree and a finer step
+    brings them closer. The error is stated as what these are apart, or as the part of the second
+    differences that does not vanish with h, which is that of a kink or a jump, if that is larger.
+    Of most parameters this part is rounding, which is added, and a smaller derivative is zero.
 
     Args:
         profile: the landing.
@@ -383,12 +384,11 @@ class _Beside:
 def _differences(
     f: Array, here: float, h: Array, one_sided: np.ndarray
 ) -> tuple[Array, Array, Array]:
-    """The differences D(h) and D(h/2) of m parameters, and the part of their second differences
-    that does not vanish with h.
+    """The differences D(h) and D(h/2) of m parameters, and a part of their second differences.
 
-    Of central differences (4 D(h/2) − D(h)) / 3 is the derivative, off by h⁴ (Richardson).
-    One-sided ones of second order, where less than none would be left of a mass, do the same, off
-    by h³; of them there is no such part.
+    It is the part that does not vanish with h. Of central differences (4 D(h/2) − D(h)) / 3 is the
+    derivative, off by h⁴ (Richardson). One-sided ones of second order, where less than none would
+    be left of a mass, do the same, off by h³; of them there is no such part.
 
     Args:
         f: (4, m) the number in their rows, at the present value and the step times `CENTRAL` or

@@ -1,10 +1,10 @@
-"""What would change a number of some landings most: its derivatives by every mass, inertia, joint
-value and the strike.
+"""Changes with the largest effects on a number of some landings, from its derivatives.
 
-Each parameter is what a sweep varies, and is set on both sides of its value, all others left as
-they are. Two central differences give the derivative, and how far they are apart its error: where
-they differ there is none. Over several landings the number is the worst of them or their mean, and
-its change is that of the values to first order.
+The derivatives are by every mass, inertia, joint value and the strike. Each parameter is what a
+sweep varies, and is set on both sides of its value, all others left as they are. Two central
+differences give the derivative, and how far they are apart its error: where they differ there is
+none. Over several landings the number is the worst of them or their mean, and its change is that of
+the values to first order.
 """
 
 import math
@@ -71,7 +71,7 @@ class ParameterChange:
 
 @dataclass(frozen=True, eq=False)
 class Effect(ParameterChange):
-    """What a change does; derivatives that do not exist are NaN.
+    """The effect of a change; derivatives that do not exist are NaN.
 
     Attributes:
         derivatives: (L,) of the number in each landing [its unit/unit].
@@ -96,7 +96,7 @@ class Effect(ParameterChange):
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """What changes a number of some landings.
+    """The changes of a number of some landings, with their effects.
 
     Attributes:
         landings: names of the landings.
@@ -150,8 +150,9 @@ class Sensitivity:
 
     @property
     def table(self) -> Table:
-        """A row for each effect as `ranked`, then those without a derivative, whose messages say
-        why.
+        """A row for each effect as `ranked`, then those without a derivative.
+
+        The messages of these say why.
         """
         name, unit = self.target.selection.name, self.target.unit
         header = (
@@ -175,7 +176,7 @@ class Sensitivity:
         return Table.of_rows(header, rows, reasons)
 
     def error(self, effects: Iterable[Effect]) -> float:
-        """The largest error of the derivatives of some effects, each as a share of its largest [1]."""
+        """The largest error of some effects' derivatives, each as a share of its largest [1]."""
         shares = [0.0]
         for effect in effects:
             largest = float(np.abs(effect.derivatives).max())
@@ -184,7 +185,7 @@ class Sensitivity:
         return max(shares)
 
     def worse(self, change: float) -> bool | None:
-        """Whether a change of the target makes it worse; None if neither direction is worse."""
+        """True if a change of the target makes it worse; None if neither direction is worse."""
         worse = self.target.selection.quantity.worse
         if worse == "neither":
             return None
@@ -330,14 +331,15 @@ def sensitivity(
 
 
 def _worst(target: Column, values: Array) -> int:
-    """The landing with the worst value; of a quantity that is not worse in either direction that
-    with the maximum.
+    """The index of the landing with the worst value.
+
+    Of a quantity that is worse in neither direction it is the one with the maximum.
     """
     return int(target.selection.worse(values).argmax())
 
 
 def _single(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
-    """What is varied by a name or a pattern, a link or joint at a time.
+    """The quantities varied by a name or a pattern, a link or joint at a time.
 
     Raises:
         StudyError: it has no derivative, or no range.
@@ -353,9 +355,7 @@ def _single(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
 def _of_range(
     varied: Variation, parts: Sequence[Variation], known: Mapping[str, Parameter], share: float
 ) -> ParameterChange:
-    """A change of what is varied by a share of its range, of all links or joints of a pattern
-    together.
-    """
+    """A change by a share of a quantity's range, of all links or joints of a pattern together."""
     low, high = varied.ends
     step = share * (high - low)
     present = {part.subject: known[part.subject].value for part in parts}
@@ -444,7 +444,7 @@ def _effect(
     slopes: Sequence[Mapping[str, Slope]],
     target: _Target,
 ) -> Effect:
-    """What a change does to the number in each landing, and to the target.
+    """The effect of a change on the number in each landing, and on the target.
 
     Args:
         change: the change.
@@ -482,7 +482,7 @@ def _slope(change: ParameterChange, slopes: Mapping[str, Slope]) -> Slope:
 
 
 def _is_possible(change: ParameterChange, known: Mapping[str, Parameter]) -> bool:
-    """Whether the opposite change leaves no parameter below its lowest value."""
+    """True if the opposite change leaves no parameter below its lowest value."""
     for name, weight in change.parts.items():
         parameter = known[name]
         if not parameter.value - abs(change.step * weight) >= parameter.lowest:

@@ -1,4 +1,4 @@
-"""The columns of a sweep: of points and bodies, of what the ground allows, and of other quantities."""
+"""Columns of a sweep: of points and bodies, of what the ground allows, and of other quantities."""
 
 from collections.abc import Sequence
 

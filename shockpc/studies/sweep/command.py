@@ -1,4 +1,4 @@
-"""`shockpc sweep`: many landings that differ in posture, strike, contact, inertia or joint model."""
+"""`shockpc sweep`: landings that differ in posture, strike, contact, inertia or joint model."""
 
 from typing import Any, Literal
 

@@ -1,5 +1,7 @@
-"""Quantities over a sweep: curves over one variable, maps with iso-lines over two, distributions
-and correlations otherwise.
+"""Figures of quantities over a sweep.
+
+They are curves over one variable, maps with iso-lines over two, and distributions and correlations
+otherwise.
 """
 
 import math
@@ -39,8 +41,9 @@ COLOUR_MAP = "YlGnBu"
 
 
 class _Curve(NamedTuple):
-    """Values that are drawn: their name, the label of their axis with the unit, and the values (n,)
-    or, of a map, (slow, fast).
+    """Values that are drawn: their name, the label of their axis with the unit, and the values.
+
+    They are (n,) or, of a map, (slow, fast).
     """
 
     name: str
@@ -109,7 +112,7 @@ def _label(extent: Extent) -> str:
 
 
 def _axis(variable: Variation) -> str:
-    """What is varied, in words, with its unit."""
+    """The name of a variable in words, with its unit."""
     words = varied_text(variable.subject, variable.unit)
     return words if variable.kind == CONTACT else f"{words} [{variable.unit}]"
 
@@ -169,9 +172,7 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
 
 
 class _Scale(NamedTuple):
-    """The colours of maps: limits of the bands, a colour for each band, and whether the last band
-    is open.
-    """
+    """The colours of maps: limits and colours of the bands, and whether the last band is open."""
 
     levels: list[float]
     colours: list[str]
@@ -214,10 +215,10 @@ def _draw_map(panel: Axes, x: Array, y: Array, values: Array, scale: _Scale) -> 
 def _distributions(
     title: str, extents: Sequence[Extent], summary: Summary[VariedLandings]
 ) -> Figure:
-    """How often a value occurs, a panel for each column, one above the other; shocks have a common
-    scale.
+    """The distributions of columns in panels, one above the other.
 
-    Beside those of a sample are the rank correlations with what was varied, the strongest first.
+    Shocks have a common scale. Beside the distributions of a sample are the rank correlations with
+    what was varied, the strongest first.
     """
     beside = bool(summary.varied)
     width, height = (9.6, 1.3) if beside else (6.4, 0.95)
@@ -259,8 +260,9 @@ def _histogram(panel: Axes, extent: Extent, common: bool) -> None:
 
 
 def _joined_bins(bins: int, values: int) -> int:
-    """How many intervals of a histogram are joined: few landings have few intervals, so that the
-    shape is not that of chance.
+    """The number of intervals of a histogram that are joined.
+
+    Few landings have few intervals, so that the shape is not that of chance.
     """
     for joined in (1, 2, 4, 5, 8, 10):
         if bins % joined == 0 and bins / joined <= 2.0 * values**0.5:

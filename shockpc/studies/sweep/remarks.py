@@ -26,7 +26,7 @@ def warning_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
 
 
 def _without_value(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """Why quantities have no value, where landings were computed."""
+    """The reasons why quantities have no value, where landings were computed."""
     missing = [extent.column for extent in summary.extents if extent.greatest_row < 0]
     if summary.failed < summary.rows:
         yield from without_value((column.name, column.selection.quantity) for column in missing)
@@ -84,7 +84,7 @@ def _of_the_scene(landings: VariedLandings) -> Iterator[str]:
 
 
 def _without_effect(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """What varies, or a friction, on which no number that is computed depends."""
+    """Remarks on what varies, or a friction, on which no number that is computed depends."""
     landings = summary.evaluation.landings
     stiff = _stiff(landings)
     if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):
@@ -101,8 +101,9 @@ def _without_effect(summary: Summary[VariedLandings]) -> Iterator[str]:
 
 
 def _worst_of_wings(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """The worst warning of the shared checks of wings, of the rows with the most severe values of
-    what depends on the stiffness of the contacts.
+    """The worst warning of the shared checks of wings.
+
+    It is of the rows with the most severe values of what depends on the stiffness of the contacts.
     """
     landings = summary.evaluation.landings
     rows = set()
@@ -122,7 +123,7 @@ def _worst_of_wings(summary: Summary[VariedLandings]) -> Iterator[str]:
 
 
 def _stiff(landings: VariedLandings) -> bool:
-    """Whether contacts or links of the landings give way."""
+    """True if contacts or links of the landings give way."""
     return landings.scene.yields or _varies(landings, "contact-stiffness")
 
 
@@ -131,5 +132,5 @@ def _varies(landings: VariedLandings, word: str) -> bool:
 
 
 def _on_stiffness(column: Column) -> bool:
-    """Whether a column may depend on the stiffness of the contacts."""
+    """True if a column may depend on the stiffness of the contacts."""
     return column.selection.quantity.evaluation.exact != "always"

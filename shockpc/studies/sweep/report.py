@@ -1,5 +1,6 @@
-"""A sweep: the range of every quantity, what it depends on, and the extreme landings as options of
-`shockpc analyze`.
+"""The report of a sweep: the range of every quantity, what it depends on, and extreme landings.
+
+These are given as options of `shockpc analyze`.
 """
 
 from collections.abc import Iterator
@@ -58,7 +59,7 @@ def _body(summary: Summary[VariedLandings], strongest: int | None) -> list[Secti
 
 
 def _document(summary: Summary[VariedLandings]) -> dict[str, Any]:
-    """What is no table of the document."""
+    """The entries of the document that are no tables."""
     landings = summary.evaluation.landings
     worst = _most_severe_landing(summary)
     messages = []
@@ -76,8 +77,9 @@ def _document(summary: Summary[VariedLandings]) -> dict[str, Any]:
 
 
 def _sheet(summary: Summary[VariedLandings]) -> Sheet:
-    """One row for each quantity at each place: its range, of a sample with percentiles, where the
-    ends are, and their options.
+    """One row for each quantity at each place: its range, where the ends are, and their options.
+
+    The range of a sample has percentiles.
     """
     landings = summary.evaluation.landings
     rows: list[Row] = []
@@ -139,7 +141,7 @@ def _extreme_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
 
 
 def _computed_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
-    """What was not computed, and the accuracy."""
+    """Lines on what was not computed, and on the accuracy."""
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.rows} landings"
         named = [cause._replace(first=f"row {cause.first}") for cause in summary.messages]
@@ -150,9 +152,7 @@ def _computed_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
 
 
 def _unknowns(summary: Summary[VariedLandings]) -> list[Lines]:
-    """What the landings take for granted, as the most severe of them does; nothing where none was
-    computed.
-    """
+    """The assumptions of the landings, as of the most severe; none where none was computed."""
     worst = _most_severe_landing(summary)
     if worst is None:
         return []
@@ -168,9 +168,7 @@ def _unknowns(summary: Summary[VariedLandings]) -> list[Lines]:
 
 
 def _most_severe_landing(summary: Summary[VariedLandings]) -> ShockProfile | None:
-    """The landing with the most severe value of the first quantity that has one; None without a
-    value.
-    """
+    """The landing with the most severe value of the first quantity that has one; else None."""
     for extent in summary.extents:
         if extent.greatest_row >= 0:
             return profile_of_scene(*summary.evaluation.landings.case(extent.most_severe_row))

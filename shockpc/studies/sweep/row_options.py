@@ -7,7 +7,7 @@ from shockpc.landing.scene import Scene
 
 
 def row_text(landings: VariedLandings, row: int) -> str:
-    """What was varied in a row: options of `shockpc analyze`, and what has none."""
+    """The variations of a row in words: options of `shockpc analyze`, and what has none."""
     options, others = row_options(landings, row)
     if options and others:
         return f"{options}   (and {others})"
@@ -15,7 +15,7 @@ def row_text(landings: VariedLandings, row: int) -> str:
 
 
 def row_options(landings: VariedLandings, row: int) -> tuple[str, str]:
-    """What was varied in a row as options of `shockpc analyze`, and what has no option."""
+    """The variations of a row as options of `shockpc analyze`, and what has no option."""
     scene, _ = landings.case(row)
     options: list[tuple[str, str]] = []
     others: list[str] = []

@@ -1,5 +1,6 @@
-"""The arguments of a sweep, checked: what varies, over a full grid or in a sample, and its
-computation in parts.
+"""The checked arguments of a sweep, and its computation in parts.
+
+They say what varies, over a full grid or in a sample.
 """
 
 from collections.abc import Sequence
@@ -98,8 +99,9 @@ def sweep(
         ),
     ] = 100,
 ) -> Evaluation[VariedLandings]:
-    """Many landings that differ from one, checked; computed part by part as the result is iterated
-    over, or at once by `table`.
+    """Many landings that differ from one, checked.
+
+    They are computed part by part as the result is iterated over, or at once by `table`.
 
     Args:
         scene: the landing that is varied.

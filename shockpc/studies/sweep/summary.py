@@ -1,6 +1,4 @@
-"""Many landings in a few numbers: ranges and percentiles, what they depend on, and how far double
-precision was off.
-"""
+"""Many landings in a few numbers: ranges, percentiles, correlations, and the error of doubles."""
 
 import math
 from collections.abc import Sequence
@@ -69,7 +67,7 @@ class Extent(NamedTuple):
 
     @property
     def has_best(self) -> bool:
-        """Whether flat ground allows a landing with a value, of which one is the best."""
+        """True if flat ground allows a landing with a value, of which one is the best."""
         return self.best_row >= 0 and self.column.selection.quantity.worse != "neither"
 
 
@@ -128,9 +126,7 @@ class Summary(NamedTuple, Generic[L]):
 
     @property
     def chance(self) -> float:
-        """The rank correlation that columns which do not depend on one another stay below in 19 of
-        20 samples.
-        """
+        """The rank correlation of independent columns that 19 of 20 samples stay below."""
         return float(2.0 / max(self.ranked, 1) ** 0.5)
 
 
@@ -203,9 +199,7 @@ def _by_row(table: Table, rows: int, name: str) -> Array:
 
 
 def _correlation(x: Array, y: Array) -> float:
-    """Rank correlation of two columns (n,) in the rows that have both; NaN if one is constant
-    there.
-    """
+    """Rank correlation of two columns (n,) in rows that have both; NaN if one is constant there."""
     known = ~(np.isnan(x) | np.isnan(y))
     if not known.any():
         return np.nan
