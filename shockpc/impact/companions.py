@@ -1,4 +1,4 @@
-"""The same landing with other joints (free, locked, locked but for springs) or without friction."""
+"""A landing with other joints (free, locked, locked but for springs) or without friction."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -24,7 +24,7 @@ OTHERS: tuple[Other, ...] = ("free", "locked", "springs_free")
 
 
 def companion(landing: PosedLanding, name: Other) -> PosedLanding | None:
-    """The same landing with other joints; None without springs that could be free.
+    """The landing with other joints; None without springs that could be free.
 
     Raises:
         SceneError: it cannot be posed.
@@ -39,7 +39,7 @@ def companion(landing: PosedLanding, name: Other) -> PosedLanding | None:
 
 
 def _locked(landing: PosedLanding, name: Other) -> Array | None:
-    """Which joint velocities (nv,) are locked; None without springs that could be free."""
+    """Mask (nv,) of locked joint velocities; None without springs that could be free."""
     driven, springs = landing.robot.actuated_dofs, landing.joint_model.springs
     if name == "springs_free":
         return driven & ~springs if springs.any() else None
@@ -47,7 +47,7 @@ def _locked(landing: PosedLanding, name: Other) -> Array | None:
 
 
 def frictionless(landing: PosedLanding) -> PosedLanding:
-    """The same landing whose contacts push along the ground's normal alone.
+    """The landing with contacts that push only along the ground's normal.
 
     A flat contact keeps its moments about axes in the ground.
     """

@@ -1,5 +1,6 @@
-"""The rows along which contacts act with friction or on springs: of each contact, tangents of the
-ground and its normal.
+"""The rows along which contacts act with friction or on springs.
+
+Each contact has rows along tangents of the ground and its normal.
 """
 
 from dataclasses import dataclass, fields
@@ -43,12 +44,12 @@ class RowLayout:
 
     @property
     def normal(self) -> np.ndarray:
-        """Whether each row (n,) is along the normal of its contact."""
+        """Mask (n,) of the rows along the normal of their contact."""
         return np.asarray(self.axis == 2)
 
     @property
     def index(self) -> np.ndarray:
-        """Which (n,) these are, where every contact has three rows: two tangents and the normal."""
+        """Indices (n,) of the rows where every contact has three: two tangents and the normal."""
         return np.asarray(3 * self.number + self.axis)
 
 
@@ -74,8 +75,9 @@ class ContactRows(RowLayout):
     J: Array
 
     def frequency(self, stiffness: Array, straight: Array) -> float:
-        """The natural frequency ω [rad/s] of the mass m that sticking contacts stop: ω² = Σ k s² /
-        Σ m s² of the speeds s.
+        """The natural frequency ω [rad/s] of the mass m that sticking contacts stop.
+
+        ω² = Σ k s² / Σ m s² of the speeds s.
 
         Args:
             stiffness: (n,) k of the rows [N/m].
@@ -91,8 +93,9 @@ class ContactRows(RowLayout):
 
 
 def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
-    """The rows of contacts and standing feet; of a contact that slides along a direction, the
-    others.
+    """The rows of contacts and standing feet.
+
+    A contact that slides along a direction has only the rows along the others.
 
     An end stop that strikes has one row, like a normal; those that merely act are left out.
 
@@ -182,8 +185,9 @@ def row_layout(constraints: tuple[Constraint, ...], stands: bool = False) -> Row
 
 
 def _without_rows(constraint: Constraint) -> Constraint:
-    """A contact without the rows that are not held rigidly on springs or with friction: an end stop
-    has no other.
+    """A contact without the rows that are not held rigidly on springs or with friction.
+
+    An end stop has no other rows.
     """
     return constraint._replace(
         forces=NO_AXES, moments=NO_AXES if constraint.kind == "stop" else constraint.moments
@@ -191,8 +195,9 @@ def _without_rows(constraint: Constraint) -> Constraint:
 
 
 def _axes(constraint: Constraint) -> tuple[Array, np.ndarray]:
-    """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the
-    normal; and which (n,) they are.
+    """The axes (n, 3) of a contact and their numbers (n,): 0 and 1 for tangents, 2 for the normal.
+
+    The tangents are those of the ground along which the contact is stopped.
     """
     if constraint.kind == "stop":
         return np.zeros((1, 3)), np.array([2])

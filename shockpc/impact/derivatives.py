@@ -1,5 +1,4 @@
-"""How steps 1 and 2 change with the posture: derivatives of the jumps for unit strikes by the
-tangent of q.
+"""Derivatives of steps 1 and 2 by the posture: of the jumps for unit strikes, by q's tangent.
 
 With H Δq̇ = J_cᵀ λ and J_c Δq̇ = −b, the derivative along a joint velocity k solves the same
 equations with other right-hand sides,
@@ -45,8 +44,9 @@ BLOCK = 16
 
 
 class Derivatives(NamedTuple):
-    """Derivatives by the tangent of q, Pinocchio's layout, for strikes of 1 m/s along world x, y
-    and z; NaN where there are none.
+    """Derivatives by the tangent of q, Pinocchio's layout; NaN where there are none.
+
+    They are for strikes of 1 m/s along world x, y and z.
 
     Attributes:
         maps: (N, n, 6, 3, nv) of the jumps of bodies, world axes, at their frames' origins.
@@ -107,7 +107,7 @@ def derivatives(
 
 
 class _Turning(NamedTuple):
-    """How joint velocities turn bodies.
+    """The rotation of bodies by joint velocities.
 
     Attributes:
         J: (N, nv, 6) twists of unit joint velocities.
@@ -132,7 +132,10 @@ def _map_rates(
     bodies: Sequence[int] | None,
     out: Array | None,
 ) -> Array:
-    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies; arguments as above, d_qd (N, nv, 3, nv)."""
+    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies.
+
+    Arguments are as above, with d_qd (N, nv, 3, nv).
+    """
     n, nv = d_qd.shape[:2]
     chosen = slice(None) if bodies is None else list(bodies)
     moves = ancestors[chosen].astype(float)
@@ -168,8 +171,9 @@ def _to_body_axes(d_qd: Array, delta_qd: Array) -> None:
 
 @memoized()
 def _masks(robot: Robot) -> tuple[Array, Array]:
-    """Which columns a joint velocity turns: masks (nv, nv) of 1 and 0, the first index that
-    velocity, the second the column.
+    """Masks (nv, nv) of the columns that a joint velocity turns, of 1 and 0.
+
+    The first index is that velocity, the second the column.
 
     Returns: turned, the columns of joints behind the velocity's joint, and those of that joint; and
         ahead, those of joints that carry it, which stay. The columns of a free base stay in the
@@ -186,7 +190,7 @@ def _masks(robot: Robot) -> tuple[Array, Array]:
 
 
 class _MomentumRates(NamedTuple):
-    """How the momenta that a jump gives to the bodies change with the posture.
+    """Derivatives by the posture of the momenta that a jump gives to the bodies.
 
     Attributes:
         rates: (N, nv, 3, nv) −dH Δq̇.
@@ -202,7 +206,7 @@ class _MomentumRates(NamedTuple):
 def _momentum_rates(
     robot: Robot, joints: JointModel, state: Dynamics, turning: _Turning, delta_qd: Array
 ) -> _MomentumRates:
-    """How the momenta that a jump (N, nv, 3) gives to the bodies change with the posture.
+    """Derivatives by the posture of the momenta that a jump (N, nv, 3) gives to the bodies.
 
     Args:
         robot: the robot.
@@ -241,8 +245,9 @@ def _momentum_rates(
 def _row_rates(
     robot: Robot, state: Dynamics, constraints: Sequence[Constraint], turning: _Turning
 ) -> Array:
-    """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the
-    tangent; arguments as above.
+    """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction.
+
+    The last axis is that of the tangent; arguments are as above.
     """
     J, J_cross = turning
     n, nv = J.shape[:2]
@@ -314,8 +319,9 @@ def _solved(
 def _jump_rates(
     p: Array, J: Array, moves: Array, twists: Array, fixed: Array, d_qd: Array, out: Array
 ) -> None:
-    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins: by their joint
-    velocities, and as they turn.
+    """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins.
+
+    They change by the joint velocities of the bodies, and as the bodies turn.
 
     A body behind joint k turns with it, ω_k × (Δω, Δv), but for the part that joints ahead of it
     cause.

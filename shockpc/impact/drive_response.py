@@ -1,5 +1,6 @@
-"""How an impact responds to the drives: the same landing with other inertias, in closed form or
-solved anew.
+"""The response of an impact to the drives: the landing with other inertias.
+
+It is in closed form or solved anew.
 """
 
 from dataclasses import replace
@@ -163,7 +164,7 @@ def with_inertias(landing: PosedLanding, change: Array) -> PosedLanding | None:
 
 @memoized(most=MOST_LANDINGS)
 def _with_inertias(landing: PosedLanding, data: bytes) -> PosedLanding | None:
-    """The same for the bytes of the change, by which it is kept."""
+    """The value of `with_inertias` for the bytes of the change, by which it is kept."""
     model, change = landing.joint_model, np.frombuffer(data)
     held, moved = np.isinf(change), change != 0.0
     armature = np.where(held, 0.0, model.armature + np.where(held, 0.0, change))

@@ -83,8 +83,9 @@ class ExactImpact(Impact):
         return self.solution.spatial_inertias
 
     def joint_power(self, joints: Sequence[tuple[int, int]]) -> Numbers:
-        """As in `Impact`; −A Δq̇ where only the drive resists (a row of Eq. 4), which sums no balls
-        that cancel.
+        """Power (N, S, n) of the wrenches through joints in unit rates, as in `Impact`.
+
+        Where only the drive resists it is −A Δq̇ (a row of Eq. 4), which sums no balls that cancel.
 
         A rotor that couples to the link that carries it resists with −(A − c) Δq̇ − c a·Δω.
         """

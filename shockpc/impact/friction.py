@@ -53,8 +53,9 @@ class FrictionResult(NamedTuple):
 
 
 class FrictionProblem(NamedTuple):
-    """What impacts with friction depend on in N postures, for S strikes each, whatever the friction
-    and the restitution.
+    """The data of impacts with friction in N postures, for S strikes each.
+
+    They depend neither on the friction nor on the restitution.
 
     The m contacts are the contacts and standing feet, and behind them the end stops, which are
     contacts without friction. Each has three rows, two tangents and a normal; nothing moves along
@@ -80,8 +81,9 @@ class FrictionProblem(NamedTuple):
     def impulses(
         self, mu: Array | float, restitution: float | None = None
     ) -> tuple[Array, dict[int, SolveError]]:
-        """The impulses (N, S, 3m) of the contacts [N s], NaN where there are none, and the first
-        reason why in each posture.
+        """The impulses (N, S, 3m) of the contacts [N s], and failures by posture.
+
+        Impulses are NaN where there are none; the failure is the first one of the posture.
 
         Args:
             mu: of each posture (N,), or of all.
@@ -145,7 +147,10 @@ class FrictionProblem(NamedTuple):
             )
 
         def order(solution: FrictionImpact) -> tuple[bool, bool]:
-            """Of several solutions that in which the contacts stick is the one of Eq. 4."""
+            """The key by which solutions are sorted: that in which the contacts stick comes first.
+
+            It is the one of Eq. 4. Those that gain energy come last.
+            """
             return solution.gains_energy, set(solution.state[:m]) != {"sticks"}
 
         best = min(solutions, key=order)
@@ -163,7 +168,7 @@ class FrictionProblem(NamedTuple):
         return int(self.restitution.shape[1]) - self.stops
 
     def part(self, postures: np.ndarray) -> "FrictionProblem":
-        """The same in some of the postures."""
+        """The problem in some of the postures."""
         return FrictionProblem(
             self.A[postures],
             self.before[postures],
@@ -174,7 +179,7 @@ class FrictionProblem(NamedTuple):
         )
 
     def scaled(self, factor: float) -> "FrictionProblem":
-        """The same with all velocities before the impact times a factor above zero."""
+        """The problem with all velocities before the impact times a factor above zero."""
         return self._replace(before=factor * self.before, halt=factor * self.halt)
 
     def delta(self, impulses: Array) -> Array:
@@ -235,8 +240,9 @@ def _problem_of(
 def friction_problems(
     landing: Landing, equation: Equation, speeds: Array
 ) -> tuple[FrictionProblem, Array] | None:
-    """The problem in N postures, in each of which all rows are independent, and the rows (3m, nc)
-    of contacts in those of Eq. 4.
+    """The problem in N postures, in each of which all rows are independent.
+
+    The second array (3m, nc) holds the rows of contacts in those of Eq. 4.
 
     Args:
         landing: the landing, without end stops.
@@ -271,8 +277,9 @@ def friction_problems(
 
 
 def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
-    """Problems with as many contacts, stops, free velocities and strikes each as one, in the
-    postures of all of them.
+    """Problems as one, in the postures of all of them.
+
+    They have equally many contacts, stops, free velocities and strikes.
     """
     return FrictionProblem(
         A=np.concatenate([problem.A for problem in problems]),
@@ -285,8 +292,9 @@ def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
 
 
 class _Slipping(DoubleImpact):
-    """An impact with friction in N postures for S strikes: its columns are of unit impulses along
-    the 3m rows of contacts.
+    """An impact with friction in N postures for S strikes.
+
+    Its columns are of unit impulses along the 3m rows of contacts.
     """
 
     impulses: Array
@@ -299,8 +307,9 @@ class _Slipping(DoubleImpact):
 
 @memoized()
 def with_friction(impact: DoubleImpact) -> _Slipping | None:
-    """An impact in N postures for S strikes with the scene's friction, as `friction_of` has each;
-    computed once.
+    """An impact in N postures for S strikes with the scene's friction, as by `friction_of`.
+
+    It is computed once.
 
     Returns: None where it has to be computed in each posture by itself, because flat contacts or
         loops hold rows rigidly, or stops count. Quantities are NaN where that holds for one
@@ -340,8 +349,9 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
 
 @memoized()
 def friction_of(landing: PosedLanding) -> FrictionResult:
-    """The landing with the scene's coefficient of friction; its end stops are contacts without
-    friction.
+    """The landing with the scene's coefficient of friction.
+
+    Its end stops are contacts without friction.
 
     Impulses along redundant rows are one solution of many, with the same effect.
 
@@ -400,7 +410,7 @@ def _along_rows(
 
 
 def _bounces_along_the_ground(problem: FrictionProblem, rows: ContactRows) -> bool:
-    """Whether Eq. 4 reverses tangential velocities, which friction does not."""
+    """True if Eq. 4 reverses tangential velocities, which friction does not."""
     before = problem.before[0, 0, : problem.contacts]
     moves = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
     tangents = ~rows.normal
@@ -416,8 +426,9 @@ def _impact(
     impulse: Array,
     delta_y: Array,
 ) -> DoubleImpact:
-    """The impact for the scene's strike; what is linear in the strike does not exist: friction is
-    not.
+    """The impact for the scene's strike.
+
+    It has nothing that is linear in the strike, because friction is not.
 
     Args:
         landing: with the stops that act.
@@ -450,7 +461,10 @@ def _last_column(values: Array) -> Array:
 def _energy_lost(
     landing: PosedLanding, equation: Equation, impulse: Array, delta_y: Array
 ) -> float:
-    """The kinetic energy that impulses (nc,) take, −λᵀ (v⁻ + v⁺) / 2 = −λᵀ (v⁻ + J_c Δẏ / 2) [J]."""
+    """The kinetic energy that impulses (nc,) take [J].
+
+    −λᵀ (v⁻ + v⁺) / 2 = −λᵀ (v⁻ + J_c Δẏ / 2).
+    """
     v_before = equation.b[0, :, 3]
     if any(constraint.restitution for constraint in landing.constraints):
         # b is (1 + e) v⁻.
@@ -479,8 +493,9 @@ def _velocity_after(
 
 
 def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
-    """Velocities (m, 3) of contacts after the impact along the directions in which they slide
-    freely, world axes [m/s].
+    """Velocities (m, 3) of contacts after the impact along their free directions [m/s].
+
+    In world axes. Along these directions contacts slide freely.
 
     Args:
         landing: in its posture.
@@ -500,12 +515,13 @@ def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
 
 
 def may_gain_with_friction(impact: DoubleImpact) -> np.ndarray:
-    """Whether (N, S) the scene's friction with the contacts' restitution may be refused, as by
-    `friction_of`, for a gain of energy.
+    """Mask (N, S) of the landings that may be refused for a gain of energy with friction.
 
-    A contact gives λ_n (−(1 − e) |v_n⁻| − µ (|v_t⁺| + d·v_t⁻)) / 2 of it, with the direction d of
-    the slip, so that only landings with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved. Without
-    restitution none gains: λᵀ v⁺ ≤ 0.
+    The friction and the contacts' restitution are the scene's; `friction_of` refuses them.
+
+    A contact gives λ_n (−(1 − e) |v_n⁻| − µ (|v_t⁺| + d·v_t⁻)) / 2 of energy, with the direction d
+    of the slip, so that only landings with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved.
+    Without restitution none gains: λᵀ v⁺ ≤ 0.
     """
     landing = impact.landing
     mu = landing.scene.friction

@@ -1,5 +1,6 @@
-"""An impact: the solution of Eq. 4, the jumps of the bodies, and all that follows from them by the
-laws of rigid bodies.
+"""The solution of Eq. 4, the jumps of the bodies, and the results that follow from them.
+
+They follow by the laws of rigid bodies.
 
 One class for three arithmetics: N postures in doubles (`solve_impact`), one in balls, or any in
 symbols (`exact`). The arrays have the same shapes in all, so that a quantity is one function of an
@@ -74,11 +75,14 @@ class Impact:
 
     @functools.cached_property
     def remembered(self) -> dict[Any, Any]:
-        """What several quantities share, by formula and places; kept by `once`."""
+        """Intermediate results that several quantities share, by formula and places, for `once`."""
         return {}
 
     def exact(self, values: Array) -> Any:
-        """Doubles as numbers of this impact's arithmetic, in which their products are not rounded."""
+        """Doubles as numbers of this impact's arithmetic.
+
+        Their products are not rounded in it.
+        """
         return values
 
     def rounded(self, values: Any, size: Callable[[Array], Any]) -> Array:
@@ -90,7 +94,7 @@ class Impact:
         return np.asarray(values, dtype=float)
 
     def along(self, columns: Any) -> Any:
-        """What is linear in the strike (N, ..., k) for the strikes of this impact (N, S, ...).
+        """Values (N, S, ...) for this impact's strikes, from columns (N, ..., k) linear in them.
 
         For strikes v of the base it is Σ_k columns_k v_k; with a fourth column, that of the
         landing's motion, v is the difference from the landing's strike.
@@ -115,8 +119,9 @@ class Impact:
         return self.strike_jumps[:, :, self._places_of(bodies)]
 
     def maps_of(self, bodies: Sequence[int]) -> Any:
-        """Jumps (N, n, 6, 3) of some bodies for strikes of 1 m/s along world x, y and z, body
-        coordinates.
+        """Jumps (N, n, 6, 3) of some bodies for unit strikes, body coordinates.
+
+        The strikes are of 1 m/s along world x, y and z.
         """
         return self.jumps[:, self._places_of(bodies), :, :3]
 
@@ -185,8 +190,9 @@ class Impact:
 
     @property
     def reference_velocities(self) -> Any:
-        """Velocities (N, S, k, 3) before the impact of which the fastest normalises shock:
-        contacts, or centre of mass [m/s].
+        """Velocities (N, S, k, 3) before the impact, the fastest of which normalises shock [m/s].
+
+        They are those of the contacts, or of the centre of mass.
         """
         if self.landing.scene.v_in != "com":
             return self.approach
@@ -198,16 +204,18 @@ class Impact:
 
     @functools.cached_property
     def v_in(self) -> Any:
-        """Speed (N, S) by which shock is normalised, of the fastest contact or of the centre of
-        mass [m/s].
+        """Speed (N, S) that normalises shock [m/s].
+
+        It is that of the fastest contact or of the centre of mass.
         """
         speeds = norm(self.reference_velocities)
         return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
 
     @functools.cached_property
     def inertias(self) -> Inertias:
-        """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one
-        for all.
+        """The inertias of the bodies and the joints, in doubles.
+
+        There is one for each of the N postures, or one for all.
         """
         return Inertias.of(self.landing.robot, self.landing.joint_model)
 
@@ -223,8 +231,9 @@ class Impact:
 
     @functools.cached_property
     def com(self) -> Any:
-        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]; a fixed
-        base is left out.
+        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m].
+
+        A fixed base is left out.
         """
         bodies, masses, coms = self._moving
         moments = np.sum(self.points(bodies, coms) * masses[..., None], axis=1)
@@ -240,8 +249,9 @@ class Impact:
 
     @functools.cached_property
     def joint_origins(self) -> Any:
-        """Origins (N, n, 3) of the frames of the robot's `single_joints`, world axes, from the base
-        [m].
+        """Origins (N, n, 3) of the frames of the robot's `single_joints`, from the base [m].
+
+        In world axes.
         """
         robot = self.landing.robot
         bodies: list[int] = []
@@ -251,15 +261,17 @@ class Impact:
 
     @property
     def spatial_inertias(self) -> Any:
-        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes, as
-        `method.dynamics.spatial_inertias`.
+        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes.
+
+        As `method.dynamics.spatial_inertias`.
         """
         return spatial_inertias(self.landing.robot, self.state, self.inertias)
 
     @functools.cached_property
     def joint_loads(self) -> Any:
-        """Wrench (N, S, nb, 6) that every body receives through its joint, about the base and in
-        world axes.
+        """Wrench (N, S, nb, 6) that every body receives through its joint, about the base.
+
+        In world axes.
 
         Leaf to root F_i = I_i ΔV_i − f_i + Σ F_child. That of a free base is what is left over, and
         is zero.
@@ -296,8 +308,9 @@ class Impact:
 
     @functools.cached_property
     def rotor_moments(self) -> Any:
-        """Moments c a (a·Δω) (N, S, nb, 3) that `spatial_inertias` has of each body for the
-        coupling of its joint, world axes.
+        """Moments (N, S, nb, 3) of each body's inertia for its joint's coupling, world axes.
+
+        They are c a (a·Δω), as in `spatial_inertias`.
 
         They are of the rotor, which the body's parent carries, so they do not go through the joint.
         """
@@ -323,8 +336,9 @@ class Impact:
 
     @functools.cached_property
     def ground_impulse(self) -> tuple[Any, Any]:
-        """Impulse (N, S, 3) of the ground [N s], and its moment (N, S, 3) about the centre of mass
-        [N m s], world axes.
+        """Impulse (N, S, 3) of the ground [N s], and its moment (N, S, 3) [N m s], world axes.
+
+        The moment is about the centre of mass.
 
         All contacts and standing feet together, which is unique even where its parts are not.
         """
@@ -344,8 +358,9 @@ class Impact:
 
     @functools.cached_property
     def kinetic_energy_before(self) -> Any:
-        """½ Σ Vᵀ I V + ½ q̇ᵀ diag(A − c) q̇ of the motion before the impact (N, S) [J], A armature
-        and c coupling, which is in I.
+        """Kinetic energy (N, S) of the motion before the impact [J].
+
+        ½ Σ Vᵀ I V + ½ q̇ᵀ diag(A − c) q̇ with the armature A and the coupling c, which is in I.
         """
         before = self.landing.before
         bodies = range(len(self.landing.robot.bodies))
@@ -408,7 +423,8 @@ class DoubleImpact(Impact):
             self.inertias = inertias
 
     def delassus(self, constraint: Constraint) -> Array:
-        """Delassus matrices (N, n, n) of the rows of a constraint while nothing is held [1/kg]:
+        """Delassus matrices (N, n, n) of a constraint's rows while nothing is held [1/kg].
+
         J G (GᵀHG)⁻¹ Gᵀ Jᵀ.
         """
         J, G = row_jacobian(self.state, [constraint]), self.equation.G
@@ -416,7 +432,7 @@ class DoubleImpact(Impact):
         return np.asarray(J @ solve_inertia(self.equation.inertia, np.swapaxes(J, -1, -2)))
 
     def rigid_mobility(self, constraint: Constraint) -> Array:
-        """The same (N, n, n) of the whole robot as one rigid body, which is free."""
+        """Mobility (N, n, n) of a constraint's rows with the robot as a free rigid body [1/kg]."""
         wrenches = constraint_wrenches(self.state, constraint)
         inertia = self.spatial_inertias.sum(axis=1)
         return np.asarray(wrenches @ np.linalg.solve(inertia, np.swapaxes(wrenches, -1, -2)))
@@ -433,8 +449,9 @@ class ColumnImpact(DoubleImpact):
 def jumps_in_body_axes(
     landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None
 ) -> Array:
-    """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the
-    joint velocities.
+    """Jumps (N, nb, 6, k) of some bodies in body axes, for jumps of the joint velocities.
+
+    The jumps of the joint velocities are (N, nv, k); the bodies are all by default.
     """
     robot = landing.robot
     S = [joint.v for joint in robot.joints]

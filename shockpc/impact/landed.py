@@ -1,5 +1,6 @@
-"""A landing solved in doubles in N postures, and proven in its own; what no impact can do is refused
-by name.
+"""A landing solved in doubles in N postures, and proven in its own.
+
+An impact that is not possible is refused by name.
 """
 
 import math
@@ -85,8 +86,9 @@ class LandingProof(Proof):
         return BallImpact(solution, self.landing)
 
     def with_last_digits_changed(self, compute: Callable[[BallImpact], T], pattern: int) -> T:
-        """The value of a function of the impact when every datum is changed in its last digit, in a
-        pattern of that number.
+        """The value of a function of the impact with every datum changed in its last digit.
+
+        The changes are those of the pattern with that number.
 
         Raises:
             PrecisionError: a ball is too wide.
@@ -194,8 +196,9 @@ def without_kinetic_energy(landing: PosedLanding, H: Array) -> SolveError:
 
 
 def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
-    """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the scene's strike, without what
-    rounding of the file left.
+    """The rows J_c G (nc, ny) and speeds (nc,) to be undone, without rounding of the file.
+
+    The speeds are those of the scene's strike.
     """
     equation = landing.equation(landing.state)
     limit = landing.row_limits(landing.state, landing.constraints)(0)
@@ -228,8 +231,9 @@ def _posture(landing: PosedLanding) -> str:
 
 
 def without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
-    """The error for an inertia that cannot be inverted: the bodies whose joints carry none, and the
-    joints to be locked.
+    """The error for an inertia that cannot be inverted.
+
+    It names the bodies whose joints carry none, and the joints to be locked.
     """
     robot = landing.robot
     velocities = weakest_columns(equation.H[0])
@@ -267,8 +271,9 @@ def _to_be_locked(robot: Robot, moves: np.ndarray) -> list[str]:
 
 
 class Residual(NamedTuple):
-    """What is left of the speeds that an impact undoes, along the dependent rows; the four columns
-    are as of `Proof.jumps`.
+    """The speeds left along dependent rows, of those that an impact undoes.
+
+    The four columns are as of `Proof.jumps`.
 
     A strike for which more is left than `CONTRADICTION` of its largest speed and rounding
     contradicts the rows: it has no verdict.
@@ -289,8 +294,9 @@ class Residual(NamedTuple):
 
     @property
     def excess(self) -> Array:
-        """By how much (n,) more is left of the landing's strike; a contradiction if it is above
-        zero.
+        """The excess (n,) of what is left of the landing's strike.
+
+        Above zero the rows are contradicted.
         """
         of_speeds = CONTRADICTION * np.abs(self.speeds[:, 3]).max()
         of_rounding = self.rounding * np.linalg.norm(self.motion[:, 3])
@@ -298,7 +304,7 @@ class Residual(NamedTuple):
 
 
 def residual(proof: LandingProof) -> Residual:
-    """What a solution leaves along the dependent rows."""
+    """The speeds that a solution leaves along the dependent rows."""
     landing = proof.landing
     state = landing.state
     equation = landing.equation(state)
@@ -319,8 +325,9 @@ def residual(proof: LandingProof) -> Residual:
 
 
 def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: LandingProof) -> None:
-    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that
-    the mechanism does not have.
+    """Refuse rows that cannot be met.
+
+    They contradict one another, or ask for a motion that the mechanism does not have.
     """
     residuals = residual(proof)
     if not residuals.excess.max(initial=0.0) > 0.0:
@@ -338,9 +345,9 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
         free = ", or free the base"
     raise SolveError(
         f"no verdict: {constraint.name} cannot be stopped in {_posture(landing)}: "
-        f"{abs(left):.3g} m/s are left along ({axis}), because the mechanism cannot move that way here, or another "
-        "contact asks for the opposite; leave that direction out of the contact or of the contact "
-        f"velocity, take another contact point or posture{free}",
+        f"{abs(left):.3g} m/s are left along ({axis}), because the mechanism cannot move that way "
+        "here, or another contact asks for the opposite; leave that direction out of the contact "
+        f"or of the contact velocity, take another contact point or posture{free}",
         blocks=[constraint.frame],
         rows=[worst],
     )
@@ -356,8 +363,9 @@ def _direction(equation: Equation, row: int) -> tuple[Constraint, str]:
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
-    """The largest motion of a body relative to the fastest contact's approach [1], and the body's
-    index.
+    """The largest motion of a body relative to the approach of the fastest contact [1].
+
+    The second value is the body's index.
 
     Args:
         landing: the landing.
@@ -382,8 +390,9 @@ def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
 def _refuse_singular(
     landing: PosedLanding, equation: Equation, proof: LandingProof, rank: int
 ) -> None:
-    """Refuse a posture so nearly singular that the impact is not physically plausible, or is what
-    rounding of the file leaves.
+    """Refuse a posture that is so nearly singular that the impact is not physically plausible.
+
+    Also one whose impact is left by rounding of the file.
 
     Args: rank, number of independent rows.
     """
@@ -410,9 +419,9 @@ def _refuse_singular(
     raise SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as '
         f"the contact, because {where} is singular or nearly so ({constraint.name} has almost no "
-        f"motion along ({axis}) there{digits}), or almost no inertia resists that motion. Set another "
-        f"posture, such as with --set {first}=ANGLE, leave that direction out of the contact or "
-        "of the contact velocity, or lock joints without inertia with --lock",
+        f"motion along ({axis}) there{digits}), or almost no inertia resists that motion. Set "
+        f"another posture, such as with --set {first}=ANGLE, leave that direction out of the "
+        "contact or of the contact velocity, or lock joints without inertia with --lock",
         blocks=[constraint.frame],
         bodies=[robot.bodies[body].name],
         joints=[joint.name for joint in fast],
@@ -420,8 +429,9 @@ def _refuse_singular(
 
 
 def _lengths(landing: PosedLanding) -> Array:
-    """The lengths (nb,) by which rotations of bodies count as speeds: to the farthest of their
-    points, and at least the radius of gyration [m].
+    """The lengths (nb,) by which rotations of bodies count as speeds [m].
+
+    Each is the distance to the body's farthest point, and at least the radius of gyration.
     """
     length = landing.robot.gyration.copy()
     for point in landing.points:

@@ -1,5 +1,6 @@
-"""The robot and the landing with every datum changed in its last digit: the effect of rounding in
-the input data.
+"""The robot and the landing with every datum changed in its last digit.
+
+They show the effect of rounding in the input data.
 """
 
 from dataclasses import replace
@@ -19,8 +20,9 @@ of them.
 
 
 def last_digits_changed(landing: PosedLanding, pattern: int) -> tuple[PosedLanding, Data]:
-    """A landing, and the numbers of its robot, with every datum changed by one to four units in the
-    last place; zeros stay.
+    """A landing, and the numbers of its robot, with every datum changed in its last digit.
+
+    Each changes by one to four units in the last place; zeros stay.
 
     The signs and sizes are one of several fixed pseudo-random patterns. Two numbers that would
     change by the same amount keep their difference, so there are more amounts than one.

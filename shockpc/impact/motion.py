@@ -23,7 +23,7 @@ class Motion(Protocol):
 
     @property
     def duration(self) -> Array:
-        """How long each contact lasts (c,) [s]."""
+        """Duration (c,) of each contact [s]."""
 
     @property
     def stop_peaks(self) -> dict[str, float]:

@@ -1,5 +1,6 @@
-"""From which time after the impact springs have an effect: those of joints, and those between
-joints and their rotors.
+"""The time after the impact from which springs have an effect.
+
+They are those of joints, and those between joints and their rotors.
 
 In the instant of an impact a spring gives no impulse, because it has not moved. Afterwards the
 robot, with its contacts held, swings on its springs; the motion is that of the generalised
@@ -27,8 +28,9 @@ STIFF_CONTACT = 1e-3
 def early_springs(
     landing: PosedLanding, time: float, duration: float | None
 ) -> Iterator[Diagnostic]:
-    """A warning where springs count within the contact, while the impulse model, or also finite
-    stiffness, leaves them out.
+    """A warning where springs have an effect within the contact, but are left out.
+
+    The impulse model leaves them out, or also finite stiffness.
 
     Args:
         landing: gives the springs.
@@ -68,8 +70,9 @@ def early_springs(
 
 @memoized()
 def spring_time(landing: PosedLanding) -> float:
-    """The time after the impact from which on the first spring has an effect, as `spring_times`
-    [s]; infinite without springs.
+    """The time after the impact from which on the first spring has an effect [s].
+
+    As `spring_times`; infinite without springs.
     """
     if not landing.joint_model.springs.any():
         return np.inf

@@ -1,5 +1,6 @@
-"""End stops in an impact: which of those that joints are at act, because without them a joint would
-move beyond its limit.
+"""The end stops that act in an impact, of those that joints are at.
+
+Without them a joint would move beyond its limit.
 
 The rows of contacts, standing feet and loops hold as in Eq. 4; a stop can only push. With w = v⁺ +
 e v⁻ (e = 0 where the joint did not move towards the stop) along the stops,
@@ -58,8 +59,9 @@ CONTRADICTS = 1e-10
 
 
 def stop_rows(landing: PosedLanding) -> tuple[tuple[Constraint, ...], Array, Array]:
-    """The stops at which joints are: constraints, rows (k, nv) of speeds away from them, and these
-    before the impact (k,).
+    """The stops at which joints are: constraints, rows (k, nv) and speeds (k,).
+
+    Rows give speeds away from the stops; the speeds are those before the impact.
     """
     robot = landing.robot
     sides = stops_at(robot, landing.q, landing.joint_model)
@@ -96,8 +98,9 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
 
 
 def _with_stops(landing: PosedLanding) -> PosedLanding:
-    """A landing with the rows of the stops that act on its contacts as they are; the same where
-    none does.
+    """A landing with the rows of the stops that act on its contacts as they are.
+
+    It is the landing itself where none does.
     """
     bare = landing.without_stops
     constraints, rows, before = stop_rows(bare)
@@ -125,8 +128,8 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
         names = listed((constraint.frame for constraint in constraints), 4)
         raise SolveError(
             "no verdict: the contacts drive joints beyond their stops, whatever these do "
-            f"({names}): the mechanism cannot move as they ask; leave a direction or a contact out, "
-            "or the stops"
+            f"({names}): the mechanism cannot move as they ask; leave a direction or a contact "
+            "out, or the stops"
         ) from None
     acts = _acting(stops, impulse, missing, fastest)
     if not acts.any():
@@ -177,7 +180,7 @@ def _in_metric(
 
 
 def _acting(stops: _MetricRows, impulse: Array, missing: Array, fastest: float) -> np.ndarray:
-    """Which stops (k,) act: those that push, and those that share the impulse of these.
+    """Mask (k,) of the stops that act: those that push, and those that share their impulse.
 
     Args:
         stops: their rows.
@@ -200,8 +203,9 @@ def _acting(stops: _MetricRows, impulse: Array, missing: Array, fastest: float) 
 
 
 def refuse_missed(landing: PosedLanding) -> None:
-    """Refuse end stops that are to strike while their joint is not there, or does not move towards
-    them.
+    """Refuse end stops that are to strike but cannot.
+
+    Their joint is not there, or does not move towards them.
 
     Raises:
         SceneError: the text names them.
@@ -216,8 +220,9 @@ def refuse_missed(landing: PosedLanding) -> None:
 
 
 def least_push(rows: Array, missing: Array) -> Array:
-    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0: those of the x = Gᵀ p of minimum length
-    that meets G x ≥ h.
+    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0.
+
+    They are those of the x = Gᵀ p of minimum length that meets G x ≥ h.
 
     By the least-squares problem with non-negative unknowns to which Lawson and Hanson reduce it
     ("Solving Least Squares Problems", 1974, Section 23.4, LDP).
