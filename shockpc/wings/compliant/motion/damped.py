@@ -90,12 +90,9 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
     S, G, R = np.diag(sigma)[deflects][:, moves], dampers[:, moves], in_series[:, deflects]
     differ, differs = (1.0 + np.arange(len(part)) / max(len(part), 1) for part in (G, R))
     for change in CHANGED:
-        A = np.block(
-            [
-                [-(R.T * (1.0 + change * differs)) @ R, S],
-                [-S.T, -(G.T * (1.0 + change * differ)) @ G],
-            ]
-        )
+        in_series_decay = -(R.T * (1.0 + change * differs)) @ R
+        dampers_decay = -(G.T * (1.0 + change * differ)) @ G
+        A = np.block([[in_series_decay, S], [-S.T, dampers_decay]])
         rate, vectors = np.linalg.eig(A)
         try:
             inverse = np.linalg.inv(vectors)
@@ -103,14 +100,8 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
             continue
         if np.abs(inverse).max(initial=0.0) <= PARALLEL:
             # No oscillation grows.
-            return Damped(
-                deflects,
-                moves,
-                A,
-                np.minimum(rate.real, 0.0) + 1j * rate.imag,
-                vectors + 0.0j,
-                inverse + 0.0j,
-            )
+            decaying = np.minimum(rate.real, 0.0) + 1j * rate.imag
+            return Damped(deflects, moves, A, decaying, vectors + 0.0j, inverse + 0.0j)
     raise ArithmeticError(
         "the oscillations of contacts with dampers cannot be told apart; change the damping "
         "slightly"
@@ -120,22 +111,17 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
 def damped(modes: Damped, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes with dampers, from a deflection (d,) and a velocity (d,)."""
     deflects, moves, A, rate, vectors, inverse = modes
-    state, p = (
-        np.concatenate([deflection[deflects], velocity[moves]]),
-        int(np.count_nonzero(deflects)),
-    )
+    state = np.concatenate([deflection[deflects], velocity[moves]])
+    p = int(np.count_nonzero(deflects))
     # One of each two conjugate ones, twice.
     kept = rate.imag >= 0.0
     deflections, velocities = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
-    parts = (vectors * (inverse @ state) * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
+    twice = np.where(rate.imag > 0.0, 2.0, 1.0)
+    parts = (vectors * (inverse @ state) * twice)[:, kept]
     deflections[deflects], velocities[moves] = parts[:p], parts[p:]
     first = A @ state
-    return Oscillations(
-        rate[kept],
-        deflections,
-        velocities,
-        (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))),
-    )
+    bounds = float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))
+    return Oscillations(rate[kept], deflections, velocities, bounds)
 
 
 def along(rows: Array, waves: ComplexArray) -> ComplexArray:

@@ -98,16 +98,12 @@ class Elements(NamedTuple):
         ones.
         """
         width = max(group.rows.shape[1] for group in groups)
-        rows = np.concatenate(
-            [np.pad(group.rows, ((0, 0), (0, width - group.rows.shape[1]))) for group in groups]
-        )
-        return Elements(
-            rows,
-            *(
-                np.concatenate(values)
-                for values in zip(*(group[1:] for group in groups), strict=True)
-            ),
-        )
+        rows = []
+        for group in groups:
+            missing = width - group.rows.shape[1]
+            rows.append(np.pad(group.rows, ((0, 0), (0, missing))))
+        others = zip(*[group[1:] for group in groups], strict=True)
+        return Elements(np.concatenate(rows), *map(np.concatenate, others))
 
 
 class Modes(NamedTuple):
@@ -247,35 +243,16 @@ class StiffMotion(NamedTuple):
         """The time (c,) by which each of c rows has given a share of its impulse until the end; its
         force never changes sign.
         """
-        given = np.cumsum(
-            [segment.impulse(segment.length)[rows] for segment in self.segments], axis=0
-        )
+        impulses = [segment.impulse(segment.length)[rows] for segment in self.segments]
+        until = np.cumsum(impulses, axis=0)
         times = np.zeros(len(rows))
-        for i, (row, total) in enumerate(zip(rows.tolist(), given[-1].tolist(), strict=True)):
-            k = int(np.argmax(given[:, i] >= share * total))
-            segment, missing = self.segments[k], share * total - (given[k - 1, i] if k else 0.0)
-            t, low, high, wave, level = (
-                segment.length,
-                0.0,
-                segment.length,
-                segment.wave[row],
-                float(segment.level[row]),
-            )
-            # The impulse grows with time: Newton's method within bounds.
-            for _ in range(60 if total > 0.0 else 0):
-                last, excess = (
-                    t,
-                    t * level
-                    + float((integral(segment.rate, np.asarray(t)) @ wave).real)
-                    - missing,
-                )
-                force = level + float(((1.0 + growth(segment.rate * t)) @ wave).real)
-                low, high = (t, high) if excess < 0.0 else (low, t)
-                t = t - excess / force if force > 0.0 else high
-                if force > 0.0 and abs(t - last) <= 1e-8 * segment.length:
-                    break
-                t = t if low < t < high else (low + high) / 2.0
-            times[i] = segment.start + t if total > 0.0 else 0.0
+        for i, (row, total) in enumerate(zip(rows.tolist(), until[-1].tolist(), strict=True)):
+            if not total > 0.0:
+                continue
+            k = int(np.argmax(until[:, i] >= share * total))
+            before = until[k - 1, i] if k else 0.0
+            segment = self.segments[k]
+            times[i] = segment.start + _impulse_time(segment, row, share * total - before)
         return times
 
     @property
@@ -294,11 +271,10 @@ class StiffMotion(NamedTuple):
             now, segment = which == k, self.segments[k]
             force[now] = segment.forces(times[now] - segment.start)
             jump[now], displacement[now] = segment.after(times[now] - segment.start)
-        displacement = (
-            displacement @ self.to_velocity.T
-            + np.outer(times, self.constant)
-            + np.outer(times**2 / 2.0, self.falling)
-        )
+        # x = T ∫u dt + c t + g t² / 2
+        displacement = displacement @ self.to_velocity.T
+        displacement = displacement + np.outer(times, self.constant)
+        displacement = displacement + np.outer(times**2 / 2.0, self.falling)
         jump = jump @ self.to_velocity.T + np.outer(times, self.falling)
         return History(force, displacement, jump, force @ self.response.T + self.gravity)
 
@@ -322,18 +298,39 @@ class StiffMotion(NamedTuple):
         # What is constant is the force of one more element.
         constant = np.broadcast_to(constant, outputs.shape[:2])
         P = np.nan_to_num(np.dstack([outputs, constant]))
-        segments = [
-            piece._replace(
-                level=np.append(piece.level, 1.0), wave=np.pad(piece.wave, ((0, 1), (0, 0)))
-            )
-            for segment in self.segments
-            for piece in segment.pieces()
-        ]
+        segments = []
+        for segment in self.segments:
+            for piece in segment.pieces():
+                level, wave = np.append(piece.level, 1.0), np.pad(piece.wave, ((0, 1), (0, 0)))
+                segments.append(piece._replace(level=level, wave=wave))
         starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in segments])
-        largest, when = largest_lengths(
-            P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort()
-        )
+        at_starts = np.square(P @ starts.T).sum(axis=1).max(axis=1)
+        largest, when = largest_lengths(P, segments, at_starts, Effort())
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
+
+
+def _impulse_time(segment: Segment, row: int, impulse: float) -> float:
+    """The time after the start of a segment at which the force of a row, which is positive, has
+    given an impulse [s]: by Newton's method within bounds, since the impulse grows with time.
+    """
+    wave, level = segment.wave[row], float(segment.level[row])
+    t, low, high = segment.length, 0.0, segment.length
+    for _ in range(60):
+        last = t
+        # ∫ level + Re Σ_j wave_j exp(λ_j t) dt
+        oscillating = float((integral(segment.rate, np.asarray(t)) @ wave).real)
+        excess = t * level + oscillating - impulse
+        force = level + float(((1.0 + growth(segment.rate * t)) @ wave).real)
+        if excess < 0.0:
+            low = t
+        else:
+            high = t
+        t = t - excess / force if force > 0.0 else high
+        if force > 0.0 and abs(t - last) <= 1e-8 * segment.length:
+            break
+        if not low < t < high:
+            t = (low + high) / 2.0
+    return t
 
 
 def _lengths(vectors: Array) -> Array:
@@ -360,19 +357,12 @@ def largest_lengths(
     Returns: (m,) lengths and (m,) times.
     """
     (m, k, r), count = outputs.shape, len(segments)
-
-    def in_halves() -> tuple[Array, Array]:
-        first, early = largest_lengths(outputs, segments[: count // 2], least, effort)
-        second, late = largest_lengths(
-            outputs, segments[count // 2 :], np.maximum(least, first**2), effort
-        )
-        return np.maximum(first, second), np.where(second > first, late, early)
-
     if count > MOST_TOGETHER:
-        return in_halves()
+        return _in_halves(outputs, segments, least, effort)
     rates, wave = _stacked(segments)
     modes, P = rates.shape[1], outputs.reshape(m * k, r)
     waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
+    # What the amplitudes of a segment and a vector allow at most.
     size = np.abs(waves)
     larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
     kept, above = larger.any(axis=1), larger.any(axis=0)
@@ -383,12 +373,11 @@ def largest_lengths(
             largest[above], when[above] = largest_lengths(outputs[above], few, least[above], effort)
         return largest, when
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
-    fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(
-        axis=(1, 2)
-    )
+    frequency = rate_of_change(rates[:, None, None], size)
+    fastest = np.where(larger[..., None], frequency, 0.0).max(axis=(1, 2))
     steps = np.minimum(lengths * fastest / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
     if count > 1 and steps.sum() > SAMPLES_TOGETHER:
-        return in_halves()
+        return _in_halves(outputs, segments, least, effort)
     if steps.sum() > MOST_SAMPLES:
         raise ArithmeticError(
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} "
@@ -397,63 +386,85 @@ def largest_lengths(
     # A product of matrices takes a small share of the time of what it multiplies, the more rows the
     # smaller.
     effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
-    return _largest_sampled(P, rates, wave, waves, start, lengths, steps, least, effort)
+    sampled = _Sampled(P, rates, wave, waves, start, lengths)
+    return _largest_sampled(sampled, steps, least, effort)
 
 
-def _largest_sampled(
-    P: Array,
-    rates: ComplexArray,
-    wave: ComplexArray,
-    waves: Array,
-    start: Array,
-    lengths: Array,
-    steps: np.ndarray,
-    least: Array,
-    effort: Effort,
+def _in_halves(
+    outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort
 ) -> tuple[Array, Array]:
-    """The largest lengths (m,) of vectors and when they are reached: local maxima of samples in n
-    segments, refined.
+    """As `largest_lengths`: what the first half holds limits what is searched in the second one."""
+    half = len(segments) // 2
+    first, early = largest_lengths(outputs, segments[:half], least, effort)
+    known = np.maximum(least, first**2)
+    second, late = largest_lengths(outputs, segments[half:], known, effort)
+    return np.maximum(first, second), np.where(second > first, late, early)
 
-    Args:
-        P: (m·k, r) what gives the vectors of the forces.
+
+class _Sampled(NamedTuple):
+    """Vectors of k components in n segments, as sums of j oscillations.
+
+    Attributes:
+        P: (m·k, r) what gives the m vectors of the forces.
         rates: (n, j) of the oscillations.
         wave: (n, r, j) with those of the forces.
         waves: (n, m, k, j) the same of the vectors.
         start: (n,) of each segment [s].
         lengths: (n,) of these [s].
-        steps: (n,) of the samples in each.
+    """
+
+    P: Array
+    rates: ComplexArray
+    wave: ComplexArray
+    waves: ComplexArray
+    start: Array
+    lengths: Array
+
+
+def _largest_sampled(
+    of: _Sampled, steps: np.ndarray, least: Array, effort: Effort
+) -> tuple[Array, Array]:
+    """The largest lengths (m,) of vectors and when they are reached: local maxima of samples,
+    refined, and what is longer between samples.
+
+    Args:
+        of: the vectors.
+        steps: (n,) of the samples in each segment.
         least: (m,) squared length that is known already.
         effort: counts what is computed.
     """
-    count, m, k, _ = waves.shape
-    ends, step = np.cumsum(steps + 1), lengths / steps
+    count, m, k, _ = of.waves.shape
+    ends, step = np.cumsum(steps + 1), of.lengths / steps
     begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     # Times after the start of each segment, of samples of all of them one after the other, each
     # with both of its ends.
     t = (np.arange(len(of_segment)) - begins[of_segment]) * step[of_segment]
-    force = [
-        oscillations(t[a:b, None] * rates[i], wave[i])
-        for i, (a, b) in enumerate(zip(begins, ends, strict=True))
-    ]
-    square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
+    force = []
+    for rate, wave, a, b in zip(of.rates, of.wave, begins, ends, strict=True):
+        force.append(oscillations(t[a:b, None] * rate, wave))
+    square = np.square(np.concatenate(force) @ of.P.T).reshape(-1, m, k).sum(axis=2)
     sample, vector = np.nonzero(_local_maxima(square, begins, ends))
     at, i = t[sample], of_segment[sample]
-    low, high = np.maximum(at - step[i], 0.0), np.minimum(at + step[i], lengths[i])
-    length, at = _refined(rates[i], waves[i, vector], at, low, high)
+    low, high = np.maximum(at - step[i], 0.0), np.minimum(at + step[i], of.lengths[i])
+    length, at = _refined(of.rates[i], of.waves[i, vector], at, low, high)
+
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones
     # the first.
-    order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
-    largest[vector[order]], when[vector[order]] = length[order], (start[i] + at)[order]
-    bend = _lengths((np.abs(waves) * np.abs(rates[:, None, None]) ** 2).sum(axis=3))
+    largest, when = np.zeros((2, m))
+    order = np.argsort(-length, kind="stable")[::-1]
+    largest[vector[order]] = length[order]
+    when[vector[order]] = (of.start[i] + at)[order]
+
+    # κ = |Σ_j |λ_j|² |wave_j||
+    curved = np.abs(of.waves) * np.abs(of.rates[:, None, None]) ** 2
+    bend = _lengths(curved.sum(axis=3))
     known = np.maximum(largest, np.sqrt(least))
     first = np.delete(np.arange(len(of_segment)), ends - 1)  # of each interval
     longer = np.sqrt(np.maximum(square[first], square[first + 1]))
     between = Intervals.all_of(of_segment[first], t[first], step, longer, bend, known)
-    for number, one, length_between, time in _longer_between(
-        rates, waves, lengths, between, known, effort
-    ):
+    for number, one, length_between, time in _longer_between(of, between, known, effort):
         if length_between > largest[one]:
-            largest[one], when[one] = length_between, start[number] + time
+            largest[one], when[one] = length_between, of.start[number] + time
     return largest, when
 
 
@@ -503,53 +514,47 @@ class Intervals(NamedTuple):
         """Those in which a vector may be longer than is known (m,), at most `MOST_BETWEEN`, the
         most promising ones.
         """
-        above = (self.longer + self.bend * self.width**2 / 8.0) / np.maximum(
-            known[self.vector], 1e-300
-        )
+        longest = self.longer + self.bend * self.width**2 / 8.0
+        above = longest / np.maximum(known[self.vector], 1e-300)
         order = np.argsort(-above, kind="stable")[:MOST_BETWEEN]
-        return Intervals(*(part[order[above[order] > 1.0 + HIDDEN]] for part in self))
+        kept = order[above[order] > 1.0 + HIDDEN]
+        return Intervals(*(part[kept] for part in self))
 
 
 def _longer_between(
-    rates: ComplexArray,
-    waves: Array,
-    lengths: Array,
-    between: Intervals,
-    known: Array,
-    effort: Effort,
+    of: _Sampled, between: Intervals, known: Array, effort: Effort
 ) -> Iterator[tuple[int, int, float, float]]:
     """Segment, vector, length and time of what is longer than is known, in intervals that are
     divided until none can be.
 
     Args:
-        rates: as of `_largest_sampled`.
-        waves: the same.
-        lengths: the same.
+        of: the vectors.
         between: the intervals.
         known: (m,) largest lengths.
         effort: counts what is computed.
     """
     known = known.copy()
-    while len((between := between.kept(known)).segment):
+    between = between.kept(known)
+    while len(between.segment):
         i, vector, width = between.segment, between.vector, between.width / FINER
-        of_vector = waves[i, vector]
+        of_vector = of.waves[i, vector]
         effort.spend(len(i) * (FINER + 1) * of_vector[0].size)
         t = between.low[:, None] + width[:, None] * np.arange(FINER + 1)
-        sampled = _lengths(
-            (np.exp(t[..., None] * rates[i, None]) @ np.swapaxes(of_vector, 1, 2)).real
-        )
+        turned = np.exp(t[..., None] * of.rates[i, None])
+        sampled = _lengths((turned @ np.swapaxes(of_vector, 1, 2)).real)
         at = t[np.arange(len(i)), sampled.argmax(axis=1)]
-        low, high = np.maximum(at - width, 0.0), np.minimum(at + width, lengths[i])
-        length, at = _refined(rates[i], of_vector, at, low, high)
-        for found in zip(i.tolist(), vector.tolist(), length.tolist(), at.tolist(), strict=True):
-            if found[2] > known[found[1]]:
-                known[found[1]] = found[2]
-                yield found
+        low, high = np.maximum(at - width, 0.0), np.minimum(at + width, of.lengths[i])
+        length, at = _refined(of.rates[i], of_vector, at, low, high)
+        lists = i.tolist(), vector.tolist(), length.tolist(), at.tolist()
+        for number, one, size, time in zip(*lists, strict=True):
+            if size > known[one]:
+                known[one] = size
+                yield number, one, size, time
+        # Each part of an interval is one from now on.
         longer = np.maximum(sampled[:, 1:], sampled[:, :-1]).ravel()
-        i, vector, width, bend = (
-            np.repeat(part, FINER) for part in (i, vector, width, between.bend)
-        )
-        between = Intervals(i, vector, t[:, :-1].ravel(), width, longer, bend)
+        parts = i, vector, width, between.bend
+        i, vector, width, bend = (np.repeat(part, FINER) for part in parts)
+        between = Intervals(i, vector, t[:, :-1].ravel(), width, longer, bend).kept(known)
 
 
 def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:
@@ -561,11 +566,8 @@ def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:
     wave = np.zeros((len(segments), len(segments[0].level), modes), dtype=complex)
     for i, segment in enumerate(segments):
         oscillating = slice(1, 1 + len(segment.rate))
-        rates[i, oscillating], wave[i, :, 0], wave[i, :, oscillating] = (
-            segment.rate,
-            segment.level,
-            segment.wave,
-        )
+        rates[i, oscillating] = segment.rate
+        wave[i, :, 0], wave[i, :, oscillating] = segment.level, segment.wave
     return rates, wave
 
 
@@ -587,10 +589,8 @@ def _local_maxima(square: Array, begins: np.ndarray, ends: np.ndarray) -> np.nda
     rises[begins], falls[ends - 1] = True, True
     local = rises & falls & (square >= NEAR_MAXIMUM * square.max(axis=0))
     if np.count_nonzero(local) > MOST_MAXIMA * square.shape[1]:
-        local &= (
-            square
-            >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
-        )
+        among = np.where(local, square, -1.0)
+        local &= square >= np.partition(among, -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
     return np.asarray(local)
 
 
@@ -605,21 +605,19 @@ def _refined(
     length, best, turning = np.full(len(t), -1.0), t, rate[:, None]
     derivatives = np.concatenate([waves, waves * turning, waves * turning**2], axis=1)
     for _ in range(8):
-        values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(
-            len(t), 3, -1
-        )
+        turned = np.exp(turning[:, 0] * t[:, None])[..., None]
+        values = (derivatives @ turned).real.reshape(len(t), 3, -1)
         value, speed, curve = values[:, 0], values[:, 1], values[:, 2]
         sizes = _lengths(value)
-        length, best = np.where(sizes > length, sizes, length), np.where(sizes > length, t, best)
+        longer = sizes > length
+        length, best = np.where(longer, sizes, length), np.where(longer, t, best)
+        # d/dt |v|²/2 = v · v̇ and its derivative v̇ · v̇ + v · v̈
         slope, bend = (value * speed).sum(axis=1), (speed * speed + value * curve).sum(axis=1)
+        concave = bend < 0.0
+        newton = -slope / np.where(concave, bend, -1.0)
         # Where the square is not concave, go to the bound that lies uphill.
-        last, step = (
-            t,
-            np.where(
-                bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low)
-            ),
-        )
-        t = np.clip(t + step, low, high)
+        step = np.where(concave, newton, np.sign(slope) * (high - low))
+        last, t = t, np.clip(t + step, low, high)
         if np.all(np.abs(t - last) <= 1e-6 * (high - low)):
             break
     return length, np.where(np.abs(t - best) <= 1e-6 * (high - low), t, best)

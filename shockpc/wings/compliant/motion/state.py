@@ -3,7 +3,7 @@ one, and what changes there.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from shockpc.wings.compliant.motion.crossing import (
 from shockpc.wings.compliant.motion.damped import Oscillations, along, damped, undamped
 from shockpc.wings.compliant.motion.events import (
     FORCE,
-    GAP,
     LOADING,
     OPEN,
     PUSH,
@@ -64,6 +63,40 @@ class Free(NamedTuple):
     bound: Array | float
 
 
+class _InModes(NamedTuple):
+    """The state in modes, and its oscillations.
+
+    Attributes:
+        moves: (m,) which modes have a frequency.
+        deflection: (m,) from that at which constant forces balance them [√J].
+        velocity: (m,) from that at which constant forces leave them [√J].
+        drift: (m,) velocities that do not oscillate.
+        oscillations: from these on.
+    """
+
+    moves: np.ndarray
+    deflection: Array
+    velocity: Array
+    drift: Array
+    oscillations: Oscillations
+
+
+def _in_modes(loaded: Loaded, u: Array, z: Array) -> _InModes:
+    """The state in modes. Args: u (d,), and z (r,) of the springs that are loaded."""
+    moves = deflects = loaded.sigma > 0.0
+    if loaded.damped is not None:
+        deflects = loaded.damped.deflects
+    deflection = np.where(deflects, loaded.U.T @ z - loaded.balanced, 0.0)
+    velocity = loaded.V.T @ u
+    drift = np.where(moves, loaded.creep, velocity)
+    velocity = velocity - loaded.creep
+    if loaded.damped is None:
+        oscillations = undamped(loaded.sigma, deflection, velocity)
+    else:
+        oscillations = damped(loaded.damped, deflection, velocity)
+    return _InModes(moves, deflection, velocity, drift, oscillations)
+
+
 class State:
     """What each element does at an event, and the velocity then: `step` goes to the next event,
     `switch` lets it happen.
@@ -90,17 +123,13 @@ class State:
         self.system, self.effort = system, Effort()
         self.slope = np.sqrt(elements.stiffness)
         self.z, self.peak, self.largest, self.gap = np.zeros((4, r))
-        self.z[system.sprung] = (
-            -np.asarray(elements.load)[system.sprung] / self.slope[system.sprung]
-        )
+        load = np.asarray(elements.load)[system.sprung]
+        self.z[system.sprung] = -load / self.slope[system.sprung]
         self.jump, self.displacement = np.zeros((2, len(system.u)))
         self.slow, self.slipped = np.zeros((2, r), dtype=bool)
         closing = elements.contact[system.approaches]
-        self.phase = np.where(
-            (elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0),
-            LOADING,
-            OPEN,
-        )
+        strikes = np.any(elements.contact == closing[:, None], axis=0)
+        self.phase = np.where((elements.contact < 0) | strikes, LOADING, OPEN)
 
     @property
     def separated(self) -> bool:
@@ -118,10 +147,8 @@ class State:
         if self.separated or not system.pull.any():
             return self.separated
         rate = system.W @ (system.u + self.jump)
-        closed, held = (
-            system.grounded & (self.phase != OPEN),
-            (self.phase == UNLOADING) & system.rigid,
-        )
+        closed = system.grounded & (self.phase != OPEN)
+        held = (self.phase == UNLOADING) & system.rigid
         moves = np.abs(motion.wave[RATE]).sum(axis=1) > system.slowly
         loading = (self.phase == LOADING) & system.lossy & ~self.slow & (elements.normal | moves)
         rebounds = elements.normal & ~held & (rate > 2.0 * system.noise * system.length)
@@ -142,31 +169,21 @@ class State:
         decay without end.
         """
         slowly, length = self.system.slowly, self.system.rigid_length
-        return np.divide(
-            slowly,
-            length,
-            out=np.zeros_like(length),
-            where=(self.system.relaxation > 0.0) & (length > 0.0),
-        )
+        decays = (self.system.relaxation > 0.0) & (length > 0.0)
+        return np.divide(slowly, length, out=np.zeros_like(length), where=decays)
 
     def modes(self) -> Modes:
         """The modes of the elements that are loaded now, without dampers."""
         motion = self._motion(dampers=False)
-        to_all, U, sigma, V = (
-            motion.loaded.to_all,
-            motion.loaded.U,
-            motion.loaded.sigma,
-            motion.loaded.V,
-        )
-        moves, k = sigma > 0.0, self.system.elements.stiffness[:, None]
-        shape = (self.slope[:, None] * (to_all @ U))[:, moves]
-        participation = np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0)
-        amplitude = np.abs(shape * motion.oscillations.deflection[moves])
+        loaded, k = motion.loaded, self.system.elements.stiffness[:, None]
+        moves = loaded.sigma > 0.0
+        # Forces of the elements for a unit deflection of each mode [N/√J].
+        shape = (self.slope[:, None] * (loaded.to_all @ loaded.U))[:, moves]
         return Modes(
-            sigma[moves] / (2.0 * np.pi),
-            (V.T @ motion.u)[moves] ** 2 / 2.0,
-            participation,
-            amplitude,
+            frequency=loaded.sigma[moves] / (2.0 * np.pi),
+            energy=(loaded.V.T @ motion.u)[moves] ** 2 / 2.0,
+            participation=np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0),
+            force=np.abs(shape * motion.oscillations.deflection[moves]),
         )
 
     def _closes_again(self, motion: Free, horizon: float) -> bool:
@@ -183,19 +200,15 @@ class State:
         element, of_push = np.array([watch.element for watch in watched]), signal == PUSH
         # What falls in the force that it would have; the rate of a gap does not.
         fall = np.where(of_push, (self.system.viscous * motion.linear[RATE])[element], 0.0)
-        depth = (
-            EASED
-            * self.largest[element]
-            / np.where(of_push, self.slope[element], self.system.elements.stiffness[element])
-        )
+        k = np.where(of_push, self.slope[element], self.system.elements.stiffness[element])
+        depth = EASED * self.largest[element] / k
         signals = signals._replace(
             tolerance=signals.tolerance + depth,
             linear=signals.linear - fall,
             square=0.0 * signals.square,
         )
-        return (
-            first_crossing(motion.oscillations.rate, signals, horizon, self.effort)[1] is not None
-        )
+        _, first = first_crossing(motion.oscillations.rate, signals, horizon, self.effort)
+        return first is not None
 
     def step(
         self, time: float, horizon: float, may_end: bool
@@ -210,19 +223,11 @@ class State:
         rigid = (self.phase == UNLOADING) & system.rigid
         if rigid.any() and not (self._sprung(rigid).any() or system.pull.any()):
             # Nothing presses what is held on the ground, so that it is released.
-            return None, Watch(
-                int(np.flatnonzero(rigid & system.elements.normal)[0]),
-                EventKind.OPENS,
-                0.0,
-                0.0,
-                1.0,
-            )
+            released = int(np.flatnonzero(rigid & system.elements.normal)[0])
+            return None, Watch(released, EventKind.OPENS, 0.0, 0.0, 1.0)
         motion = self._motion()
-        self.largest = np.where(
-            system.viscous > 0.0,
-            np.maximum(self.largest, -self.slope * motion.start[TOTAL]),
-            self.largest,
-        )
+        larger = np.maximum(self.largest, -self.slope * motion.start[TOTAL])
+        self.largest = np.where(system.viscous > 0.0, larger, self.largest)
         watched = [*self._watched(), *self._watched_in(motion)]
         _, signals = self._signals(motion, watched)
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
@@ -233,10 +238,8 @@ class State:
         length, first = first_crossing(motion.oscillations.rate, signals, horizon, self.effort)
         segment = self._segment(motion, time, length)
         self.jump, displacement = segment.after(np.asarray(length))
-        self.gap, self.displacement = (
-            self.gap + system.W @ (displacement - self.displacement),
-            displacement,
-        )
+        self.gap = self.gap + system.W @ (displacement - self.displacement)
+        self.displacement = displacement
         self.z = motion.forces + changes(length * segment.rate, motion.wave[FORCE])
         return segment, None if first is None else watched[first]
 
@@ -266,179 +269,147 @@ class State:
     def _loaded(self, dampers: bool) -> Loaded:
         """What depends on which elements are loaded now. Args: dampers, whether those act."""
         held = (self.phase == UNLOADING) & self.system.rigid
-        return self.system.loaded(
-            held.tobytes(), self._sprung(held).tobytes(), self.slope.tobytes(), dampers
-        )
+        sprung = self._sprung(held)
+        return self.system.loaded(held.tobytes(), sprung.tobytes(), self.slope.tobytes(), dampers)
 
     def _motion(self, dampers: bool = True) -> Free:
         """The motion until the next event. What held rows stop is at rest from now on."""
         system = self.system
         loaded = self._loaded(dampers)
-        to_all, held, damper, U, sigma, V = (
-            loaded.to_all,
-            loaded.held,
-            loaded.damper,
-            loaded.U,
-            loaded.sigma,
-            loaded.V,
-        )
         if len(loaded.fixed):
             self.jump = self.jump - loaded.still @ (system.u + self.jump)
         u, z = system.u + self.jump, np.where(loaded.sprung, self.z, 0.0)
-        moves = sigma > 0.0
-        deflects = moves if loaded.damped is None else loaded.damped.deflects
-        # From the deflection, and the velocity, at which constant forces leave them.
-        velocity, pulled = V.T @ u, V.T @ loaded.pull
-        deflection, drift = (
-            np.where(deflects, U.T @ z - loaded.balanced, 0.0),
-            np.where(moves, loaded.creep, velocity),
-        )
-        velocity = velocity - loaded.creep
-        oscillations = (
-            undamped(sigma, deflection, velocity)
-            if loaded.damped is None
-            else damped(loaded.damped, deflection, velocity)
-        )
-        rate, p, speed, (first, second) = oscillations
-        of_u, of_z, of_held, of_damper = system.W @ V, to_all @ U, held @ V, damper @ V
-        forces = to_all @ z + held @ u + loaded.balance
-        rest = forces - of_z @ deflection - of_held @ np.where(moves, velocity, 0.0)
-        falling, drifting, zero = (
-            of_u @ np.where(moves, 0.0, pulled),
-            of_u @ drift,
-            np.zeros(len(z)),
-        )
+        at = _in_modes(loaded, u, z)
+        rate, p, speed, _ = at.oscillations
+
+        # What elements feel of unit modes: rates, forces of springs, of held rows by velocities,
+        # and of dampers.
+        of_u, of_z = system.W @ loaded.V, loaded.to_all @ loaded.U
+        of_held, of_damper = loaded.held @ loaded.V, loaded.damper @ loaded.V
+        forces = loaded.to_all @ z + loaded.held @ u + loaded.balance
+        oscillating = np.where(at.moves, at.velocity, 0.0)
+        rest = forces - of_z @ at.deflection - of_held @ oscillating
+
+        # Of each signal the value at the start and the factors of t, of t² and of the oscillations.
+        start = self._with_push(system.W @ u, forces, self.gap, forces + loaded.damper @ u)
+        zero = np.zeros(len(z))
+        falling = of_u @ np.where(at.moves, 0.0, loaded.V.T @ loaded.pull)
+        linear = self._with_push(falling, zero, of_u @ at.drift, zero)
+        square = self._with_push(zero, zero, falling / 2.0, zero)
         path = np.divide(speed, rate, out=np.zeros_like(speed), where=rate != 0.0)
-        of_rate, of_force, of_gap = (
-            along(of_u, speed),
-            along(of_z, p) + along(of_held, speed),
-            along(of_u, path),
-        )
-        # Of each signal, in the order of RATE to PUSH, the value at the start and the factors of t,
-        # of t² and of the oscillations.
-        rates, push = system.W @ u, np.sqrt(system.elements.stiffness)
-        start = np.array(
-            [rates, forces, self.gap, forces + damper @ u, push * self.gap + system.viscous * rates]
-        )
-        linear = np.array(
-            [falling, zero, drifting, zero, push * drifting + system.viscous * falling]
-        )
-        square = np.array([zero, zero, falling / 2.0, zero, push * falling / 2.0])
-        of_push = push[:, None] * of_gap + system.viscous[:, None] * of_rate
-        wave = np.array([of_rate, of_force, of_gap, of_force + along(of_damper, speed), of_push])
+        of_forces = along(of_z, p) + along(of_held, speed)
+        of_total = of_forces + along(of_damper, speed)
+        wave = self._with_push(along(of_u, speed), of_forces, along(of_u, path), of_total)
         bound: Array | float = np.inf
         if loaded.damped is not None:
-            of_forces = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held, axis=1))
-            of_total = np.hypot(
-                np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held + of_damper, axis=1)
+            first, second = at.oscillations.bounds
+            of_springs = np.linalg.norm(of_z, axis=1)
+            by_held = np.hypot(of_springs, np.linalg.norm(of_held, axis=1))
+            in_all = np.hypot(of_springs, np.linalg.norm(of_held + of_damper, axis=1))
+            bound = self._with_push(
+                system.length * second, by_held * second, system.length * first, in_all * second
             )
-            sizes = [
-                system.length * second,
-                of_forces * second,
-                system.length * first,
-                of_total * second,
-            ]
-            bound = np.array([*sizes, push * sizes[GAP] + system.viscous * sizes[RATE]])
-        return Free(loaded, u, forces, rest, oscillations, start, linear, square, wave, bound)
+        return Free(loaded, u, forces, rest, at.oscillations, start, linear, square, wave, bound)
+
+    def _with_push(self, rate: Any, force: Any, gap: Any, total: Any) -> Any:
+        """Five signals (5, r, ...), in the order of RATE to PUSH: these four, and √k gap + c rate."""
+        shape = (-1,) + (1,) * (np.ndim(gap) - 1)
+        root = np.sqrt(self.system.elements.stiffness).reshape(shape)
+        viscous = self.system.viscous.reshape(shape)
+        return np.array([rate, force, gap, total, root * gap + viscous * rate])
 
     def _signals(self, motion: Free, watched: list[Watch]) -> tuple[np.ndarray, Signals]:
         """The signals of what is watched: which each is, and these."""
         element = np.array([watch.element for watch in watched], dtype=int)
         signal = np.array([WATCHED[watch.kind] for watch in watched], dtype=int)
-        tolerance, offset, sign, either = (
-            np.array([watch[2:] for watch in watched], dtype=float).reshape(-1, 4).T
-        )
+        values = np.array([watch[2:] for watch in watched], dtype=float).reshape(-1, 4)
+        tolerance, offset, sign, either = values.T
         # Within the ground that it has compressed, an open contact with a damper closes when it
         # would be pressed.
         closes = np.array([watch.kind is EventKind.CLOSES for watch in watched], dtype=bool)
         inside = closes & (self.system.damping[element] > 0.0) & (self.gap[element] < -tolerance)
-        signal, tolerance = (
-            np.where(inside, PUSH, signal),
-            np.where(inside, self.system.push_noise[element], tolerance),
-        )
+        signal = np.where(inside, PUSH, signal)
+        tolerance = np.where(inside, self.system.push_noise[element], tolerance)
         row = signal, element
-        bound = motion.bound[row] if isinstance(motion.bound, np.ndarray) else motion.bound
-        start = offset + sign * motion.start[row]
-        linear, square, wave = (
-            sign * motion.linear[row],
-            sign * motion.square[row],
-            sign[:, None] * motion.wave[row],
+        bound = motion.bound
+        if isinstance(bound, np.ndarray):
+            bound = bound[row]
+        return signal, Signals(
+            either=either != 0.0,
+            tolerance=tolerance,
+            start=offset + sign * motion.start[row],
+            linear=sign * motion.linear[row],
+            square=sign * motion.square[row],
+            wave=sign[:, None] * motion.wave[row],
+            bound=bound,
         )
-        return signal, Signals(either != 0.0, tolerance, start, linear, square, wave, bound)
 
     def _watched(self) -> Iterator[Watch]:
         """What can happen to the elements as they are."""
-        system = self.system
+        rates = self.system.W @ (self.system.u + self.jump)
         # Numbers of Python, because those of NumPy take ten times as long one by one.
-        deflection, peak, rigid, noise = (
-            self.z.tolist(),
-            self.peak.tolist(),
-            system.rigid.tolist(),
-            system.noise,
-        )
-        viscous, gap, rate = (
-            system.viscous.tolist(),
-            self.gap.tolist(),
-            (system.W @ (system.u + self.jump)).tolist(),
-        )
-        for i, (phase, normal, length) in enumerate(
-            zip(
-                self.phase.tolist(),
-                system.elements.normal.tolist(),
-                system.length.tolist(),
-                strict=True,
-            )
-        ):
-            if phase == LOADING and system.lossy[i]:
-                # A contact is loaded against its normal; an element without force, in the direction
-                # in which it moves first.
-                either = not normal and deflection[i] == 0.0
-                sign = -1.0 if normal or deflection[i] < 0.0 else 1.0
-                yield Watch(i, EventKind.UNLOADS, noise * length, 0.0, sign, either)
-                if viscous[i] and normal and not self.slow[i]:
-                    yield Watch(i, EventKind.SLOWS, 0.0, -float(system.slowly[i]), -1.0)
+        for i, phase in enumerate(self.phase.tolist()):
+            if phase == LOADING and self.system.lossy[i]:
+                yield from self._watched_loading(i)
             elif phase == UNLOADING:
-                loaded = -1.0 if normal or peak[i] < 0.0 else 1.0
-                # After a slip the force of a contact with a damper goes on from zero.
-                push = (
-                    noise
-                    * (1.0 + viscous[i] * length)
-                    * (2.0 if viscous[i] and self.slipped[i] else 1.0)
-                )
-                # What is held by no force is released.
-                ends = EventKind.OPENS if normal else EventKind.REVERSES
-                yield Watch(i, ends, -noise if rigid[i] else push, 0.0, loaded)
-                yield Watch(i, EventKind.RELOADS, noise, abs(peak[i]), -loaded)
-                if normal and not rigid[i] and rate[i] > 2.0 * noise * length:
-                    yield Watch(i, EventKind.TURNS, 2.0 * noise * length, 0.0, 1.0)
-            elif phase == OPEN and normal:
-                tolerance = noise * length / system.fastest
-                yield Watch(i, EventKind.CLOSES, tolerance, 0.0, 1.0)
-                if viscous[i] and gap[i] < -tolerance:
-                    yield Watch(i, EventKind.CLEARS, tolerance, 0.0, -1.0)
+                yield from self._watched_unloading(i, float(rates[i]))
+            elif phase == OPEN and self.system.elements.normal[i]:
+                yield from self._watched_open(i)
+
+    def _watched_loading(self, i: int) -> Iterator[Watch]:
+        """A contact is loaded against its normal; an element without force, in the direction in
+        which it moves first.
+        """
+        system, normal, z = self.system, bool(self.system.elements.normal[i]), float(self.z[i])
+        tolerance = system.noise * float(system.length[i])
+        sign = -1.0 if normal or z < 0.0 else 1.0
+        either = not normal and z == 0.0
+        yield Watch(i, EventKind.UNLOADS, tolerance, 0.0, sign, either)
+        if system.viscous[i] and normal and not self.slow[i]:
+            yield Watch(i, EventKind.SLOWS, 0.0, -float(system.slowly[i]), -1.0)
+
+    def _watched_unloading(self, i: int, rate: float) -> Iterator[Watch]:
+        """An element reaches zero, or its peak again. Args: rate, of its length [m/s]."""
+        system, normal, noise = self.system, bool(self.system.elements.normal[i]), self.system.noise
+        length, viscous, peak = float(system.length[i]), float(system.viscous[i]), self.peak[i]
+        held = bool(system.rigid[i])
+        loaded = -1.0 if normal or peak < 0.0 else 1.0
+        tolerance = noise * (1.0 + viscous * length)
+        if viscous and self.slipped[i]:
+            # After a slip the force of a contact with a damper goes on from zero.
+            tolerance *= 2.0
+        if held:
+            # What is held by no force is released.
+            tolerance = -noise
+        ends = EventKind.OPENS if normal else EventKind.REVERSES
+        yield Watch(i, ends, tolerance, 0.0, loaded)
+        yield Watch(i, EventKind.RELOADS, noise, abs(float(peak)), -loaded)
+        if normal and not held and rate > 2.0 * noise * length:
+            yield Watch(i, EventKind.TURNS, 2.0 * noise * length, 0.0, 1.0)
+
+    def _watched_open(self, i: int) -> Iterator[Watch]:
+        """A contact closes, and one with a damper clears the ground that it had compressed."""
+        system = self.system
+        tolerance = system.noise * float(system.length[i]) / system.fastest
+        yield Watch(i, EventKind.CLOSES, tolerance, 0.0, 1.0)
+        if system.viscous[i] and self.gap[i] < -tolerance:
+            yield Watch(i, EventKind.CLEARS, tolerance, 0.0, -1.0)
 
     def _watched_in(self, motion: Free) -> Iterator[Watch]:
         """What can happen besides, in a motion: forces that ease to what stays constant, and
         dampers in series that creep.
         """
         system, normal = self.system, self.system.elements.normal
-        eases = (
-            ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow))
-            & normal
-            & bool(system.pull.any())
-        )
-        for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * system.push_noise)).tolist():
-            yield Watch(
-                i,
-                EventKind.EASES,
-                2.0 * system.push_noise[i],
-                float((motion.rest - self._left)[i]),
-                -1.0,
-            )
+        if system.pull.any():
+            yields = (self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)
+            eases = yields & normal & (self._excess(motion) > 4.0 * system.push_noise)
+            level = motion.rest - self._left
+            for i in np.flatnonzero(eases).tolist():
+                tolerance, offset = 2.0 * system.push_noise[i], float(level[i])
+                yield Watch(i, EventKind.EASES, tolerance, offset, -1.0)
         creep = motion.start[RATE] - motion.wave[RATE].real.sum(axis=1)
-        for i in np.flatnonzero(
-            (self.phase == LOADING) & normal & ~self.slow & (system.relaxation > 0.0)
-        ).tolist():
+        creeps = (self.phase == LOADING) & normal & ~self.slow & (system.relaxation > 0.0)
+        for i in np.flatnonzero(creeps).tolist():
             yield Watch(i, EventKind.SLOWS, 0.0, float(creep[i] - system.slowly[i]), -1.0)
 
     def switch(self, i: int, kind: EventKind) -> EventKind:
@@ -458,32 +429,24 @@ class State:
             return kind
         if kind in (EventKind.RELOADS, EventKind.REVERSES):
             self.phase[i], self.slope[i] = LOADING, self.slope[i] * e
-            # The force of a row that is held jumps where another one is held too; the row is then
-            # loaded from its peak.
-            self.z[i] = (
-                0.0
-                if kind is EventKind.REVERSES
-                else self.peak[i]
-                if system.rigid[i]
-                else self.z[i] / e
-            )
+            if kind is EventKind.REVERSES:
+                self.z[i] = 0.0
+            elif system.rigid[i]:
+                # The force of a row that is held jumps where another one is held too; the row is
+                # then loaded from its peak.
+                self.z[i] = self.peak[i]
+            else:
+                self.z[i] = self.z[i] / e
             return kind
         slips = bool(system.rigid[i]) or system.damping[i] > 0.0
-        if (
-            kind is EventKind.OPENS
-            and slips
-            and np.any(self.phase[rows & ~elements.normal] != OPEN)
-        ):
-            rows, kind = rows & ~elements.normal, EventKind.SLIPS
+        tangents = rows & ~elements.normal
+        if kind is EventKind.OPENS and slips and np.any(self.phase[tangents] != OPEN):
+            rows, kind = tangents, EventKind.SLIPS
         # The ground under a contact with a damper keeps its place.
-        gap = (
-            self.gap[i] if kind is EventKind.CLOSES else self.z[i] / np.sqrt(elements.stiffness[i])
-        )
-        self.phase[rows], self.z[rows], self.gap[rows] = (
-            LOADING if kind is EventKind.CLOSES else OPEN,
-            0.0,
-            0.0,
-        )
+        closes = kind is EventKind.CLOSES
+        gap = self.gap[i] if closes else self.z[i] / np.sqrt(elements.stiffness[i])
+        self.phase[rows] = LOADING if closes else OPEN
+        self.z[rows], self.gap[rows] = 0.0, 0.0
         self.slope[rows] = np.sqrt(elements.stiffness[rows])
         self.slow[rows], self.slipped[i] = False, kind is EventKind.SLIPS
         if system.damping[i] > 0.0 and kind is EventKind.CLOSES:

@@ -133,73 +133,103 @@ class System:
         """
         sprung, slope = np.frombuffer(sprung_rows, dtype=bool), np.frombuffer(slopes)
         fixed = np.flatnonzero(np.frombuffer(held_rows, dtype=bool))
-        r, d = self.W.shape
-        F, pull, still = np.where(sprung, slope, 0.0)[:, None] * self.W, self.pull, np.zeros((d, d))
         acting = sprung & (self.damping > 0.0) & dampers
-        damper, G = (
-            np.where(acting, self.viscous, 0.0)[:, None] * self.W,
-            np.sqrt(self.damping[acting])[:, None] * self.W[acting],
-        )
-        # The scaled forces of all elements are to_all · z + held · u + balance.
-        to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
-        if len(fixed):
-            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu);
-            # of dependent rows each takes the smallest share.
-            H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
-            least = np.linalg.pinv(H.T, rcond=1e-9)
-            still = H.T @ least
-            to_all[fixed], balance[fixed] = -(least @ F.T) / size[:, None], least @ pull / size
-            held[fixed] = -(least @ G.T @ G) / size[:, None]
-            F, G, pull = F - F @ still, G - G @ still, pull - still @ pull
         relaxes = sprung & (self.relaxation > 0.0) & dampers
-        U, sigma, Vt = np.linalg.svd(F, full_matrices=bool(relaxes.any()))
-        V, sigma = np.pad(Vt.T, ((0, 0), (0, U.shape[1] - d))), np.pad(sigma, (0, U.shape[1] - d))
-        sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
-        moves = sigma > 0.0
-        balanced, creep = (
-            np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves) * (V.T @ pull),
-            np.zeros_like(sigma),
-        )
-        if not (len(G) or relaxes.any()):
-            return Loaded(
-                fixed,
-                sprung,
-                still,
-                to_all,
-                held,
-                balance,
-                damper,
-                None,
-                pull,
-                U,
-                sigma,
-                V,
-                balanced,
-                creep,
-            )
-        of_dampers = damped_modes(
-            sigma, G @ V, np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes]
-        )
-        if relaxes.any():
-            constant = np.append(np.zeros(len(sigma)), (V.T @ pull)[moves])
+        damper = np.where(acting, self.viscous, 0.0)[:, None] * self.W
+        F = np.where(sprung, slope, 0.0)[:, None] * self.W
+        G = np.sqrt(self.damping[acting])[:, None] * self.W[acting]
+        free = self._held(fixed, sprung, slope, F, G)
+
+        U, sigma, V = _modes(free.F, bool(relaxes.any()))
+        moves, along = sigma > 0.0, V.T @ free.pull
+        balanced, creep = np.zeros((2, len(sigma)))
+        balanced[moves] = 1.0 / sigma[moves] * along[moves]
+        of_dampers = None
+        if acting.any() or relaxes.any():
+            in_series = np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes]
+            of_dampers = damped_modes(sigma, free.G @ V, in_series)
+        if of_dampers is not None and relaxes.any():
+            # Where A (p, υ) and constant forces balance.
+            constant = np.append(np.zeros(len(sigma)), along[moves])
             steady = np.linalg.lstsq(of_dampers.A, -constant, rcond=1e-12)[0]
-            balanced, creep[moves] = steady[: len(sigma)], steady[len(sigma) :]
+            balanced[:], creep[moves] = steady[: len(sigma)], steady[len(sigma) :]
         return Loaded(
-            fixed,
-            sprung,
-            still,
-            to_all,
-            held,
-            balance,
-            damper,
-            of_dampers,
-            pull,
-            U,
-            sigma,
-            V,
-            balanced,
-            creep,
+            fixed=fixed,
+            sprung=sprung,
+            still=free.still,
+            to_all=free.to_all,
+            held=free.held,
+            balance=free.balance,
+            damper=damper,
+            damped=of_dampers,
+            pull=free.pull,
+            U=U,
+            sigma=sigma,
+            V=V,
+            balanced=balanced,
+            creep=creep,
         )
+
+    def _held(
+        self, fixed: np.ndarray, sprung: np.ndarray, slope: Array, F: Array, G: Array
+    ) -> "_Held":
+        """Springs and dampers with some rows held.
+
+        From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of
+        dependent rows each takes the smallest share.
+
+        Args:
+            fixed: rows that are held.
+            sprung: (r,) rows with a spring that is loaded.
+            slope: (r,) √κ.
+            F: (r, d) springs, slope times W.
+            G: (k, d) dampers, √c times W.
+        """
+        (r, d), pull = self.W.shape, self.pull
+        to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
+        if not len(fixed):
+            return _Held(np.zeros((d, d)), to_all, held, balance, F, G, pull)
+        H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
+        least = np.linalg.pinv(H.T, rcond=1e-9)
+        still = H.T @ least
+        to_all[fixed] = -(least @ F.T) / size[:, None]
+        held[fixed] = -(least @ G.T @ G) / size[:, None]
+        balance[fixed] = least @ pull / size
+        return _Held(
+            still, to_all, held, balance, F - F @ still, G - G @ still, pull - still @ pull
+        )
+
+
+class _Held(NamedTuple):
+    """Springs and dampers with some rows held.
+
+    Attributes:
+        still, to_all, held, balance, pull: as in `Loaded`; the scaled forces of all elements are
+            to_all · z + held · u + balance.
+        F: (r, d) springs, without the part of u that held rows stop.
+        G: (k, d) dampers, the same.
+    """
+
+    still: Array
+    to_all: Array
+    held: Array
+    balance: Array
+    F: Array
+    G: Array
+    pull: Array
+
+
+def _modes(F: Array, full: bool) -> tuple[Array, Array, Array]:
+    """The singular vectors and values F = U diag(σ) Vᵀ: U (r, m), σ (m,) and V (d, m), m ≥ d.
+
+    Args: F (r, d); full, whether m is at least r, by modes that move nothing.
+    """
+    d = F.shape[1]
+    U, sigma, Vt = np.linalg.svd(F, full_matrices=full)
+    more = U.shape[1] - d
+    V, sigma = np.pad(Vt.T, ((0, 0), (0, more))), np.pad(sigma, (0, more))
+    sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
+    return U, sigma, V
 
 
 def system_of(
@@ -220,29 +250,29 @@ def system_of(
         velocity: (n,) before the impact [rad/s, m/s].
         gravity: (n,) accelerations of free fall [rad/s², m/s²].
     """
-    u, free = from_velocity @ velocity, from_velocity @ gravity
-    length, slope, sprung = (
-        np.linalg.norm(W, axis=1),
-        np.sqrt(elements.stiffness),
-        elements.stiffness > 0.0,
-    )
+    u, falling = from_velocity @ velocity, from_velocity @ gravity
+    length, slope = np.linalg.norm(W, axis=1), np.sqrt(elements.stiffness)
+    sprung = elements.stiffness > 0.0
     damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(W))
     steady = np.where(sprung, 0.0, np.asarray(elements.load))
-    pull, speed, single = free + W.T @ steady, float(np.linalg.norm(u)), slope * length
+    pull, speed, single = falling + W.T @ steady, float(np.linalg.norm(u)), slope * length
     rate, rigid_length = W @ u, length
     bends = np.broadcast_to(elements.straight, len(W))
     if bends.any():
-        rigid_length = np.linalg.norm(
-            W - W @ np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends], axis=1
-        )
+        # Without the velocities of hinges: W (1 − S⁺ S), of the rows S of hinges.
+        of_hinges = np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends]
+        rigid_length = np.linalg.norm(W - W @ of_hinges, axis=1)
     approaches = elements.normal & (rate < -1e-13 * length * speed)
+    strike = np.max(-rate[approaches] / rigid_length[approaches], initial=0.0)
+    # What single contacts come to rest at counts like the speed.
+    at_rest = float(np.linalg.norm(pull)) / float(single[elements.normal].min())
     return System(
         elements=elements,
         W=W,
         to_velocity=to_velocity,
         constant=velocity - to_velocity @ u,
         gravity=gravity,
-        falling=gravity - to_velocity @ free,
+        falling=gravity - to_velocity @ falling,
         u=u,
         pull=pull,
         length=length,
@@ -255,12 +285,8 @@ def system_of(
         relaxation=np.broadcast_to(np.asarray(elements.relaxation, dtype=float), len(W)),
         viscous=damping / np.where(sprung, slope, 1.0),
         steady=steady,
-        # What single contacts come to rest at counts like the speed.
-        noise=NEGLIGIBLE
-        * (speed + float(np.linalg.norm(pull)) / float(single[elements.normal].min())),
+        noise=NEGLIGIBLE * (speed + at_rest),
         fastest=float(single.max()),
         approaches=approaches,
-        slowly=EASED
-        * float(np.max(-rate[approaches] / rigid_length[approaches], initial=0.0))
-        * rigid_length,
+        slowly=EASED * float(strike) * rigid_length,
     )
