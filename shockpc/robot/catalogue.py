@@ -16,6 +16,24 @@ from typing import NamedTuple
 from shockpc.text.errors import RobotError, UnknownName
 from shockpc.text.paths import read_file
 
+HUMANOIDS = (
+    "g1",
+    "g1_hands",
+    "icub",
+    "icub_reduced",
+    "romeo",
+    "romeo_laas_small",
+    "romeo_small",
+    "simple_humanoid",
+    "simple_humanoid_classical",
+    "talos",
+    "talos_full",
+    "talos_full_box",
+    "talos_reduced_box",
+    "talos_reduced_corrected",
+)
+"""Bipeds with arms and a trunk."""
+
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (
         "a1",
@@ -33,44 +51,10 @@ SETS: dict[str, tuple[str, ...]] = {
         "solo8",
         "solo12",
     ),
-    "bipeds": (
-        "alexander",
-        "bolt",
-        "g1",
-        "g1_hands",
-        "icub",
-        "icub_reduced",
-        "romeo",
-        "romeo_laas_small",
-        "romeo_small",
-        "simple_humanoid",
-        "simple_humanoid_classical",
-        "talos",
-        "talos_full",
-        "talos_full_box",
-        "talos_reduced_box",
-        "talos_reduced_corrected",
-    ),
-    "humanoids": (
-        "g1",
-        "g1_hands",
-        "icub",
-        "icub_reduced",
-        "romeo",
-        "romeo_laas_small",
-        "romeo_small",
-        "simple_humanoid",
-        "simple_humanoid_classical",
-        "talos",
-        "talos_full",
-        "talos_full_box",
-        "talos_reduced_box",
-        "talos_reduced_corrected",
-    ),
+    "bipeds": ("alexander", "bolt", *HUMANOIDS),
+    "humanoids": HUMANOIDS,
 }
-"""Robots of example-robot-data by their number of legs, with and without arms; humanoids are the
-bipeds with arms and a trunk.
-"""
+"""Robots of example-robot-data by their number of legs, with and without arms."""
 
 # The file under robots/ → the name to type, then its other names. Only where the stem alone would
 # mislead.

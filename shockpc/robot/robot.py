@@ -41,7 +41,7 @@ class RobotSource:
 
     Attributes:
         name: its catalogue name, if it was asked for by name; what it was, if there is no file.
-        kind: "urdf" (xacro included), "mjcf", "sdf" or "pinocchio".
+        kind: of `FORMATS`, such as "urdf" (xacro included) or "mjcf", or "pinocchio".
         xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes
             inserted and mesh paths relative to the file. SDFormat: as a URDF. Pinocchio: the model
             as it is serialised there, and its shapes as links of a URDF.
@@ -51,6 +51,8 @@ class RobotSource:
         warnings: what was met on the way, each with its consequence.
         freed: whether the base of an MJCF without one that moves gets a free joint.
         expanded: whether xacro made the text.
+        all_driven: whether a joint without an effort limit has a motor all the same, of unlimited
+            effort, by the rules of the file's format.
     """
 
     name: str | None
@@ -62,6 +64,7 @@ class RobotSource:
     warnings: tuple[str, ...]
     freed: bool = False
     expanded: bool = False
+    all_driven: bool = False
 
     @property
     def path(self) -> Path:

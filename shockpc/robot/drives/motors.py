@@ -47,10 +47,9 @@ def passive(robot: Robot) -> np.ndarray:
     limits, and none of this joint.
 
     A file that gives none at all, such as many that CAD programs write, says nothing of any joint.
-    So does SDFormat of a joint without an effort limit, which means there that its effort is
-    unlimited.
+    So does a file in whose format a joint without an effort limit has an unlimited effort.
     """
-    if robot.source.kind == "sdf":
+    if robot.source.all_driven:
         return np.zeros(robot.model.nv, dtype=bool)
     driven = np.isfinite(efforts(robot)) | robot.velocities((*robot.motors, *robot.gear_ratios))
     if not (driven & robot.actuated_dofs).any():

@@ -105,11 +105,9 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     tables = (SDF, SDF_UNTIL_1_6) if int(version[1]) <= _POSE_FRAME else (SDF,)
     notes += [*_notes(model), *(one.text for one in unread(model, *tables))]
     text = tostring(_urdf(model, name, poses), encoding="unicode")
-    return with_postures(
-        replace(
-            source, xml=text, robot_name=name, warnings=tuple(f"{file}: {note}" for note in notes)
-        )
-    )
+    warnings = tuple(f"{file}: {note}" for note in notes)
+    as_urdf = replace(source, xml=text, robot_name=name, warnings=warnings, all_driven=True)
+    return with_postures(as_urdf)
 
 
 def _notes(model: Element) -> Iterator[str]:
