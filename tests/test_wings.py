@@ -30,7 +30,7 @@ import importlib, pkgutil, sys
 import shockpc
 assert shockpc.__file__.startswith(sys.argv[1]), shockpc.__file__
 for module in pkgutil.walk_packages(shockpc.__path__, "shockpc."):
-    if not module.name.endswith(("__main__", "robot.xacro.child", "torch")):
+    if not module.name.endswith(("__main__", "torch")):
         importlib.import_module(module.name)
 for name in shockpc.__all__:
     getattr(shockpc, name)

@@ -35,11 +35,15 @@ _CODE = (
     "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from shockpc.robot.files.limited_process "
     "import serve; serve()"
 )
-_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable"}
-"""Of the server: libraries start no threads, and load faster without windows."""
+_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable", "PYTHONHASHSEED": "0"}
+"""Of the server: libraries start no threads, and load faster without windows; sets of texts have
+the same order in every run.
+"""
 
 
-def in_child(work: Callable[[], T], libraries: Sequence[str] = ()) -> T | None:
+def in_child(
+    work: Callable[[], T], libraries: Sequence[str] = (), seconds: int | None = None
+) -> T | None:
     """The value of a function, computed in a separate process, with the folder and the environment
     of this one.
 
@@ -50,15 +54,16 @@ def in_child(work: Callable[[], T], libraries: Sequence[str] = ()) -> T | None:
         work: the function.
         libraries: modules that it needs, which the server imports once, and this process at the
             same time.
+        seconds: time of the processor; by default `SECONDS`.
 
     Returns: None if the child exceeds the limits or crashes.
     """
     folder = None
     with suppress(FileNotFoundError):  # where the folder no longer exists
         folder = os.getcwd()
-    data = _SERVER.answer(
-        libraries, (folder, dict(os.environ), SECONDS, MEMORY, pickle.dumps(work))
-    )
+    limit = SECONDS if seconds is None else seconds
+    request = (folder, dict(os.environ), limit, MEMORY, pickle.dumps(work))
+    data = _SERVER.answer(libraries, request)
     if not data:
         return None
     value, error, read = pickle.loads(data)
@@ -135,8 +140,12 @@ def _started() -> "subprocess.Popen[bytes]":
     It encodes paths as this process does; in a separate group of processes, it is not interrupted
     with this one.
     """
-    command = [sys.executable, "-I", "-S", "-B", "-X", f"utf8={sys.flags.utf8_mode}", "-c", _CODE]
-    pipe, environment = subprocess.PIPE, os.environ | _ENVIRONMENT
+    # As -I, but for the seed of hashes.
+    isolated = ["-P", "-s", "-S", "-B", "-X", f"utf8={sys.flags.utf8_mode}"]
+    command = [sys.executable, *isolated, "-c", _CODE]
+    pipe = subprocess.PIPE
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    environment |= _ENVIRONMENT
     process = subprocess.Popen(
         command,
         bufsize=0,
