@@ -1,7 +1,6 @@
-"""Error against run time of several methods on stiff and extreme landings, and what the package
-costs.
+"""Error against run time of several methods on hard landings, and the costs of the package.
 
-Nothing else in the package but the command line imports it.
+The landings are stiff and extreme. Nothing else in the package but the command line imports it.
 """
 
 HEADING, SUMMARY = "For developers", "Measure the error and the run time of several methods."

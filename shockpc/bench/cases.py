@@ -1,5 +1,6 @@
-"""The cases: families of landings that one parameter makes harder, on known robots and on lists of
-links, loaded as URDF.
+"""The cases: families of landings that one parameter makes harder.
+
+They are on known robots, and on lists of links that are loaded as URDF.
 """
 
 import functools
@@ -66,8 +67,10 @@ class Link(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """One landing of a family: the names of family and variant, the value of the parameter, and
-    what builds robot and scene.
+    """A landing of a family.
+
+    It has the names of family and variant, the value of the parameter, and what builds robot and
+    scene.
     """
 
     family: str
@@ -108,8 +111,9 @@ FAMILIES: dict[str, Family] = {}
 
 
 def _rod(mass: float, along: Array) -> tuple[Array, Array]:
-    """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`, as thick
-    as a fiftieth of its length.
+    """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`.
+
+    It is as thick as a fiftieth of its length.
     """
     length = float(np.linalg.norm(along))
     u = along / length
@@ -174,8 +178,9 @@ def _numbers(values: Array) -> str:
 
 
 def chain(masses: Array, lengths: Array) -> Robot:
-    """A chain of rods, each hinged to the end of the last; hinges turn about y, and every third
-    about x.
+    """A chain of rods, each hinged to the end of the last.
+
+    Hinges turn about y, and every third about x.
     """
     origins = [ORIGIN, *(length * Z for length in lengths[:-1])]
     links = [
@@ -194,11 +199,11 @@ def bent(robot: Robot, scale: float = 1.0) -> Posture:
 def landing(
     robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any
 ) -> Built:
-    """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by
-    name.
+    """A robot, and its landing on contacts or on the origins of frames.
 
-    The base is free unless the scene says otherwise; by default a chain would be fixed, as an arm
-    is. Rotors add to the diagonal of the inertia alone, as in the other methods that are measured.
+    Other parts of the scene are given by name. The base is free unless the scene says otherwise; by
+    default a chain would be fixed, as an arm is. Rotors add to the diagonal of the inertia alone,
+    as in the other methods that are measured.
     """
     parts.setdefault("base", "free")
     parts["joints"] = replace(parts.get("joints", Joints()), carried=False)
@@ -212,8 +217,9 @@ def landing(
 def _family(
     about: str, parameter: str, variants: dict[str, Any], values: tuple[Any, ...]
 ) -> Callable[[Build], Build]:
-    """Make a function that builds landings a family, which has the function's name; arguments as in
-    `Family`.
+    """Make a function that builds landings a family, which has the function's name.
+
+    Arguments are those of `Family`.
     """
 
     def add(build: Build) -> Build:

@@ -54,8 +54,9 @@ def _suite(out: Path) -> None:
 
 
 def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
-    """The landings that the options describe, each with a table; several have a folder each in
-    `out`.
+    """Measure the landings that the options describe, each with a table.
+
+    Several have a folder each in `out`.
     """
     from shockpc.bench.report import bench_report
     from shockpc.cli.scenes import file_names, scenes_from

@@ -1,5 +1,6 @@
-"""What the package costs: analyses, commands, many postures against Pinocchio and MuJoCo, and rows
-of sweeps.
+"""Run times of the package: analyses, commands, many postures, and rows of sweeps.
+
+Many postures are compared with Pinocchio and MuJoCo.
 """
 
 import os
@@ -124,10 +125,9 @@ def _package(budget: float) -> Sheet:
 
 
 def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> Array:
-    """How much more processor time (2,) an analysis takes if the scene is changed, without its text
-    and with it [s].
+    """The added processor time (2,) of an analysis if the scene is changed [s].
 
-    Median of alternating runs.
+    It is without the text and with it; the median of alternating runs.
     """
     differences: list[Array] = []
 
@@ -224,8 +224,9 @@ def _sweeps(budget: float) -> Sheet:
 
 
 def _in_processes(made: Evaluation[VariedLandings], jobs: int) -> float:
-    """Time for a sweep in so many processes, after they have started [s]; one has a process too, so
-    that both do the same.
+    """Time for a sweep in so many processes, after they have started [s].
+
+    A single one is a process too, so that both do the same.
     """
     with processes(jobs) as workers:
         # Long enough to keep a worker busy until the other one has started as well.

@@ -1,6 +1,4 @@
-"""Touchdowns that are found in logs, against those of a simulated quadruped, whose contacts are
-known.
-"""
+"""Touchdowns that are found in logs of a simulated quadruped, against its known contacts."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -117,8 +115,9 @@ def fall(seed: int, seconds: float = 1.5) -> Simulated:
 
 
 def _simulated(base: Array, velocity: Array, period: float | None, seconds: float) -> Simulated:
-    """The motion from a pose (7,) and a velocity (6,) of the base: a trot with a period, or legs
-    that are held.
+    """The motion from a pose (7,) and a velocity (6,) of the base.
+
+    It is a trot with a period, or one with legs that are held.
     """
     import mujoco  # an extra
 
@@ -157,7 +156,7 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
 
 
 def found_touchdowns(budget: float = 0.0) -> Sheet:
-    """How many touchdowns of simulated logs are found, and how many are invented.
+    """Numbers of touchdowns of simulated logs that are found, and that are invented.
 
     Args: budget, of clocks; here are none.
     """
@@ -188,9 +187,7 @@ def found_touchdowns(budget: float = 0.0) -> Sheet:
 def _compared(
     motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot
 ) -> Iterator[Cell]:
-    """Touchdowns, how many of them are found and how many others are, and the median by how much
-    these are late [s].
-    """
+    """Numbers of touchdowns, of those found and of others found, and their median delay [s]."""
     known, invented, late = 0, 0, list[float]()
     for seed, motion in enumerate(motions):
         columns = motion.log(step, noise, seed)

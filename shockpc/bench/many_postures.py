@@ -1,6 +1,4 @@
-"""Many postures: the batched path against loops over Pinocchio and MuJoCo, and against the same
-landings in symbols.
-"""
+"""Many postures: the batched path against loops over Pinocchio and MuJoCo, and against symbols."""
 
 import ctypes
 import math
@@ -61,15 +59,16 @@ def many_system(name: str) -> System:
 
 
 def random_postures(system: System, n: int) -> Array:
-    """Random postures (n, nq) around the scene's: every joint, and the base, rotated by about 20°."""
+    """Random postures (n, nq) around the scene's: joints and base are rotated by about 20°."""
     steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
     steps[:, :3] = 0.0
     return np.stack([pin.integrate(system.model, system.landing.q, step) for step in steps])
 
 
 def _bare_loop(system: System, Q: Array) -> Prepared:
-    """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction;
-    joint velocities alone.
+    """The shortest loop in Pinocchio: a frame's Jacobian, and impulseDynamics for one direction.
+
+    It gives joint velocities alone.
     """
     model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
     frame = model.getFrameId(system.landing.scene.contact[0].frame)

@@ -108,8 +108,9 @@ def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[R
 def _solved(
     system: System, proof: LandingProof | None, method: Method, budget: float
 ) -> tuple[Any, ...]:
-    """Outcome, error, run times and message of one method on one system; the proof is None where
-    there is no answer.
+    """Outcome, error, run times and message of one method on one system.
+
+    The proof is None where there is no answer.
     """
     try:
         with np.errstate(all="ignore"):

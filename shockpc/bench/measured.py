@@ -1,5 +1,6 @@
-"""Measured landings: how far the model is from reality, which is another matter than the error of
-its solution.
+"""Measured landings: the difference of the model from reality.
+
+It is another matter than the error of the model's solution.
 """
 
 from dataclasses import replace

@@ -60,8 +60,9 @@ class System(NamedTuple):
         return H, np.concatenate(J_c)
 
     def motions(self, data: pin.Data, v: Array, q: Array | None = None) -> Any:
-        """Motions of the world and of all joints for joint velocities (nv,), by default in the
-        posture of the landing.
+        """Motions of the world and of all joints for joint velocities (nv,).
+
+        By default they are in the posture of the landing.
         """
         pin.forwardKinematics(self.model, data, self.landing.q if q is None else q, v)
         return data.v
@@ -79,7 +80,7 @@ class System(NamedTuple):
 
     @property
     def sticking(self) -> bool:
-        """Whether all contacts are points that stop in all directions."""
+        """True if all contacts are points that stop in all directions."""
         return all(
             np.array_equal(contact.forces, np.eye(3)) and not len(contact.moments)
             for contact in self.landing.contacts
@@ -172,8 +173,9 @@ def all_quantities(system: System) -> Prepared:
 
 
 def double_jumps(landing: PosedLanding) -> Array:
-    """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates
-    at the body frames' origins.
+    """Jumps (nb, 6) for the scene's strike, by steps 1 and 2 in double precision.
+
+    They are in body coordinates at the body frames' origins.
     """
     _, _, jumps = solved(landing, landing.state)
     return np.asarray(
@@ -182,8 +184,9 @@ def double_jumps(landing: PosedLanding) -> Array:
 
 
 def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) -> Prepared:
-    """Solve for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to
-    the bodies.
+    """Solve for joint velocities: assemble, reduce by G, and solve.
+
+    Pinocchio carries the jump to the bodies.
     """
     data, b, G = system.model.createData(), system.b, system.G
 
@@ -213,8 +216,9 @@ def _schur_cholesky(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _partition(H: Array, J_c: Array, b: Array) -> Array:
-    """Eq. 6: the velocity of the contact point replaces that of the base, Δq̇₁ = -b, Δq̇₂ = -H₂₂⁻¹
-    H₂₁ Δq̇₁.
+    """Eq. 6: the velocity of the contact point replaces that of the base.
+
+    Δq̇₁ = -b, Δq̇₂ = -H₂₂⁻¹ H₂₁ Δq̇₁.
     """
     if len(J_c) != 3 or len(H) < 3 or np.linalg.cond(J_c[:, :3]) > 1e3:
         raise UnsuitedError("Eq. 6 needs one sticking point on a free base")
@@ -226,8 +230,9 @@ def _partition(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _reduced(H: Array, J_c: Array, b: Array) -> Array:
-    """Eq. 7 for all rows: Δq̇ = G Δẏ - J_c⁺ b, where G spans the null space of J_c and GᵀHG Δẏ =
-    GᵀH J_c⁺ b.
+    """Eq. 7 for all rows: Δq̇ = G Δẏ - J_c⁺ b.
+
+    G spans the null space of J_c, and GᵀHG Δẏ = GᵀH J_c⁺ b.
     """
     U, s, Vt = np.linalg.svd(J_c)
     rank = int(np.sum(s > max(J_c.shape) * np.finfo(float).eps * s.max(initial=0.0)))
@@ -237,8 +242,9 @@ def _reduced(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _one_restitution(system: System) -> float:
-    """The restitution that Pinocchio's functions take; they take no system where something else is
-    held.
+    """The restitution that Pinocchio's functions take.
+
+    They take no system where something else is held.
     """
     e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:

@@ -1,5 +1,6 @@
-"""MuJoCo on the same landing: simulated with compliant contacts, or the impulsive equation solved
-with its matrices.
+"""MuJoCo on the same landing: in a simulation with compliant contacts, or by its matrices.
+
+With these the impulsive equation is solved.
 """
 
 import functools
@@ -31,11 +32,10 @@ KINDS = {
 
 
 def _model(system: System, tau: float | None = None) -> Any:
-    """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing; body
-    and joint have one number.
+    """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing.
 
-    With a time constant τ [s], a spring and damper act between every contact point and the place
-    that it strikes.
+    Body and joint have one number. With a time constant τ [s], a spring and damper act between
+    every contact point and the place that it strikes.
 
     Raises:
         UnsuitedError: MuJoCo is not installed, has no such joint, or refuses the model.
@@ -104,8 +104,9 @@ def _place(peer: Any, data: Any, q: Array) -> None:
 
 
 def _simulation(tau: float, system: System) -> Prepared:
-    """A landing in MuJoCo until the speed of the contact has decayed: 20 τ, at two steps in τ, the
-    fewest that MuJoCo allows.
+    """A landing in MuJoCo until the speed of the contact has decayed: 20 τ.
+
+    It takes two steps in τ, the fewest that MuJoCo allows.
     """
     landing = system.landing
     if system.G is not None or not landing.floating or landing.loops:
@@ -130,11 +131,10 @@ def _simulation(tau: float, system: System) -> Prepared:
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
-    """The impulsive equation of one sticking point of a free robot with MuJoCo's matrices and
-    sparse factor, for three directions.
+    """The impulsive equation of one sticking point of a free robot, for three directions.
 
-    The base is where it is in the landing in all postures Q (N, nq), which are in Pinocchio's
-    layout.
+    It is solved with MuJoCo's matrices and sparse factor. The base is where it is in the landing in
+    all postures Q (N, nq), which are in Pinocchio's layout.
     """
     ((body, foot),) = system.contact_points()
     peer = _model(system)

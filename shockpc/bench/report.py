@@ -1,5 +1,6 @@
-"""The benchmark and its report: the standing suite, and one given landing; tables, and a chart of
-error against run time.
+"""The benchmark and its report: the standing suite, and one given landing.
+
+The report has tables, and a chart of error against run time.
 """
 
 import importlib.metadata
@@ -217,7 +218,7 @@ def _chart(results: Iterable[Result]) -> Picture:
 
 
 def _methods_sheet(results: Sequence[Result]) -> Sheet:
-    """How often each method had which outcome, and its run time."""
+    """A row for each method: the number of each outcome, and its run time."""
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(result.method for result in results):
         of_method = [result for result in results if result.method == name]
@@ -241,9 +242,7 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
 
 
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
-    """One family: a column for each method, and a row for each case that one of them does not
-    solve.
-    """
+    """One family: a column for each method, a row for each case that one of them does not solve."""
     rows: list[tuple[Cell, ...]] = []
     cases = [list(of_case) for _, of_case in groupby(results, lambda result: result.case)]
     for case in cases:

@@ -1,5 +1,6 @@
-"""Error of contacts of finite stiffness against the impulse that they approach, and run time,
-beside MuJoCo's soft contact.
+"""Error and run time of contacts of finite stiffness, beside MuJoCo's soft contact.
+
+The error is against the impulse that they approach.
 """
 
 import math
