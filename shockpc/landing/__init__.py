@@ -1,3 +1,4 @@
-"""A scene resolved on a robot: posture, contacts, loops, joint model and places, as the rows and
-matrices of Eq. 4.
+"""A scene resolved on a robot, as the rows and matrices of Eq. 4.
+
+It has a posture, contacts, loops, a joint model and places.
 """

@@ -190,7 +190,7 @@ def _is_near_lowest(
     up: Array,
     tolerance: float,
 ) -> bool:
-    """Whether a point (3,) of a body is near the lowest points of shapes, in height and aside."""
+    """True if a point (3,) of a body is near the lowest points of shapes, in height and aside."""
     height = float(up @ point) - height_of_lowest(strikes.shapes, up)
     aside = distance_aside(point, lowest_points(strikes.shapes, up, tolerance), up)
     distance = max(height, aside)
@@ -199,7 +199,7 @@ def _is_near_lowest(
 
 
 def _sole(landing: PosedLanding, contact: Contact, constraint: Constraint) -> Array | None:
-    """The corners (n, 3) of a contact's sole, in its body's frame [m]; None without one to choose."""
+    """The corners (n, 3) of a contact's sole, in its body's frame [m]; None without a choice."""
     if contact.kind != "auto" or contact.offset is not None:
         return None
     x, y, z = (constraint.normal @ landing.state.rotation[0, constraint.body]).tolist()

@@ -1,5 +1,6 @@
-"""Loops: two bodies held together at a point or a frame, as rows, and the posture in which they
-meet.
+"""Loops: two bodies held together at a point or a frame.
+
+They are rows, and the posture in which the two ends meet.
 
 The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1); restitution never
 applies to them. Redundant rows, such as a planar loop closed by a point in space, are normal: the
@@ -69,7 +70,7 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
 
 
 def _tie_the_same(a: Loop, b: Loop) -> bool:
-    """Whether two loops tie the same points of the same bodies."""
+    """True if two loops tie the same points of the same bodies."""
     ends_a = dict(zip(a.bodies, a.points, strict=True))
     ends_b = dict(zip(b.bodies, b.points, strict=True))
     if ends_a.keys() != ends_b.keys():
@@ -107,8 +108,9 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
 
 
 def closure_constraint(loop: Loop) -> Constraint:
-    """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its
-    first body.
+    """The rows of a loop: the two ends may not separate along the loop's axes.
+
+    The axes turn with the loop's first body.
 
     Both impulses act at the second end: along an axis that is left free the first end may be
     elsewhere, and opposite impulses at two places would turn the robot. It is also what makes the
@@ -128,8 +130,9 @@ def closure_constraint(loop: Loop) -> Constraint:
 
 
 def closure_gap(state: Dynamics, loop: Loop) -> Array:
-    """How far the second end of a loop is from the first (N, n): along its axes [m], then about
-    them [rad] if it holds these.
+    """Distance (N, n) of the second end of a loop from the first.
+
+    Along its axes [m], then about them [rad] if it holds these.
     """
     a, b = loop.bodies
     p_a, p_b = loop.points
@@ -233,8 +236,9 @@ def assemble(
 def follow(
     robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray
 ) -> Array:
-    """Follow closed loops while the held joints move from one posture to another, so that they stay
-    assembled in the same way.
+    """Follow closed loops while the held joints move from one posture to another.
+
+    The loops stay assembled in the same way.
 
     Args:
         robot: as in `assemble`.
@@ -288,8 +292,9 @@ def _largest_step(robot: Robot, q: Array, other: Array) -> float:
 def closed_nearby(
     robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray
 ) -> Array | None:
-    """The closed configuration (nq,) nearby, or None where the loops do not close from there;
-    arguments as of `assemble`.
+    """The closed configuration (nq,) nearby, or None where the loops do not close from there.
+
+    Arguments are as of `assemble`.
     """
     return _Linkage(robot, loops, plane, fixed).closed(q, DIGITS)
 
@@ -307,8 +312,9 @@ class _Linkage(NamedTuple):
         return np.concatenate([closure_gap(state, loop)[0] for loop in self.loops])
 
     def columns(self, state: Dynamics) -> tuple[Array, Array]:
-        """The directions G (nv, ny) in which joints may move, and how these move the gaps, K G (n,
-        ny).
+        """The directions G (nv, ny) in which joints may move, and the change of the gaps.
+
+        The change of the gaps is K G (n, ny).
         """
         if not _movable(self.robot, self.fixed):
             return np.zeros((len(self.fixed), 0)), np.zeros((len(self.gap(state)), 0))
@@ -333,7 +339,8 @@ class _Linkage(NamedTuple):
         )
 
     def nearest_closed(self, q: Array) -> Array | None:
-        """Of the closed configurations (nq,) that are reached from other starts the nearest to q;
+        """The closed configuration (nq,) nearest to q that other starts lead to.
+
         None if there is none.
         """
         nearest = None
@@ -391,8 +398,9 @@ class _Linkage(NamedTuple):
         return coarse if left <= allowed else None
 
     def reached(self, q: Array, cut: float, most: int) -> tuple[Array, float]:
-        """The configuration with the smallest gap on the way from q, and that gap as a share of the
-        robot's size; as in `steps`.
+        """The configuration with the smallest gap on the way from q, and that gap.
+
+        The gap is a share of the robot's size; as in `steps`.
         """
         best = q
         smallest_gap = np.inf
@@ -436,8 +444,9 @@ def _movable(robot: Robot, fixed: np.ndarray) -> list[str]:
 
 
 def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
-    """The joints that moved by more than rounding: name, by how much, a ball joint by its angle,
-    and unit.
+    """The joints that moved by more than rounding: name, displacement and unit.
+
+    A ball joint has an angle.
     """
     step = pin.difference(robot.model, before, after)
     moved: list[tuple[str, float, str]] = []

@@ -23,8 +23,9 @@ from shockpc.text.printed import listed
 
 
 def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
-    """The frames that a name or a glob means, as in `Robot.match_frames`; after "stop:", the end
-    stops of joints.
+    """The frames that a name or a glob means, as in `Robot.match_frames`.
+
+    After "stop:" they are the end stops of joints.
 
     Raises:
         UnknownName: nothing fits; the text names the robot's feet.
@@ -35,8 +36,9 @@ def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
 
 
 def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
-    """The landings that a text means: one for each frame that a name or glob matches, or for A+B
-    one on all of both.
+    """The landings that a text means.
+
+    There is one for each frame that a name or glob matches, or for A+B one on all of both.
 
     Raises:
         UnknownName: nothing fits a name.
@@ -60,13 +62,14 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
 
 
 def contact_name(scene: Scene) -> str:
-    """What strikes: frames with + between them."""
+    """The name of what strikes: frames with + between them."""
     return "+".join(contact.frame for contact in scene.contact)
 
 
 def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Contact, ...]:
-    """Contacts at some frames: each as the contact there, or else with all that the first contact
-    is given but its velocity.
+    """Contacts at some frames.
+
+    Each is as the contact there, or else with all that the first contact is given but its velocity.
     """
     alike = {contact.frame: contact for contact in reversed(contacts)}
     first = replace(contacts[0], velocity=None) if contacts else Contact(frame="")
@@ -76,8 +79,9 @@ def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Co
 def contact_constraint(
     robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact"
 ) -> Constraint:
-    """The rows of a contact, or of a foot that is down already and stays where it is, whatever
-    strikes elsewhere.
+    """The rows of a contact, or of a foot that is down already.
+
+    Such a foot stays where it is, whatever strikes elsewhere.
 
     Args:
         robot: the robot.
@@ -166,8 +170,9 @@ def _rebound(directions: Array, up: Array) -> Array:
 
 
 def _moments(contact: Contact, up: Array, name: str) -> Array:
-    """The axes (m, 3) about which a contact is held: a flat one tilts about none, an edge about its
-    own.
+    """The axes (m, 3) about which a contact is held.
+
+    A flat contact tilts about none, an edge about its own.
 
     What sticks does not twist about the normal, but for a point, which is free to turn.
 
@@ -245,8 +250,9 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
 
 
 def lowest_point_turned(contact: Constraint, rotation: Array) -> Array:
-    """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world
-    x, y and z: it rolls [m].
+    """Displacement (N, 3, 3) of a lowest point over its body by rotation at 1 rad/s: it rolls [m].
+
+    The body rotates about world x, y and z.
 
     It stays at a corner; over a rounding E, an ellipsoid with the semi-axes in its columns, it is E
     Eᵀ u / |Eᵀ u| along u, down. Where several points are equally low it jumps: NaN.
@@ -277,7 +283,10 @@ def lowest_point_turned(contact: Constraint, rotation: Array) -> Array:
 
 
 def first_contact(robot: Robot, texts: Iterable[str]) -> str:
-    """The first text that means one landing of the robot; the first that is not empty if none does."""
+    """The first text that means one landing of the robot.
+
+    It is the first that is not empty if none does.
+    """
     given = list(dict.fromkeys(filter(str.strip, texts)))
     for text in given:
         with contextlib.suppress(ShockError):
@@ -287,14 +296,15 @@ def first_contact(robot: Robot, texts: Iterable[str]) -> str:
 
 
 def check_holds_normal(contact: Contact, constraint: Constraint, option: str) -> None:
-    """Refuse a contact whose directions do not span the normal of the ground, which an option
-    needs.
+    """Refuse a contact whose directions do not span the normal of the ground.
+
+    An option needs them to.
     """
     rank = np.linalg.matrix_rank(constraint.forces)
     if np.linalg.matrix_rank(np.vstack([constraint.forces, constraint.normal]), tol=1e-9) > rank:
         raise SceneError(
-            f'contact "{contact.frame}" has {option}, so the directions in which it is held have to '
-            "span the ground's normal; give directions along the normal and along the ground, such "
-            "as x and z",
+            f'contact "{contact.frame}" has {option}, so the directions in which it is held have '
+            "to span the ground's normal; give directions along the normal and along the ground, "
+            "such as x and z",
             blocks=[contact.frame],
         )

@@ -9,7 +9,7 @@ UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)
 
 
 def span_space(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> bool:
-    """Whether directions span space, so that nothing slides."""
+    """True if directions span space, so that nothing slides."""
     return bool(np.linalg.matrix_rank(unit_directions(owner, directions)) == 3)
 
 

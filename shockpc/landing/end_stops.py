@@ -22,13 +22,14 @@ ROUNDING = 1e-9
 
 
 def is_stop(robot: Robot, frame: str) -> bool:
-    """Whether a contact is the end stop of a joint: "stop:JOINT", where no frame has that name."""
+    """True if a contact is the end stop of a joint: "stop:JOINT", if no frame has that name."""
     return frame.startswith(STOP) and frame not in robot.frames
 
 
 def has_stops(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint can have stops: it has one coordinate, and no other joint in its body but
-    those that carry it.
+    """True if a joint can have stops.
+
+    It has one coordinate, and no other joint in its body but those that carry it.
     """
     return joint.kind in ("revolute", "prismatic") and any(joint is one for one in robot.joints)
 
@@ -36,8 +37,9 @@ def has_stops(robot: Robot, joint: Joint) -> bool:
 def stop_constraint(
     robot: Robot, joint: Joint, side: float, restitution: float = 0.0
 ) -> Constraint:
-    """The row of a stop: a unit moment, or force, on the joint's body away from the stop, and its
-    opposite on the body before it.
+    """The row of a stop: a unit moment, or force, on the joint's body away from the stop.
+
+    The opposite is on the body before the joint.
 
     Args:
         robot: the robot.
@@ -118,7 +120,9 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
 
 
 def missed_stops(robot: Robot, stops: list[Constraint], Q: Array, rates: Array) -> np.ndarray:
-    """Whether (N,) a joint is not at the stop that it strikes, or does not move towards it.
+    """Mask (N,) of the postures in which a joint misses the stop that it strikes.
+
+    The joint is not at the stop, or does not move towards it.
 
     Args:
         robot: the robot.
@@ -135,8 +139,9 @@ def missed_stops(robot: Robot, stops: list[Constraint], Q: Array, rates: Array) 
 
 
 def velocity_at_stop(state: Dynamics, stop: Constraint, before: Motion) -> Array:
-    """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint,
-    world axes [m/s].
+    """Velocity (N, 3) of an end stop's contact point, world axes [m/s].
+
+    It is relative to the body before the joint.
     """
     relative = relative_twist(state, stop, before)
     return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], constraint_point(state, stop)))
@@ -165,8 +170,9 @@ def sides_of(joint: Joint, value: float) -> tuple[float, ...]:
 
 
 def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, float]]:
-    """The joints that are at a stop in a configuration (nq,) and not locked, with the side of it as
-    that of `stop_constraint`.
+    """The joints that are at a stop in a configuration (nq,) and not locked, and its side.
+
+    The side is that of `stop_constraint`.
     """
     stops: list[tuple[Joint, float]] = []
     for joint in robot.single_joints:
@@ -176,8 +182,9 @@ def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, flo
 
 
 def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) -> Array:
-    """Whether a joint is at a stop in N postures: (N, nv) 1 at the smallest value, −1 at the
-    largest, NaN at both, else 0.
+    """Sides (N, nv) of the stops that joints are at in N postures.
+
+    1 at the smallest value, −1 at the largest, NaN at both, else 0.
 
     Args:
         robot: the robot.
@@ -199,7 +206,9 @@ def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) ->
 
 
 def driven_beyond(sides: Array, rates: Array, rounding: float = ROUNDING) -> np.ndarray:
-    """Whether joints would move beyond stops that they are at, by more than rounding.
+    """Mask (..., nv) of the joints that would move beyond stops that they are at.
+
+    They would move by more than rounding.
 
     Args:
         sides: (..., nv) as of `at_stops`.

@@ -1,4 +1,4 @@
-"""What of each sole carries a landing: all of it, an edge, a corner, or nothing.
+"""The part of each sole that carries a landing: all of it, an edge, a corner, or nothing.
 
 Each corner of a sole pushes or leaves the ground, in one problem for all feet of the landing
 (`core.corners`). The speed at which the points of a sole leave the ground is an affine function and
@@ -120,8 +120,11 @@ def _generators(state: Dynamics, constraints: Sequence[Constraint]) -> Generator
 
 
 def _of_sole(state: Dynamics, constraint: Constraint) -> tuple[Array, Array]:
-    """Combinations (k, p) of the rows of a flat sole that act in both directions, and those (k, m)
-    of a unit push at each corner. Args: the rows are forces, tilts, and a twist if it sticks.
+    """Combinations of a flat sole's rows: (k, p) act in both directions, (k, m) are pushes.
+
+    The pushes are a unit push at each corner.
+
+    Args: the rows are forces, tilts, and a twist if it sticks.
     """
     n = len(constraint.forces)
     unit = np.eye(constraint.size)

@@ -1,5 +1,6 @@
-"""What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock
-paper, Section 3.1.2).
+"""The motion of joints in an impact (shock paper, Section 3.1.2).
+
+Joints move freely, resist by a reflected inertia, or hold.
 
 free: no rotor, or one behind a spring (series elasticity), which yields. geared: the reflected
 inertia n² I_rotor adds to H's diagonal, and beside it, where the gear is known, ±n I_rotor couples
@@ -49,7 +50,7 @@ SETTING = (
 
 
 class DriveSource(NamedTuple):
-    """How well the drives of some joints are known, and from what.
+    """The quality and the source of the data on the drives of some joints.
 
     Attributes:
         joints: their names.
@@ -63,7 +64,7 @@ class DriveSource(NamedTuple):
 
 
 class JointModel(NamedTuple):
-    """What every joint does, as arrays.
+    """The model of every joint, as arrays.
 
     Where `low` and `high` are the same, `armature` is exact. So it is of joints that are free or
     locked because the scene says so, of joints without a motor, and of rotors of known inertia
@@ -122,12 +123,12 @@ class JointModel(NamedTuple):
 
     @property
     def springs(self) -> np.ndarray:
-        """Which joint velocities (nv,) have a spring, at the joint or before their rotor."""
+        """Mask (nv,) of the joint velocities with a spring, at the joint or before their rotor."""
         return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
 
     @property
     def rotor_unknown(self) -> np.ndarray:
-        """Which joint velocities (nv,) have a spring before a rotor of unknown inertia."""
+        """Mask (nv,) of the joint velocities with a spring before a rotor of unknown inertia."""
         return np.asarray(np.isfinite(self.drive_stiffness) & (self.rotor == 0.0))
 
     @property
@@ -138,15 +139,17 @@ class JointModel(NamedTuple):
         return ": ".join(filter(None, (self.name, self.drives)))
 
     def deflection(self, robot: Robot, q: Array) -> Array:
-        """By how much (nv,) springs of joints are deflected in a configuration (nq,), as far as the
-        robot's file says [rad, m].
+        """Deflection (nv,) of the joints' springs in a configuration (nq,) [rad, m].
+
+        It is as far as the robot's file says.
         """
         return np.where(self.stiffness > 0.0, robot.deflection(q), 0.0)
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:
-    """What every joint does, as the scene asks: what its drives say goes over the robot's file, and
-    what the scene gives over both.
+    """The model of every joint, as the scene asks.
+
+    Data of its drives go over the robot's file, and those of the scene over both.
 
     Raises:
         UnknownName: a pattern fits no joint.
@@ -203,8 +206,9 @@ def _refuse_free_with_inertias(joints: Joints) -> None:
 
 
 class _Known:
-    """What is known of the joints while their sources are read; what is read later goes over what
-    was read before.
+    """The data known of the joints while their sources are read.
+
+    Data that are read later go over those that were read before.
 
     Attributes:
         inertia: (nv,) reflected inertia, behind a spring or not [kg m², kg]; zero where it is not
@@ -217,7 +221,7 @@ class _Known:
     """
 
     def __init__(self, robot: Robot, free: bool, alone: bool) -> None:
-        """What the robot's file gives.
+        """The data of the robot's file.
 
         Args: free: whether no joint has a drive; alone: whether there are none but the file's.
         """
@@ -267,8 +271,9 @@ class _Known:
             self.origin[name] = (status, text)
 
     def carry_rotors(self) -> None:
-        """Let rotors turn with the bodies that carry them; the world, which carries some, does not
-        turn.
+        """Let rotors turn with the bodies that carry them.
+
+        The world, which carries some, does not turn.
 
         Raises:
             SceneError: a joint with a gear slides, or is one of several that move its body, so that
@@ -365,8 +370,7 @@ class _Known:
 
 
 def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
-    """The drives of a scene's armatures and rotors, with the joints that they are of as a name or a
-    glob.
+    """The drives of a scene's armatures and rotors, with their joints as a name or a glob.
 
     Raises:
         UnknownName: a pattern fits no joint.
@@ -518,7 +522,7 @@ def _positive(what: str, pattern: str, value: float) -> float:
 
 
 def _velocities(robot: Robot, pattern: str) -> np.ndarray:
-    """Which velocities (nv,) are of the driven joints that a pattern means."""
+    """Mask (nv,) of the velocities of the driven joints that a pattern means."""
     return robot.velocities(_driven(robot, pattern))
 
 
@@ -536,7 +540,7 @@ def _driven(robot: Robot, pattern: str) -> list[str]:
 
 
 def _locked(robot: Robot, joints: Joints, patterns: Sequence[str]) -> np.ndarray:
-    """Which joint velocities (nv,) the scene locks.
+    """Mask (nv,) of the joint velocities that the scene locks.
 
     Args: patterns of the joints with a reflected inertia from the scene.
     """
@@ -573,7 +577,7 @@ def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
 
 
 def _named(armature: Array, locked: np.ndarray) -> str:
-    """What to call the drives as a whole; a robot without joints has free ones."""
+    """The name of the drives as a whole; a robot without joints has free ones."""
     if locked.any():
         return "locked" if locked.all() else "mixed"
     if not armature.any():

@@ -1,5 +1,6 @@
-"""What a scene states of the joints: a model of all, and inertias, springs, torques and locks of
-some.
+"""The joints as a scene states them.
+
+A model of all, and inertias, springs, torques and locks of some.
 """
 
 from collections.abc import Mapping
@@ -38,8 +39,9 @@ class Rotor(Record):
 @documented
 @frozen(kw_only=True)
 class Joints(Record):
-    """The drives as a scene states them; patterns are joint names or globs, of which later ones go
-    over earlier ones.
+    """The drives as a scene states them.
+
+    Patterns are joint names or globs, of which later ones go over earlier ones.
 
     An interval [low, high] says that the number is between the two; its arithmetic middle is
     computed with.
@@ -103,8 +105,9 @@ class Joints(Record):
 
 
 def with_model(joints: Joints, model: JointModelName | None) -> Joints:
-    """The joints with another model, without what has no effect on it: drives of free joints,
-    springs too of locked ones.
+    """The joints with another model, without what has no effect on it.
+
+    Drives have no effect on free joints, springs too none on locked ones.
     """
     if model == "free":
         joints = replace(joints, armature={}, rotor={}, drives=None)

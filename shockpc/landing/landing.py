@@ -43,8 +43,9 @@ lifted [1].
 
 @frozen()
 class Landing:
-    """A scene resolved on a robot, in whatever posture: its methods take the robot's state in N
-    postures.
+    """A scene resolved on a robot, in any posture.
+
+    Its methods take the robot's state in N postures.
 
     Attributes:
         scene: complete, with every default filled in.
@@ -82,20 +83,21 @@ class Landing:
 
     @property
     def base(self) -> Base:
-        """How the base may move."""
+        """The motion that the base may have."""
         return self.scene.base or "free"
 
     @property
     def translates(self) -> bool:
-        """Whether the robot moves without rotation before the impact, as a whole: the jumps are
-        then linear in its velocity.
+        """True if the robot moves without rotation before the impact, as a whole.
+
+        The jumps are then linear in its velocity.
         """
         moves = self.before.omega.any() or self.before.joint_rates.any()
         return not moves and all(contact.velocity is None for contact in self.contacts)
 
     @property
     def floating(self) -> bool:
-        """Whether the base moves freely, no foot stands and no loop ties the robot to the world."""
+        """True if the base moves freely, no foot stands and no loop ties the robot to the world."""
         return (
             self.base == "free"
             and not self.stance
@@ -110,7 +112,7 @@ class Landing:
 
     @property
     def system(self) -> System:
-        """What Eq. 4 is made of, beside a posture and what is held."""
+        """The data of Eq. 4 beside a posture and the constraints."""
         joints = self.joint_model
         return System(
             self.robot,
@@ -128,13 +130,14 @@ class Landing:
         return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
 
     def row_limits(self, state: Dynamics, constraints: tuple[Constraint, ...]) -> RowLimits:
-        """How many of some rows can be independent in any posture, and the effect of rounding on
-        the others, as `Mechanism`'s.
+        """The number of some rows that can be independent in any posture, as `Mechanism`'s.
+
+        With it comes the effect of rounding on the others.
         """
         return self.mechanism.row_limits(constraints, state)
 
     def rows(self, state: Dynamics) -> tuple[Constraint, ...]:
-        """What is held, described: contacts, then standing feet, then loops."""
+        """The constraints: contacts, then standing feet, then loops."""
         contacts = (
             locate_lowest_point(contact, state.rotation[:, contact.body])
             for contact in self.contacts
@@ -142,8 +145,7 @@ class Landing:
         return (*contacts, *self.stance, *(closure_constraint(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
-        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq.
-        7).
+        """The impulsive equation of motion, reduced to the free velocities (Eqs. 4 and 7).
 
         Args:
             state: the robot in N postures, with the armature of its joints.
@@ -155,13 +157,16 @@ class Landing:
         return equation_of(system, state, self.rows(state))
 
     def free_columns(self, state: Dynamics) -> Array | None:
-        """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
+        """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None if all are free."""
         return free_columns(
             self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked
         )
 
     def at(self, q: Array) -> "PosedLanding":
-        """This landing in one posture. Args: q (nq,) configuration in which every loop is closed."""
+        """This landing in one posture.
+
+        Args: q (nq,) configuration in which every loop is closed.
+        """
         values = {part.name: getattr(self, part.name) for part in fields(Landing)}
         return PosedLanding(
             **values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model)
@@ -246,12 +251,13 @@ class PosedLanding(Landing):
 
     @functools.cached_property
     def trunk(self) -> int:
-        """The index of the body that an answer is about if there is no sensor: the base, or with a
-        fixed base another.
+        """The index of the body that an answer is about if there is no sensor.
 
-        It is the heaviest body of those that carry what strikes and that the joints can lift along
-        the ground's normal: their centre of mass moves by at least a tenth of what that of any of
-        them does. If there is none, it is what strikes.
+        It is the base, or with a fixed base another body.
+
+        That body is the heaviest of those that carry what strikes and that the joints can lift
+        along the ground's normal: their centre of mass moves by at least a tenth of what that of
+        any of them does. If there is none, it is what strikes.
         """
         robot, state = self.robot, self.state
         if self.base != "fixed":
@@ -308,7 +314,7 @@ class PosedLanding(Landing):
 
     @functools.cached_property
     def constraints(self) -> tuple[Constraint, ...]:
-        """What is held in this posture, as `rows`, each with one point (3,)."""
+        """The constraints in this posture, as `rows`, each with one point (3,)."""
         constraints = tuple(
             constraint._replace(point=np.reshape(constraint.point, 3))
             for constraint in self.rows(self.state)
@@ -318,7 +324,7 @@ class PosedLanding(Landing):
 
     @property
     def posed(self) -> Posed:
-        """What balls are evaluated from."""
+        """The data from which balls are evaluated."""
         return Posed(self.system, self.q, self.constraints)
 
     @functools.cached_property
@@ -348,8 +354,10 @@ class PosedLanding(Landing):
         return tuple(places)
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
-        """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the
-        contacts and standing feet.
+        """The places of one kind.
+
+        They are the robot, its bodies, the sensors and points, the joints, or the contacts and
+        standing feet.
         """
         match kind:
             case "robot":
@@ -391,7 +399,7 @@ class PosedLanding(Landing):
 
 
 class OfLanding:
-    """What is of one resolved landing has its robot and scene.
+    """Base class of what belongs to one resolved landing: it has the landing's robot and scene.
 
     Attributes:
         landing: that one.
@@ -406,7 +414,7 @@ class OfLanding:
 
     @property
     def scene(self) -> Scene:
-        """What lands, with every default filled in."""
+        """The scene that lands, with every default filled in."""
         return self.landing.scene
 
 

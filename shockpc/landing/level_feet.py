@@ -1,5 +1,6 @@
-"""Which feet land together: those whose lowest points are level, and the landings of a robot
-without contacts that follow.
+"""The feet that land together: those whose lowest points are level.
+
+With them the landings of a robot without contacts.
 
 Feet that touch one after another and stay where they are end with the same jump in any order. A
 robot that stands level therefore lands on all level feet; tilted a little, on those of an edge of
@@ -77,8 +78,9 @@ def foot_points(robot: Robot, rotation: Array, position: Array, up: Array) -> Fo
 
 
 def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarray:
-    """Which feet (N, n) do not strike in N postures, and are as low as the contacts; none of tips
-    that are not recognised as feet.
+    """Mask (N, n) of the feet that do not strike in N postures, and are as low as the contacts.
+
+    It has none of the tips that are not recognised as feet.
 
     Args:
         landing: names the contacts.
@@ -106,8 +108,9 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
 
 
 def _lowest_of_contact(robot: Robot, contact: Constraint, down: Array) -> tuple[Array, float]:
-    """The lowest points (N or 1, 3) of a contact in its body's frame, and how far above the lowest
-    point of its foot they may lie [m].
+    """The lowest points (N or 1, 3) of a contact in its body's frame, and a height [m].
+
+    They may lie that far above the lowest point of its foot.
 
     Args: down, (N, 3) unit vectors in the axes of the body.
     """
@@ -129,7 +132,7 @@ def whole_feet(landing: PosedLanding) -> Scene | None:
 
 
 def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
-    """A contact at the whole foot of which it strikes a part; the same contact where it does not."""
+    """A contact at the whole foot of which it strikes a part; itself where it does not."""
     robot = landing.robot
     is_open = contact.at == "auto" and contact.kind == "auto" and contact.offset is None
     if not is_open or contact.frame not in robot.frames or contact.frame in each_foot(robot):
@@ -155,8 +158,9 @@ def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
 
 
 def together(landing: PosedLanding) -> Scene | None:
-    """The landing on all level feet, where one of some of them is given: its scene with a contact
-    more for each other foot.
+    """The landing on all level feet, where one of some of them is given.
+
+    It is the landing's scene with a contact more for each other foot.
 
     These are as its first contact, at their own points. None where no other foot is level, or the
     landing is no drop on all feet.
@@ -286,8 +290,9 @@ def _posed(
 def _together(
     robot: Robot, scene: Scene, normal: tuple[float, float, float] | None
 ) -> list[tuple[str, ...]]:
-    """All level feet, and those of each edge of their support polygon; nothing if a single foot is
-    the lowest.
+    """All level feet, and those of each edge of their support polygon.
+
+    Nothing if a single foot is the lowest.
     """
     state, up = _posed(robot, scene, normal)
     feet = foot_points(robot, state.rotation, state.position, up)
@@ -303,8 +308,9 @@ def _together(
 
 
 def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
-    """The points on each edge of the polygon around some points (n, 3) over the ground; none where
-    all lie on one line.
+    """The points on each edge of the polygon around some points (n, 3) over the ground.
+
+    None where all lie on one line.
     """
     flat = points - np.outer(points @ up, up)
     size = float(np.linalg.norm(flat[:, None] - flat, axis=2).max())

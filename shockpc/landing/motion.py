@@ -1,5 +1,6 @@
-"""How a robot moves before it strikes: the velocity and rotation of its base, and the rates of its
-joints.
+"""The motion of a robot before it strikes.
+
+It is the velocity and rotation of its base, and the rates of its joints.
 """
 
 from collections.abc import Sequence
@@ -52,8 +53,9 @@ def motion_of(
 
 
 def _rotation(scene: Scene, plane: Plane) -> Array:
-    """Angular velocity (3,) before the impact; a velocity may be the ground's, but a rotation has
-    to be possible for the base.
+    """Angular velocity (3,) before the impact.
+
+    A velocity may be the ground's, but a rotation has to be possible for the base.
     """
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
     turns = {"fixed": 0.0 * omega, "planar": plane.normal * (plane.normal @ omega)}.get(
@@ -73,8 +75,9 @@ def _rotation(scene: Scene, plane: Plane) -> Array:
 def _rail(
     robot: Robot, scene: Scene, contacts: Sequence[Constraint], state: Dynamics
 ) -> int | None:
-    """The joint velocity along which a robot that its file ties to the world falls; None where it
-    is not dropped on a rail.
+    """The joint velocity along which a robot falls that its file ties to the world.
+
+    None where it is not dropped on a rail.
 
     The rail is the first joint towards a contact that lifts what it carries, if it slides.
     """
@@ -105,8 +108,9 @@ def mass_lifted(robot: Robot, state: Dynamics) -> Array:
 
 
 def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float:
-    """The rate [m/s] of a rail after a fall from the scene's drop height, of all that it carries: ½
-    H v² = m g h.
+    """The rate [m/s] of a rail after a fall from the scene's drop height.
+
+    ½ H v² = m g h, of all that the rail carries.
 
     Raises:
         SceneError: its rate, or a motion across the rail, is given too.
@@ -132,8 +136,9 @@ def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float
 
 
 def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.ndarray]:
-    """Joint velocities (nv,) before the impact, followers with their leaders; and which of them
-    (nv,) are given or locked.
+    """Joint velocities (nv,) before the impact, and a mask (nv,) of those given or locked.
+
+    Followers move with their leaders.
     """
     rates = np.zeros(robot.model.nv)
     given = joints.locked.copy()
@@ -160,8 +165,9 @@ def with_loops(
     given: np.ndarray,
     plane: Plane,
 ) -> Array:
-    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change
-    by as little as possible.
+    """The rates (nv,) with which the loops stay closed while the given ones stay.
+
+    The others change by as little as possible.
 
     Raises:
         SceneError: the given ones open a loop.
@@ -186,8 +192,9 @@ def with_loops(
 
 
 def separating(approach: Array, constraints: Sequence[Constraint]) -> np.ndarray:
-    """Which contacts (..., c) make a landing no impact: they leave the ground, or none approaches
-    it and they move along it.
+    """Mask (..., c) of the contacts that make a landing no impact.
+
+    They leave the ground, or none approaches it and they move along it.
 
     A contact may slide while another one strikes. End stops always strike.
 

@@ -1,4 +1,4 @@
-"""What of a landing can move; a robot of which nothing can is refused."""
+"""The parts of a landing that can move; a robot without any is refused."""
 
 import numpy as np
 

@@ -1,5 +1,6 @@
-"""Places of a landing that numbers belong to: the robot, its bodies, points on them, parts, joints
-and contacts.
+"""Places of a landing that numbers belong to.
+
+They are the robot, its bodies, points on them, parts, joints and contacts.
 """
 
 from typing import Literal, NamedTuple
@@ -19,7 +20,7 @@ PlaceKind = Literal["robot", "body", "point", "joint", "contact", "part"]
 
 
 class Place(NamedTuple):
-    """What a number belongs to.
+    """A place that a number belongs to.
 
     Attributes:
         name: as it is typed.

@@ -30,8 +30,9 @@ Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
 
 
 def reference_name(robot: Robot, wanted: str | None) -> str:
-    """The reference posture that a scene means: the one asked for, else the robot's standing one,
-    else "neutral".
+    """The reference posture that a scene means.
+
+    It is the one asked for, else the robot's standing one, else "neutral".
 
     Raises:
         UnknownName: the robot has no posture of that name.
@@ -45,10 +46,11 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
 
 
 def spelled_out(scene: Scene, robot: Robot) -> Scene:
-    """A scene in which the values of joints stand in place of a posture that no file has, and that
-    is computed for the robot.
+    """A scene with the values of joints in place of a posture that is computed for the robot.
 
-    It is the same landing where that posture is not known or has other values: a robot with
+    No file has such a posture.
+
+    The landing is the same where that posture is not known or has other values: a robot with
     reference postures has none.
     """
     posture = scene.posture
@@ -335,8 +337,9 @@ def settable_joints(
 def refuse_beyond_turn(
     joint: Joint, value: float, subject: str, error: type[ShockError] = SceneError
 ) -> None:
-    """Refuse an angle outside the limits of its joint and beyond a whole turn: it is a mistake,
-    such as one in the unit.
+    """Refuse an angle outside the limits of its joint and beyond a whole turn.
+
+    It is a mistake, such as one in the unit.
 
     Other values outside the limits are computed: what the limits should be may be the question.
 
@@ -359,8 +362,9 @@ def refuse_beyond_turn(
 
 
 def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
-    """Which joint velocities (nv,) may not move while loops are closed: the base's, and those of
-    joints that the posture sets.
+    """Mask (nv,) of the joint velocities that may not move while loops are closed.
+
+    They are the base's, and those of joints that the posture sets.
 
     Args:
         robot: the robot.
@@ -380,7 +384,7 @@ def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np
 
 
 def difference(robot: Robot, Q: Array, other: Array) -> Array:
-    """The displacements (n, nv), tangent of q, that lead from configurations Q (n, nq) to others."""
+    """The displacements (n, nv), tangent of q, from configurations Q (n, nq) to others."""
     return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, other, strict=True)])
 
 
@@ -395,8 +399,9 @@ about the axes of what it moves.
 
 
 def component(joint: Joint, kind: str) -> int:
-    """The velocity of a joint of several degrees of freedom that is one of `COMPONENTS`; -1 where
-    it has none.
+    """The velocity of a joint of several degrees of freedom that is one of `COMPONENTS`.
+
+    It is -1 where the joint has none.
 
     Args:
         joint: the joint.
@@ -407,8 +412,7 @@ def component(joint: Joint, kind: str) -> int:
 
 
 def displaced(robot: Robot, Q: Array, steps: Array) -> Array:
-    """The configurations (n, nq) that are reached from others by joint velocities over a time of
-    one.
+    """The configurations (n, nq) reached from others by joint velocities over a time of one.
 
     Args:
         robot: the robot.

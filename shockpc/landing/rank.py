@@ -1,5 +1,6 @@
-"""How many rows a mechanism can meet independently in any posture; what rounding of its file adds
-does not count.
+"""The number of rows that a mechanism can meet independently in any posture.
+
+Rows that rounding of its file adds do not count.
 """
 
 from collections.abc import Sequence
@@ -69,8 +70,9 @@ class Mechanism(NamedTuple):
     def row_limits(
         self, constraints: Sequence[Constraint], state: Dynamics, near: Array | None = None
     ) -> RowLimits:
-        """How many rows of constraints can be independent in any posture, up to what rounding of
-        the file leaves.
+        """The number of constraints' rows that can be independent in any posture.
+
+        It is up to what rounding of the file leaves.
 
         A singular value of the rows, in units of their terms, counts as zero where rounding of the
         file's angles and lengths can make as much of a zero, in other postures too: one that is
@@ -110,8 +112,11 @@ class Mechanism(NamedTuple):
         return limit
 
     def _most_from(self, constraints: Sequence[Constraint], q: Array, count: int) -> RowLimit:
-        """The largest number of independent rows, and the effect of rounding on the others, in
-        other postures than q, and with loops in q too. Args: count, of all rows.
+        """The largest number of independent rows, and the effect of rounding on the others.
+
+        It is that in other postures than q, and with loops in q too.
+
+        Args: count, of all rows.
         """
         s = self._rows(constraints, dynamics(self.robot, q[None])).s
         if len(s) == count and s[-1] > CLEAR:
@@ -122,8 +127,9 @@ class Mechanism(NamedTuple):
         return max(self._independent(constraints, posture) for posture in postures)
 
     def independent_here(self, constraints: Sequence[Constraint], state: Dynamics) -> int:
-        """The number of independent rows in one posture (N = 1), without those that rounding of the
-        file alone may leave.
+        """The number of independent rows in one posture (N = 1).
+
+        It is without those that rounding of the file alone may leave.
         """
         rank, _ = self._independent(
             [_in_posture(constraint, 0) for constraint in constraints], state.Q[0]
@@ -131,12 +137,12 @@ class Mechanism(NamedTuple):
         return rank
 
     def _key(self) -> tuple[object, ...]:
-        """What identifies a mechanism of a robot."""
+        """The key that identifies a mechanism of a robot."""
         loops = tuple(loop.name for loop in self.loops)
         return self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *loops
 
     def _attitude(self, constraints: Sequence[Constraint], state: Dynamics) -> Array:
-        """What of the attitude of the base (N, ...) the number of independent rows depends on."""
+        """The part (N, ...) of the base's attitude that affects the number of independent rows."""
         rotation = state.rotation[:, 0]
         all_points = all(
             len(constraint.forces) == 3 and not len(constraint.moments)
@@ -149,8 +155,9 @@ class Mechanism(NamedTuple):
 
     @property
     def _turns(self) -> bool:
-        """Whether the base turns in the plane from one posture to another; loops may tie it to the
-        world.
+        """True if the base turns in the plane from one posture to another.
+
+        Loops may tie it to the world.
         """
         return self.base == "planar" and not self.loops
 
@@ -179,7 +186,7 @@ class Mechanism(NamedTuple):
         return postures
 
     def _independent(self, constraints: Sequence[Constraint], q: Array) -> RowLimit:
-        """The number of independent rows in one posture, and the effect of rounding on the others."""
+        """The number of independent rows in one posture, and the effect of rounding on the rest."""
         state = dynamics(self.robot, q[None])
         rows = self._rows(constraints, state)
         changes = self._changes_by_rounding(constraints, state, rows)
@@ -198,8 +205,9 @@ class Mechanism(NamedTuple):
     def _changes_by_rounding(
         self, constraints: Sequence[Constraint], state: Dynamics, rows: "_Rows"
     ) -> Array:
-        """By how much (6 nb, nc, ny) the rows, in units of their terms, change by the rounding of
-        each body's angles and lengths.
+        """The change (6 nb, nc, ny) of the rows by the rounding of each body's angles and lengths.
+
+        Rows are in units of their terms.
         """
         J = row_jacobian(state, constraints)
         changes = (row_jacobian(_displaced(self.robot, state), constraints) - J) @ rows.columns
@@ -224,13 +232,13 @@ def _in_posture(constraint: Constraint, k: int) -> Constraint:
 
 
 def _structure(constraint: Constraint) -> tuple[object, ...]:
-    """What identifies a constraint, but for its point."""
+    """The key that identifies a constraint, but for its point."""
     ends = constraint.kind, constraint.body, constraint.other, constraint.axes_body
     return *ends, constraint.forces.tobytes(), constraint.moments.tobytes()
 
 
 def _point_key(constraint: Constraint) -> bytes:
-    """What identifies its point.
+    """The key that identifies a constraint's point.
 
     The lowest point of a shape is another one in every posture, so it is not on an axis in all of
     them.
@@ -260,13 +268,14 @@ class _Rows(NamedTuple):
 
 @memoized()
 def _known(robot: Robot) -> dict[tuple[object, ...], RowLimit]:
-    """What `row_limits` has found of a robot, by what is free and held."""
+    """The results of `row_limits` for a robot, by what is free and held."""
     return {}
 
 
 def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
-    """The robot (N = 6 nb) with every body, and what it carries, turned about its joint or shifted
-    by `STEP`, by axis.
+    """The robot (N = 6 nb) with every body turned about its joint or shifted by `STEP`, by axis.
+
+    A body moves what it carries.
     """
     nb = len(robot.bodies)
     J = state.J[0]

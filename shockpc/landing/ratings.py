@@ -1,5 +1,6 @@
-"""What parts withstand: a rating as a text, the damage boundary that follows from it, and the
-torques of joints.
+"""The strength of parts.
+
+It is a rating as a text, the damage boundary that follows from it, and the torques of joints.
 
 Damage boundary (Newton 1968; ASTM D3332): no pulse damages a part whose velocity change is below
 the critical one, and none whose peak acceleration is below the critical one. Both follow from the
@@ -105,7 +106,7 @@ def strength(part: Part) -> Strength:
 
 
 class TorqueStrength(NamedTuple):
-    """What a joint withstands, according to a part.
+    """The strength of a joint, according to a part.
 
     Attributes:
         momentary_torque: NaN where it is not known [N m, N].
@@ -119,8 +120,9 @@ class TorqueStrength(NamedTuple):
 
 
 def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
-    """What a joint withstands, according to a part of joints: its torque as given, else the effort
-    limit of the robot's file.
+    """The strength of a joint, according to a part of joints.
+
+    It is the part's torque, else the effort limit of the robot's file.
 
     Raises:
         UnknownName: the robot has no such joint.
@@ -187,8 +189,9 @@ def _efforts(robot: Robot) -> Array:
 
 
 def torque_limits(robot: Robot, parts: tuple[Part, ...]) -> tuple[Array, Array]:
-    """What the joints withstand: momentary torque (nv,) [N m, N] and its duration (nv,) [s]; NaN
-    where there is none.
+    """The strength of the joints: momentary torque (nv,) [N m, N] and its duration (nv,) [s].
+
+    NaN where there is none.
 
     Raises:
         UnknownName: a pattern fits no joint.

@@ -1,5 +1,6 @@
-"""The parts of a scene: their base class, and how a field is declared as an option, once for
-Python, TOML and the command line.
+"""The parts of a scene: their base class, and the declaration of a field as an option.
+
+An option is declared once for Python, TOML and the command line.
 """
 
 import dataclasses
@@ -52,8 +53,9 @@ class Record:
 
 
 class Option(NamedTuple):
-    """What is known of a field besides its type: the command-line option, checks and what a sweep
-    varies follow from it.
+    """The description of a field besides its type.
+
+    The command-line option, checks and what a sweep varies follow from it.
 
     Attributes:
         help: a sentence; the unit follows it.
@@ -137,8 +139,10 @@ class Option(NamedTuple):
         return ""
 
     def _bounds(self, value: float) -> Iterator[tuple[str, float, bool, bool]]:
-        """The bounds of a number: sign, bound, whether the number is within, and whether the field
-        states the bound.
+        """The bounds of a number: sign, bound, and two flags.
+
+        The first flag tells whether the number is within, the second whether the field states the
+        bound.
         """
         if self.least is not None:
             yield "≥", self.least, value >= self.least, True
@@ -184,8 +188,9 @@ def options_of(record: type) -> dict[str, Option]:
 
 
 def spelled(record: type, field: str, value: str) -> str:
-    """How to give a field of a record a value: by its option on the command line, else by its key,
-    as in a file and in Python.
+    """The text that gives a field of a record a value.
+
+    It is the option on the command line, else the key, as in a file and in Python.
     """
     return (
         f"--{options_of(record)[field].name} {value}"
@@ -204,7 +209,7 @@ R = TypeVar("R", bound=type)
 
 
 def with_wing_options(record: R) -> R:
-    """A record of which the options of wings are fields too, behind its own; before it is frozen."""
+    """A record, not frozen yet, with the options of wings as fields behind its own."""
     for options in from_wings("options", "OPTIONS"):
         for name, (kind, declared) in options.items():
             record.__annotations__[name] = kind
@@ -213,14 +218,15 @@ def with_wing_options(record: R) -> R:
 
 
 def documented(record: R) -> R:
-    """A record whose docstring lists its options besides the attributes that it describes itself."""
+    """A record whose docstring lists its options besides the attributes it describes itself."""
     describe(record, options_of(record))
     return record
 
 
 def describe(declared: Any, options: Mapping[str, Option]) -> None:
-    """List options in the docstring of the record or function that declares them, behind what it
-    describes itself.
+    """List options in the docstring of the record or function that declares them.
+
+    They follow what it describes itself.
     """
     if text := declared.__doc__:
         lines = [f"        {name}: {one.text}" for name, one in options.items()]

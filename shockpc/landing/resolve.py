@@ -1,5 +1,7 @@
-"""Resolve a scene on a robot: fill in its defaults, find what it names, close its loops, and refuse
-what has no meaning.
+"""Resolve a scene on a robot.
+
+Its defaults are filled in, what it names is found, its loops are closed, and what has no meaning is
+refused.
 """
 
 import itertools
@@ -74,8 +76,9 @@ def _check_sizes(scene: Scene) -> None:
 
 
 def _complete(scene: Scene, robot: Robot) -> Scene:
-    """The scene with every default filled in and every path absolute, so that it says all that is
-    computed.
+    """The scene with every default filled in and every path absolute.
+
+    It then says all that is computed.
     """
     scene = check_scene(scene)
     _check_sizes(scene)
@@ -102,8 +105,9 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
 
 
 def _default_base(scene: Scene, robot: Robot) -> Base:
-    """How the base moves where the scene does not say so: as usual, but an arm that is struck at
-    its base falls.
+    """The motion of the base where the scene does not state it.
+
+    It is as usual, but an arm that is struck at its base falls.
     """
     base, reason = usual_base(robot)
     struck = {
@@ -151,18 +155,20 @@ def _check_ground(scene: Scene, constraints: tuple[Constraint, ...]) -> None:
 
 
 def _check_friction_at(contact: Contact, constraint: Constraint) -> None:
-    """Refuse friction at an end stop, and at a contact that slides or is not held along the
-    normal.
+    """Refuse friction at an end stop, and at some contacts.
+
+    They are those that slide or are not held along the normal.
     """
     if constraint.kind == "stop":
         raise SceneError(
-            f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out'
+            f'contact "{contact.frame}" is an end stop, and friction is for the ground; '
+            "leave it out"
         )
     if np.linalg.matrix_rank(constraint.forces) == 1:
         raise SceneError(
-            f'contact "{contact.frame}" slides without friction, and a friction is given; leave out '
-            "--slide (give it the directions x, y and z, or those along which it does not slide "
-            "freely), or the friction",
+            f'contact "{contact.frame}" slides without friction, and a friction is given; leave '
+            "out --slide (give it the directions x, y and z, or those along which it does not "
+            "slide freely), or the friction",
             blocks=[contact.frame],
         )
     check_holds_normal(contact, constraint, "friction")
@@ -236,7 +242,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
 
 
 def _left_open(scene: Scene, robot: Robot) -> tuple[str, ...]:
-    """What a scene leaves open and its default fills in, as `PosedLanding.chosen`."""
+    """The names of what a scene leaves open and its default fills in, as `PosedLanding.chosen`."""
     chosen: list[str] = []
     if scene.posture == Posture():
         chosen.append("posture")
@@ -335,8 +341,9 @@ def _check_landing(landing: PosedLanding) -> None:
 
 
 def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
-    """The scene with its contacts at the points and of the kinds that they have in its posture,
-    whatever varies later.
+    """The scene with its contacts at the points and of the kinds that they have in its posture.
+
+    They stay so, whatever varies later.
 
     Raises:
         ShockError: as for `landing_of`.
@@ -347,8 +354,9 @@ def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
 
 
 def close_loops(scene: Scene, near: PosedLanding) -> Scene:
-    """A scene whose loops start closed, assembled in the same way as those of another landing of
-    the robot.
+    """A scene whose loops start closed.
+
+    They are assembled in the same way as those of another landing of the robot.
 
     The joints that close the loops, ball joints too, are followed from there while the others move,
     and set to where they come.
@@ -394,8 +402,9 @@ def _refuse_twice(constraints: tuple[Constraint, ...]) -> None:
 
 
 def _refuse_separation(landing: PosedLanding) -> None:
-    """Refuse a contact that leaves the ground, or does not approach it as no other does: it does
-    not strike it.
+    """Refuse a contact that does not strike the ground.
+
+    It leaves the ground, or does not approach it as no other does.
     """
     approach = np.stack(
         [contact_velocity(landing, landing.state, constraint)[0] for constraint in landing.contacts]
@@ -408,9 +417,9 @@ def _refuse_separation(landing: PosedLanding) -> None:
         moves = np.linalg.norm(velocity) > 1e-9 * fastest_rate
         if constraint.kind == "stop" and not moves:
             raise SceneError(
-                f'the centre of mass of body "{landing.robot.bodies[constraint.body].name}" lies on '
-                f'the axis of "{constraint.frame}", so its speed there is zero and cannot be v_in; use '
-                "another end stop",
+                f'the centre of mass of body "{landing.robot.bodies[constraint.body].name}" lies '
+                f'on the axis of "{constraint.frame}", so its speed there is zero and cannot '
+                "be v_in; use another end stop",
                 blocks=[constraint.frame],
             )
         if parts:

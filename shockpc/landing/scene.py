@@ -120,7 +120,7 @@ class Contact(Record):
 
     @property
     def sticks(self) -> bool:
-        """Whether its directions span space, so that nothing slides."""
+        """True if its directions span space, so that nothing slides."""
         from shockpc.landing.directions import span_space
 
         return span_space(self.frame, self.directions)
@@ -484,12 +484,12 @@ class Scene(Record):
 
     @property
     def yields(self) -> bool:
-        """Whether something gives way under the impact, so that the landing lasts."""
+        """True if something gives way under the impact, so that the landing lasts."""
         return self.contact_stiffness is not None
 
     @property
     def yielding(self) -> str:
-        """What gives way, in words, such as "contacts of 100000 N/m"; empty without it."""
+        """The parts that give way, such as "contacts of 100000 N/m"; empty if there are none."""
         return (
             "" if self.contact_stiffness is None else f"contacts of {self.contact_stiffness:g} N/m"
         )
@@ -501,8 +501,9 @@ class Scene(Record):
         return replace(scene, joints=of_the_core(self.joints))
 
     def __post_init__(self) -> None:
-        """Make the contacts a tuple of `Contact` and paths text, and refuse paths that no file can
-        have.
+        """Make the contacts a tuple of `Contact` and paths text, and check the paths.
+
+        Paths that no file can have are refused.
         """
         contact: Any = self.contact
         contacts = contact if isinstance(contact, tuple | list) else (contact,)

@@ -1,5 +1,6 @@
-"""Scenes read from and written to TOML files, checked, and what follows from them: robot, points
-and plane.
+"""Scenes read from and written to TOML files, checked, and what follows from them.
+
+Robot, points and plane follow from a scene.
 
 Scenes from files and scenes built in Python are checked against the same field types. Only the JSON
 Schema is made by pydantic, whose import would lengthen the start of every command by a third.
@@ -95,8 +96,9 @@ def with_plane(scene: Scene) -> Scene:
 
 
 def sideways(strike: Strike) -> float:
-    """Share of a motion before the impact that is in the frontal plane only: along y, and about x
-    as in a fall to the side [1].
+    """Share of a motion before the impact that is in the frontal plane only [1].
+
+    It is along y, and about x as in a fall to the side.
 
     A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal
     plane.
@@ -126,8 +128,9 @@ def plane_of(scene: Scene) -> Plane:
 
 
 def ground_normal(plane: Plane, velocity: Array | Sequence[float]) -> Array:
-    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane is seen
-    from above and struck within it.
+    """The ground's normal (3,) where no contact gives one: up.
+
+    It is a wall's where the plane is seen from above and struck within it.
     """
     return plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
@@ -154,8 +157,9 @@ def check_scene(scene: Scene) -> Scene:
 
 
 def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
-    """The robot of a scene, with its xacro arguments, packages and postures: one object for all
-    scenes of the same robot.
+    """The robot of a scene, with its xacro arguments, packages and postures.
+
+    It is one object for all scenes of the same robot.
 
     It is loaded again when one of its files has changed.
 
@@ -194,8 +198,10 @@ def read_scene(path: Path | str) -> Scene:
 
 
 def scene_of(given: Scene | str | os.PathLike[str]) -> Scene:
-    """A scene as it is; of a text or path that ends in .toml the file, else a scene of the robot of
-    that name, without contacts.
+    """A scene as it is, or the scene of a text or path.
+
+    A path that ends in .toml is read; else the scene is of the robot of that name, without
+    contacts.
 
     Raises:
         SceneError: as for `read_scene`.
@@ -270,8 +276,9 @@ def record_schema(record: type) -> dict[str, Any]:
 
 
 def scene_table(record: Any) -> dict[str, Any]:
-    """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are
-    left out.
+    """A scene, or a part of one, as nested tables for TOML and JSON.
+
+    Fields that are not set are left out.
     """
 
     def plain(value: Any) -> Any:

@@ -60,12 +60,15 @@ DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 @memoized()
 def most_inside(robot: Robot) -> float:
-    """How far a contact point may lie from the lowest point of its link [m]."""
+    """The distance by which a contact point may be off the lowest point of its link [m]."""
     return INSIDE + SHARE * robot_size(robot)
 
 
 def distance_aside(point: Array, points: Array, up: Array) -> float:
-    """Horizontal distance of a point (3,) from the hull of points (k, 3), 0 above or below it [m]."""
+    """Horizontal distance of a point (3,) from the hull of points (k, 3) [m].
+
+    It is 0 above or below the hull.
+    """
     if len(points) == 1:
         # The usual foot is a ball.
         return float(np.linalg.norm(cross(point - points[0], up)))
@@ -132,7 +135,7 @@ def _corners(shapes: Sequence[Shape], up: Array, low: float, tolerance: float) -
 
 
 def _is_round(shape: Shape) -> bool:
-    """Whether a shape is a ball, the usual foot."""
+    """True if a shape is a ball, the usual foot."""
     semi_axes = np.linalg.norm(shape.rounding, axis=0)
     return len(shape.points) == 1 and bool(semi_axes.min() > (1.0 - LEVEL) * semi_axes.max())
 
@@ -182,7 +185,7 @@ def _corners_of_meshes(meshes: Sequence[Shape], up: Array, low: float, tolerance
 
 
 def _depth_in_hull(points: Array, shapes: Sequence[Shape], up: Array, axes: Array) -> Array:
-    """How deep (n,) points lie in the hull of some shapes, seen from below [m].
+    """Depth (n,) of points in the hull of some shapes, seen from below [m].
 
     Planes that touch the shapes, one level and others tilted, bound the hull.
 
@@ -207,7 +210,7 @@ def _has_sole(
     up: Array,
     height: float,
 ) -> bool:
-    """Whether a frame without shapes has the sole of its body.
+    """True if a frame without shapes has the sole of its body.
 
     Args:
         robot: the robot.
@@ -240,7 +243,10 @@ def _on_outline(flat: Array) -> np.ndarray:
 
 
 def _extreme(flat: Array) -> Array:
-    """Of points (n, 2) those (64, 2) that are farthest in each direction, around the hull."""
+    """The points (64, 2) that are farthest in each direction, of points (n, 2).
+
+    They are in order around the hull.
+    """
     x, y = flat.T
     dx, dy = DIRECTIONS[:, : DIRECTIONS.shape[1] // 2, None]
     along = dx * x + dy * y
@@ -264,7 +270,7 @@ def ends_of(corners: Array) -> tuple[Array, Array]:
 
 
 def is_thin(polygon: Array) -> bool:
-    """Whether a polygon (n, 2), corners in their order, is a line or a point."""
+    """True if a polygon (n, 2), corners in their order, is a line or a point."""
     return area(polygon) <= LEVEL * float(np.ptp(polygon, axis=0).max()) ** 2
 
 

@@ -22,8 +22,9 @@ SLOWEST, FASTEST = 1e-9, 1e9
 @documented
 @frozen(kw_only=True)
 class Strike(Record):
-    """Velocity of the robot relative to the ground before the impact; 1 m/s straight down by
-    default.
+    """Velocity of the robot relative to the ground before the impact.
+
+    By default it is 1 m/s straight down.
 
     The velocity of the base frame's origin is given as speed and angle, as a vector or by a drop
     height. The rotation of the base and the joint velocities are superposed.
@@ -75,7 +76,7 @@ class Strike(Record):
     joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
     def turned(self, angle: float, plane: "Plane") -> "Strike":
-        """The same at another strike angle [deg].
+        """The motion at another strike angle [deg].
 
         The part of the velocity that is in the plane turns, and the part out of the plane stays;
         after a fall from a drop height the vertical component stays, and the forward one changes.
@@ -182,8 +183,9 @@ def _refuse_out_of_range(speed: float) -> None:
 
 
 def replaced_ways(given: Collection[str]) -> tuple[str, ...]:
-    """The fields of a strike that others replace: one way of giving the velocity takes the place of
-    another.
+    """The fields of a strike that others replace.
+
+    One way of giving the velocity takes the place of another.
 
     A vector or a drop height says all of it, a speed keeps the angle, and an angle keeps the speed
     or the drop height.
