@@ -76,25 +76,21 @@ class Struck(NamedTuple):
 def exact_beam() -> Beam:
     """The beam in its modes of Euler and Bernoulli: cos β cosh β = 1, of unit modal mass."""
     beta = (np.arange(MODES) + 1.5) * np.pi
+    # Newton's method for cos β − 1 / cosh β = 0.
     for _ in range(5):
-        beta = beta - (np.cos(beta) - 1.0 / np.cosh(beta)) / (
-            np.tanh(beta) / np.cosh(beta) - np.sin(beta)
-        )
+        value = np.cos(beta) - 1.0 / np.cosh(beta)
+        slope = np.tanh(beta) / np.cosh(beta) - np.sin(beta)
+        beta = beta - value / slope
     size = np.sinh(beta) - np.sin(beta)
-    ratio, rest = (
-        (np.cosh(beta) - np.cos(beta)) / size,
-        (np.cos(beta) - np.sin(beta) - np.exp(-beta)) / size,
-    )
+    ratio = (np.cosh(beta) - np.cos(beta)) / size
+    rest = (np.cos(beta) - np.sin(beta) - np.exp(-beta)) / size
 
     def across(at: Array) -> Array:
         x = np.asarray(at)[..., None]
         # cosh − ratio · sinh, without the difference of large numbers.
         angle = beta * (x + 0.5)
-        bent = (
-            np.cos(angle)
-            - ratio * np.sin(angle)
-            + (rest * np.exp(angle) + (1.0 + ratio) * np.exp(-angle)) / 2.0
-        )
+        hyperbolic = (rest * np.exp(angle) + (1.0 + ratio) * np.exp(-angle)) / 2.0
+        bent = np.cos(angle) - ratio * np.sin(angle) + hyperbolic
         return np.concatenate([np.ones_like(x), math.sqrt(12.0) * x, bent], axis=-1)
 
     omega = 2.0 * math.pi * (beta / beta[0]) ** 2
@@ -106,14 +102,9 @@ def segmented_beam(hinges: int = HINGES) -> Beam:
     """The beam as the segments and hinges of `--flex`, with which links of robots bend, in its
     plane.
     """
-    division = divide(
-        1.0,
-        np.zeros(3),
-        np.diag([0.0, 1.0, 1.0]) / 12.0,
-        np.array([-0.5, 0, 0]),
-        np.array([0.5, 0, 0]),
-        hinges,
-    )
+    inertia = np.diag([0.0, 1.0, 1.0]) / 12.0
+    start, end = np.array([-0.5, 0, 0]), np.array([0.5, 0, 0])
+    division = divide(1.0, np.zeros(3), inertia, start, end, hinges)
     upright = int(np.abs(division.across[:, 1]).argmax())
     sign = float(division.across[upright, 1])
     chosen = [1, 5, *range(6 + upright, 6 + 2 * hinges, 2)]
@@ -121,18 +112,13 @@ def segmented_beam(hinges: int = HINGES) -> Beam:
 
     def across(at: Array) -> Array:
         x = np.asarray(at)[..., None]
-        return np.concatenate(
-            [-x, np.ones_like(x), -sign * np.maximum(x - division.along, 0.0)], axis=-1
-        )
+        behind = np.maximum(x - division.along, 0.0)
+        return np.concatenate([-x, np.ones_like(x), -sign * behind], axis=-1)
 
+    M = chain_inertia(division)[np.ix_(chosen, chosen)]
     stiffness = np.full(hinges, EI / division.spacing)
-    return Beam(
-        chain_inertia(division)[np.ix_(chosen, chosen)],
-        np.eye(hinges + 2)[2:],
-        stiffness,
-        across,
-        np.eye(hinges + 2)[1],
-    )
+    unit = np.eye(hinges + 2)
+    return Beam(M, unit[2:], stiffness, across, unit[1])
 
 
 def struck(beam: Beam, distance: float, ratio: float) -> Struck:
@@ -144,24 +130,20 @@ def struck(beam: Beam, distance: float, ratio: float) -> Struck:
         ratio: Tc/T1.
     """
     mass = 1.0 / (1.0 + 12.0 * distance**2)
-    contact = Elements.alike(
-        beam.across(np.array([distance])), mass * (math.pi / ratio) ** 2, 1.0, 0, True
-    )
-    motion = simulate_landing(
-        beam.M,
-        Elements.joined(contact, Elements.alike(beam.springs, beam.stiffness)),
-        -beam.falling,
-    )
+    # Tc = π √(m/k), and T1 = 1
+    stiffness = mass * (math.pi / ratio) ** 2
+    contact = Elements.alike(beam.across(np.array([distance])), stiffness, 1.0, 0, True)
+    elements = Elements.joined(contact, Elements.alike(beam.springs, beam.stiffness))
+    motion = simulate_landing(beam.M, elements, -beam.falling)
     impulse = sum(float(segment.impulse(segment.length)[0]) for segment in motion.segments)
     jumps = motion.at(np.linspace(0.0, motion.duration, SAMPLES)).jump
     rigid = 2.0 * mass * (1.0 - 6.0 * distance)
     end = float(jumps[-1] @ beam.across(np.array(-0.5)))
-    still = (
-        float(np.abs(jumps @ beam.across(np.array(-1.0 / (12.0 * distance)))).max())
-        if distance > 1.0 / 6.0 - 1e-9
-        else math.nan
-    )
-    return Struck(impulse / (2.0 * mass) - 1.0, end - rigid, still)
+    at_copc = math.nan
+    if distance > 1.0 / 6.0 - 1e-9:  # the CoPc is on the beam
+        copc = np.array(-1.0 / (12.0 * distance))
+        at_copc = float(np.abs(jumps @ beam.across(copc)).max())
+    return Struck(impulse / (2.0 * mass) - 1.0, end - rigid, at_copc)
 
 
 class Compared(NamedTuple):
@@ -177,19 +159,18 @@ class Compared(NamedTuple):
 @functools.cache
 def beam_study() -> tuple[Compared, ...]:
     """The beam of Figure 1 with bending, at each of `RATIOS`."""
-
-    def largest(beam: Beam, ratio: float) -> Struck:
-        return Struck(
-            *np.nanmax(
-                np.abs([struck(beam, distance, ratio) for distance in STRIKES]), axis=0
-            ).tolist()
-        )
-
+    compared = []
     with one_thread(MODES):
-        return tuple(
-            Compared(ratio, largest(exact_beam(), ratio), largest(segmented_beam(), ratio))
-            for ratio in RATIOS
-        )
+        for ratio in RATIOS:
+            exact, segments = _largest(exact_beam(), ratio), _largest(segmented_beam(), ratio)
+            compared.append(Compared(ratio, exact, segments))
+    return tuple(compared)
+
+
+def _largest(beam: Beam, ratio: float) -> Struck:
+    """The largest differences over all `STRIKES`. Args: ratio, Tc/T1."""
+    errors = np.abs([struck(beam, distance, ratio) for distance in STRIKES])
+    return Struck(*np.nanmax(errors, axis=0).tolist())
 
 
 def holds_from(errors: Array) -> float:

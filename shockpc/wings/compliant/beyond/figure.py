@@ -27,11 +27,11 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
         panels: a title, what is drawn as lines, and what as dots; abscissas and ordinates by name.
         limit: error up to which an answer counts as right.
     """
-    columns = min(len(panels), 2 if len(panels) == 4 else 3)
-    figure = new_chart(3.2 * columns + 2.6, 3.0 * math.ceil(len(panels) / columns) + 0.8, title)
-    grid = figure.subplots(
-        math.ceil(len(panels) / columns), columns, sharex=True, sharey=True, squeeze=False
-    )
+    # Four panels are two by two.
+    columns = 2 if len(panels) == 4 else min(len(panels), 3)
+    rows = math.ceil(len(panels) / columns)
+    figure = new_chart(3.2 * columns + 2.6, 3.0 * rows + 0.8, title)
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     named: dict[str, Artist] = {}
     for axes, (text, lines, dots) in zip(grid.flat, panels, strict=True):
         axes.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
@@ -40,17 +40,14 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
         for colour, style, (name, values) in zip(CURVES, STYLES, lines.items(), strict=False):
             axes.plot(*values, linestyle=style, color=colour, label=name)
         for colour, mark, (name, values) in zip(CURVES, MARKS, dots.items(), strict=False):
-            axes.plot(
-                *values, mark, color=colour, markersize=4.0, markerfacecolor="none", label=name
-            )
+            hollow = {"markersize": 4.0, "markerfacecolor": "none"}
+            axes.plot(*values, mark, color=colour, label=name, **hollow)
         named |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.grid(True)
     low, high = grid[0, 0].get_xbound()
+    ticks = [tick for tick in TICKS if low <= tick <= high]
     for axes in grid.flat:
-        axes.set_xticks(
-            ticks := [tick for tick in TICKS if low <= tick <= high],
-            [f"{tick:g}" for tick in ticks],
-        )
+        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
         axes.yaxis.set_major_formatter("{x:g}")
     figure.supxlabel(

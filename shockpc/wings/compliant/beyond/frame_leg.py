@@ -31,6 +31,13 @@ ELEMENTS = 12
 """Of each tube."""
 
 
+OF_BENDING = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+OF_INERTIA = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+"""Stiffness and inertia of a beam element in its displacements across and its angles at both ends,
+in EI/L³ and m/420.
+"""
+
+
 class FrameLeg(NamedTuple):
     """The leg in n coordinates: trunk (x, z, angle), then the nodes of the tubes, which share x and
     z at hip and knee.
@@ -52,17 +59,18 @@ class FrameLeg(NamedTuple):
 
 def frame_leg(rotor: float = ROTOR) -> FrameLeg:
     """The leg. Args: rotor, inertia of each rotor behind its gear [kg m²]."""
+    # Nodes along thigh and shank: x, z and angle each; the angle at a joint is the tube's own.
     m = 3 * ELEMENTS
-    thigh = [[0, 1, 3]] + [[4 + 3 * i + c for c in range(3)] for i in range(ELEMENTS)]
+    thigh = [[0, 1, 3], *_nodes(4)]
     hinge, first = thigh[-1], 4 + m
-    shank = [[hinge[0], hinge[1], first]] + [
-        [first + 1 + 3 * i + c for c in range(3)] for i in range(ELEMENTS)
-    ]
+    shank = [[hinge[0], hinge[1], first], *_nodes(first + 1)]
     n = first + 1 + m
     M, K, turns = np.zeros((n, n)), np.zeros((n, n)), np.zeros((2, n))
     M[0, 0] = M[1, 1] = TRUNK
     M[2, 2] = TRUNK_INERTIA
-    turns[[0, 1], [2, hinge[2]]], turns[[0, 1], [3, first]] = -1.0, 1.0
+    # Rotors of hip and knee turn by the angles between what they join.
+    turns[0, 2], turns[0, 3] = -1.0, 1.0
+    turns[1, hinge[2]], turns[1, first] = -1.0, 1.0
     M += rotor * turns.T @ turns
     for nodes, angle in ((thigh, ANGLES[0]), (shank, ANGLES[1])):
         k, mass = _element(angle)
@@ -70,9 +78,15 @@ def frame_leg(rotor: float = ROTOR) -> FrameLeg:
             where = np.ix_([*start, *end], [*start, *end])
             K[where] += k
             M[where] += mass
+    heights = [1, *(node[1] for node in thigh[1:]), *(node[1] for node in shank[1:])]
     falling = np.zeros(n)
-    falling[[1, *(node[1] for node in (*thigh[1:], *shank[1:]))]] = -1.0
+    falling[heights] = -1.0
     return FrameLeg(M, K, np.eye(n)[shank[-1][:2]], turns[1], falling)
+
+
+def _nodes(first: int) -> list[list[int]]:
+    """The coordinates x, z and angle of the further nodes of a tube, from a number on."""
+    return np.arange(first, first + 3 * ELEMENTS).reshape(-1, 3).tolist()
 
 
 def _element(angle: float) -> tuple[Array, Array]:
@@ -81,35 +95,23 @@ def _element(angle: float) -> tuple[Array, Array]:
     Args: angle, of its tube [rad].
     """
     length, mass = LENGTH / ELEMENTS, MASS / ELEMENTS
-    along, across = (
-        np.array([-np.sin(angle), -np.cos(angle)]),
-        np.array([np.cos(angle), -np.sin(angle)]),
-    )
+    along = np.array([-np.sin(angle), -np.cos(angle)])
+    across = np.array([np.cos(angle), -np.sin(angle)])
     # to displacements along and across the element, and angles from `along` to `across`
     turn = np.zeros((6, 6))
     for end in (0, 3):
-        turn[end, end : end + 2], turn[end + 1, end : end + 2], turn[end + 2, end + 2] = (
-            along,
-            across,
-            -1.0,
-        )
+        turn[end, end : end + 2] = along
+        turn[end + 1, end : end + 2] = across
+        turn[end + 2, end + 2] = -1.0
+    stretch, bend = np.ix_([0, 3], [0, 3]), np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
+    # Angles times the length are displacements.
+    scale = np.array([1.0, length, 1.0, length])
+    size = np.outer(scale, scale)
     k, inertia = np.zeros((6, 6)), np.zeros((6, 6))
-    a, b = np.ix_([0, 3], [0, 3]), np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    size = np.outer([1.0, length, 1.0, length], [1.0, length, 1.0, length])
-    k[a] = EA / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    k[b] = (
-        EI
-        / length**3
-        * size
-        * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
-    )
-    inertia[a] = mass / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
-    inertia[b] = (
-        mass
-        / 420.0
-        * size
-        * np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
-    )
+    k[stretch] = EA / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    k[bend] = EI / length**3 * size * OF_BENDING
+    inertia[stretch] = mass / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+    inertia[bend] = mass / 420.0 * size * OF_INERTIA
     return turn.T @ k @ turn, turn.T @ inertia @ turn
 
 

@@ -190,15 +190,15 @@ def struck_frames(stiffness: float, rotor: float = ROTOR) -> Peaks:
     omega, shapes = omega[: RIGID + MODES], shapes[:, : RIGID + MODES]
     contact = Elements.alike(leg.foot @ shapes, stiffness, 1.0, 0, np.array([False, True]))
     springs = Elements.alike(np.eye(RIGID + MODES)[RIGID:], omega[RIGID:] ** 2)
+    elements = Elements.joined(contact, springs)
     with one_thread(RIGID + MODES):
-        motion = simulate_landing(
-            np.eye(RIGID + MODES), Elements.joined(contact, springs), shapes.T @ leg.M @ leg.falling
-        )
+        before = shapes.T @ leg.M @ leg.falling
+        motion = simulate_landing(np.eye(RIGID + MODES), elements, before)
         accelerations = shapes @ motion.response
         force = motion.peak(np.eye(2, len(motion.elements.rows))[None])[0]
         trunk = motion.peak(accelerations[None, :2])[0]
-        torque = motion.peak((rotor * leg.knee @ accelerations)[None, None])[0]
-    jump = np.linalg.norm(shapes[:2] @ motion.at(np.array([motion.duration])).jump[0])
-    return Peaks(
-        float(jump), float(trunk[0]), float(force[0]), float(torque[0]) if rotor else math.nan
-    )
+        of_rotor = motion.peak((rotor * leg.knee @ accelerations)[None, None])[0]
+    jumps = motion.at(np.array([motion.duration])).jump[0]
+    jump = float(np.linalg.norm(shapes[:2] @ jumps))
+    torque = float(of_rotor[0]) if rotor else math.nan
+    return Peaks(jump, float(trunk[0]), float(force[0]), torque)

@@ -2,8 +2,7 @@
 duration of contact.
 """
 
-import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -55,59 +54,55 @@ def beyond_report() -> Report:
     """The beam of Figure 1 with bending against Eqs. 1 to 3, a leg of tubes against frame elements,
     and robots whose legs bend.
     """
-    kept = [
-        (name, holds_from(np.array([one.exact[k] for one in beam_study()])))
-        for k, name in enumerate(WORDS)
-    ]
-    answer = [f"{name} within {100 * LIMIT:g} % from Tc/T1 = {ratio:g}" for name, ratio in kept]
+    limits = []
+    for k in range(len(WORDS)):
+        limits.append(holds_from(np.array([one.exact[k] for one in beam_study()])))
+    answer = []
+    for name, limit in zip(WORDS, limits, strict=True):
+        answer.append(f"{name} within {100 * LIMIT:g} % from Tc/T1 = {limit:g}")
     leg = " and ".join(f"{one.frames:.0f} Hz {one.rotors}" for one in leg_modes())
+    lines = [
+        f"the beam of Figure 1, with bending: {'; '.join(answer)}",
+        f"a leg of two tubes bends first at {leg} rotors",
+        NOT_MODELLED,
+    ]
     sheets: dict[str, Callable[[], Sheet]] = {
         "beam": _beam_sheet,
         "leg": _leg_sheet,
         "robots": _robots_sheet,
     }
-
-    def shown(sheet: Sheet, full: bool) -> Sheet:
-        return (
-            sheet
-            if full
-            else sheet.where(lambda row: row["ratio"] in SHOWN)._replace(notes=(REST,))
-        )
-
     return Report(
         name="beyond",
         title="Where the rigid answer holds",
         page="beyond",
         body=lambda full: [
-            Lines(
-                [
-                    f"the beam of Figure 1, with bending: {'; '.join(answer)}",
-                    f"a leg of two tubes bends first at {leg} rotors",
-                    NOT_MODELLED,
-                ]
-            ),
+            Lines(lines),
             _beam_sheet(),
             _beam_picture(),
-            shown(_leg_sheet(), full),
+            _shown(_leg_sheet(), full),
             _leg_picture(),
-            shown(_robots_sheet(), full),
+            _shown(_robots_sheet(), full),
             _robots_picture(),
         ],
         sheets=sheets,
-        document=lambda: {
-            "holds_from": dict(zip(Struck._fields, (ratio for _, ratio in kept), strict=True))
-        },
+        document=lambda: {"holds_from": dict(zip(Struck._fields, limits, strict=True))},
         tables=True,
     )
 
 
+def _shown(sheet: Sheet, full: bool) -> Sheet:
+    """The rows that a terminal shows, or all."""
+    if full:
+        return sheet
+    return sheet.where(lambda row: row["ratio"] in SHOWN)._replace(notes=(REST,))
+
+
 def _beam_sheet() -> Sheet:
     """What the rigid answer of the beam is off by, by exact modes and by segments."""
-    columns = [
-        Column(f"{how}_{key}", f"{name}, {how}", "-")
-        for how in ("modes", "segments")
-        for key, name in zip(Struck._fields, WORDS, strict=True)
-    ]
+    columns = []
+    for how in ("modes", "segments"):
+        for key, name in zip(Struck._fields, WORDS, strict=True):
+            columns.append(Column(f"{how}_{key}", f"{name}, {how}", "-"))
     notes = (
         f"largest of {len(STRIKES)} points of contact, {', '.join(f'{x:.3g}' for x in STRIKES)} of "
         f"the length from the "
@@ -125,22 +120,20 @@ def _beam_sheet() -> Sheet:
 
 
 def _beam_picture() -> Picture:
+    """The errors of the beam over Tc/T1."""
     ratios = [one.ratio for one in beam_study()]
-    lines = {
-        f"{name}, modes": (ratios, [one.exact[k] for one in beam_study()])
-        for k, name in enumerate(WORDS)
-    }
-    dots = {
-        f"{name}, segments": (ratios, [one.segments[k] for one in beam_study()])
-        for k, name in enumerate(WORDS)
-    }
-    title = "A beam that bends: error of the rigid answer"
-    return Picture(
-        "beam",
-        title,
-        "wings.compliant.beyond.figure:draw_errors",
-        (title, [("", lines, dots)], LIMIT),
-    )
+    lines: Curves = {}
+    dots: Curves = {}
+    for k, name in enumerate(WORDS):
+        lines[f"{name}, modes"] = ratios, [one.exact[k] for one in beam_study()]
+        dots[f"{name}, segments"] = ratios, [one.segments[k] for one in beam_study()]
+    return _errors("beam", "A beam that bends: error of the rigid answer", [("", lines, dots)])
+
+
+def _errors(name: str, title: str, panels: Sequence[tuple[str, Curves, Curves]]) -> Picture:
+    """Errors over the duration of contact, in panels."""
+    drawn_by = "wings.compliant.beyond.figure:draw_errors"
+    return Picture(name, title, drawn_by, (title, panels, LIMIT))
 
 
 def _leg_sheet() -> Sheet:
@@ -167,25 +160,22 @@ def _leg_sheet() -> Sheet:
 
 
 def _leg_picture() -> Picture:
-    def curves(rotors: str, index: int) -> Curves:
-        found = {
-            name: [one for one in leg_study() if (one.rotors, one.links) == (rotors, name)]
-            for name in LINKS
-        }
-        return {
-            f"{name}, {rotors} rotors": (
-                [one.ratio for one in ones],
-                [one.errors[index] for one in ones],
-            )
-            for name, ones in found.items()
-        }
-
+    """The errors of the leg over Tc f1, with rotors as lines and without as dots."""
     with_rotors, without = (one.rotors for one in leg_modes())
-    title = "A leg of two tubes: error against frame elements"
-    panels = [(name, curves(with_rotors, k), curves(without, k)) for k, name in enumerate(OF_LEG)]
-    return Picture(
-        "leg", title, "wings.compliant.beyond.figure:draw_errors", (title, panels, LIMIT)
-    )
+    panels = []
+    for k, name in enumerate(OF_LEG):
+        panels.append((name, _leg_curves(with_rotors, k), _leg_curves(without, k)))
+    return _errors("leg", "A leg of two tubes: error against frame elements", panels)
+
+
+def _leg_curves(rotors: str, index: int) -> Curves:
+    """Errors of a number of the leg over Tc f1, of each kind of its links."""
+    curves: Curves = {}
+    for name in LINKS:
+        rows = [one for one in leg_study() if (one.rotors, one.links) == (rotors, name)]
+        errors = [one.errors[index] for one in rows]
+        curves[f"{name}, {rotors} rotors"] = [one.ratio for one in rows], errors
+    return curves
 
 
 def _robots_sheet() -> Sheet:
@@ -211,24 +201,21 @@ def _robots_sheet() -> Sheet:
 
 
 def _robots_picture() -> Picture:
-    def curves(law: str, index: int) -> Curves:
-        found = [one for one in robot_study() if one.law == law]
-        robots = dict.fromkeys(one.robot for one in found)
-        return {
-            name: (
-                [one.ratio for one in found if one.robot == name],
-                [one.errors[index] for one in found if one.robot == name],
-            )
-            for name in robots
-        }
+    """The errors of robots over Tc f1, for each law of the contact."""
+    panels = []
+    for key in ("jump", "torque"):
+        k = Errors._fields.index(key)
+        for law in LAWS:
+            no_dots: Curves = {}
+            panels.append((f"{OF_ROBOTS[k]}, {law}", _robot_curves(law, k), no_dots))
+    return _errors("robots", "Robots whose legs bend: error of rigid links", panels)
 
-    title = "Robots whose legs bend: error of rigid links"
-    no_dots: Curves = {}
-    chosen = ((k, OF_ROBOTS[k]) for k in map(Errors._fields.index, ("jump", "torque")))
-    panels = [
-        (f"{name}, {law}", curves(law, k), no_dots)
-        for (k, name), law in itertools.product(chosen, LAWS)
-    ]
-    return Picture(
-        "robots", title, "wings.compliant.beyond.figure:draw_errors", (title, panels, LIMIT)
-    )
+
+def _robot_curves(law: str, index: int) -> Curves:
+    """Errors of a number over Tc f1, of each robot."""
+    curves: Curves = {}
+    of_law = [one for one in robot_study() if one.law == law]
+    for name in dict.fromkeys(one.robot for one in of_law):
+        rows = [one for one in of_law if one.robot == name]
+        curves[name] = [one.ratio for one in rows], [one.errors[index] for one in rows]
+    return curves

@@ -3,7 +3,6 @@ bending frequency.
 """
 
 import functools
-import itertools
 import math
 from dataclasses import replace
 from typing import Literal, NamedTuple
@@ -74,14 +73,15 @@ class Compared(NamedTuple):
 @functools.cache
 def robot_study() -> tuple[Compared, ...]:
     """The landings with each law, at each of `RATIOS`; the links from foot to base bend."""
-    return tuple(
-        itertools.chain.from_iterable(
-            _compared(landing, law) for landing in LANDINGS for law in LAWS
-        )
-    )
+    compared = []
+    for landing in LANDINGS:
+        for law in LAWS:
+            compared += _compared(landing, law)
+    return tuple(compared)
 
 
 def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
+    """A landing with one law, at each of `RATIOS`. Args: landing, robot, foot and drives."""
     name, foot, drives = landing
     robot, (contact, contact_law) = load_robot(name), LAWS[law]
     body, links = robot.frame(foot).body, list[str]()
@@ -98,25 +98,20 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
         point=(Point(frame=robot.bodies[body].name),),
     )
     posed = resolve(scene, robot)
-    unit = float(
-        flexible_landing(
-            posed, tuple((link, Flex(EI=1.0)) for link in links)
-        ).elastic_frequencies()[0]
-    )
+    # With one EI of all links, f1 = unit √EI and Tc = π/ω.
+    bent = flexible_landing(posed, tuple((link, Flex(EI=1.0)) for link in links))
+    unit = float(bent.elastic_frequencies()[0])
     rows = contact_rows(posed, stands=True)
-    duration = math.pi / rows.frequency(np.full(len(rows.J), STIFFNESS), np.zeros((0, len(rows.M))))
-    compared, expected = [], _read(CompliantLanding(posed))
+    omega = rows.frequency(np.full(len(rows.J), STIFFNESS), np.zeros((0, len(rows.M))))
+    duration = math.pi / omega
+    compared, rigid = [], _read(CompliantLanding(posed))
     for ratio in RATIOS:
         EI = (ratio / (duration * unit)) ** 2
-        found = _read(
-            CompliantLanding(
-                resolve(replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}")), robot)
-            )
-        )
-        off = np.abs(found - expected)
-        errors = Errors(
-            *[*(off[:3] / expected[:3]).tolist(), float(off[3:].max() / expected[3:].max())]
-        )
+        bending = replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}"))
+        off = np.abs(_read(CompliantLanding(resolve(bending, robot))) - rigid)
+        torque = float(off[3:].max() / rigid[3:].max())
+        jump, acceleration, force = (off[:3] / rigid[:3]).tolist()
+        errors = Errors(jump, acceleration, force, torque)
         compared.append(Compared(name, law, ratio, EI, errors))
     return compared
 
