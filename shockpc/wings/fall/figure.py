@@ -9,7 +9,7 @@ from shockpc.quantities.selection import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
-from shockpc.show.figure.view import view_of
+from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import Window
 from shockpc.show.header import joint_model_text
 from shockpc.show.tables import rounded
@@ -35,66 +35,108 @@ def draw_falls(falls: Falls) -> Figure:
     for result in falls.results:
         kinds.setdefault(_kind(result), []).append(result)
     alike = list(kinds.values())[:PICTURES]
-    results = [kind[0] for kind in alike]
-    views = [view_of(result.profile) for result in results]
+    views = [view_of(results[0].profile) for results in alike]
+
+    # One scale for all: the widest is as wide as a picture.
     sizes = np.array([view.high - view.low for view in views])
     inch = float(sizes[:, 0].max()) / (WIDTH - 0.1)
     height = float(sizes[:, 1].max()) / inch + 0.15
-    lines = math.ceil(len(results) / COLUMNS)
-    across, step, drop = math.ceil(len(results) / lines), WIDTH + GAP, height + CAPTION + GAP
+
+    # As many in each line, where that is possible.
+    lines = math.ceil(len(alike) / COLUMNS)
+    across = math.ceil(len(alike) / lines)
+    step = WIDTH + GAP
+    drop = height + CAPTION + GAP
+    page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, _heading(falls))
+    for k, (results, view) in enumerate(zip(alike, views, strict=True)):
+        row, column = divmod(k, across)
+        x = MARGIN + column * step
+        y = page.low + (lines - 1 - row) * drop + CAPTION + GAP
+        _draw_strike(page, x, y, results[0], view, height, inch)
+        names = few([printable(result.strike.name, 40) for result in results], 2)
+        page.caption(x, y, [f"{k + 1}  {names}", *_caption(falls, results[0])], WIDTH)
+    return page.figure
+
+
+def _heading(falls: Falls) -> tuple[str, ...]:
+    """The lines above the pictures."""
+    profile = falls.results[0].profile
     what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
     name, _, place = falls.rank.partition("@")
-    entry = select(name).quantity
-    ranked = printable(entry.title + f" of {place}" * bool(place), 60)
-    heading = (
-        f"{robot_name(falls.results[0].profile.robot)} {what}: the worst strike of each kind, by "
-        f"{ranked}",
+    ranked = select(name).quantity.title
+    if place:
+        ranked += f" of {place}"
+    return (
+        f"{robot_name(profile.robot)} {what}: the worst strike of each kind, by "
+        f"{printable(ranked, 60)}",
         "red: struck; blue: stands and presses; dot: contact; each falls towards the right; one "
         "scale",
-        *(f"joint model: {joint_model_text(result.profile)}" for result in results[:1]),
+        f"joint model: {joint_model_text(profile)}",
     )
-    page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, heading)
-    for k, (kind, result, view) in enumerate(zip(alike, results, views, strict=True)):
-        x, y = (
-            MARGIN + (k % across) * step,
-            page.low + (lines - 1 - k // across) * drop + CAPTION + GAP,
+
+
+def _caption(falls: Falls, result: StrikeResult) -> tuple[str, ...]:
+    """Value, struck links and motion of a strike."""
+    strike = result.strike
+    unit = select(falls.rank.partition("@")[0]).quantity.unit
+    value = f"{rounded(result.values[falls.rank])} {unit}".removesuffix(" 1")
+    first, *more = strike.struck
+    struck = printable(first, 40)
+    if more:
+        struck += f" and {len(more)} more"
+    motion = f"{strike.speed:.3g} m/s, {strike.motion}"
+    if strike.forward is not None:
+        motion += f", {math.degrees(strike.rotation):.0f} deg"
+    return value, struck, motion
+
+
+def _draw_strike(
+    page: Page, x: float, y: float, result: StrikeResult, view: View, height: float, inch: float
+) -> None:
+    """Draw the silhouettes of a strike, its ground and its contacts.
+
+    Args:
+        page: on which it is drawn.
+        x: left side of the picture [inches].
+        y: lower side of the picture [inches].
+        result: of the strike.
+        view: of its landing.
+        height: of the picture [inches].
+        inch: length in the world of an inch [m].
+    """
+    ground = float(view.contacts[:, 1].min())
+    middle = float(view.low[0] + view.high[0]) / 2.0
+    corner = np.array([middle - WIDTH * inch / 2.0, ground - 0.06 * inch])
+    window = Window(corner, corner + np.array([WIDTH, height]) * inch, inch)
+    axes = page.picture(x, y, window)
+    frames = result.profile.robot.frames
+    struck = {frames[link].body for link in result.strike.struck}
+    stands = {frames[link].body for link in result.strike.stands}
+
+    # What strikes or stands is in front of all else.
+    order = sorted(view.drawn, key=lambda drawn: (drawn.body in struck) + (drawn.body in stands))
+    visible = [drawn for drawn in order if not drawn.region.is_empty]
+    for number, drawn in enumerate(visible):
+        colour: str | tuple[float, float, float] = BODY
+        if drawn.body in struck:
+            colour = STRUCK
+        elif drawn.body in stands:
+            colour = STANDS
+        edge = outlined(
+            axes, drawn.region, view.size / 400.0, linewidth=0.4, edgecolor=faded(INK, 0.35)
         )
-        ground, middle = float(view.contacts[:, 1].min()), float(view.low[0] + view.high[0]) / 2.0
-        corner = np.array([middle - WIDTH * inch / 2.0, ground - 0.06 * inch])
-        window = Window(corner, corner + np.array([WIDTH, height]) * inch, inch)
-        axes = page.picture(x, y, window)
-        strike, frames = result.strike, result.profile.robot.frames
-        struck, stands = (
-            {frames[link].body for link in links} for links in (strike.struck, strike.stands)
-        )
-        order = sorted(
-            view.drawn, key=lambda drawn: (drawn.body in struck) + (drawn.body in stands)
-        )
-        for number, drawn in enumerate(drawn for drawn in order if not drawn.region.is_empty):
-            colour = STRUCK if drawn.body in struck else STANDS if drawn.body in stands else BODY
-            edge = outlined(
-                axes, drawn.region, view.size / 400.0, linewidth=0.4, edgecolor=faded(INK, 0.35)
-            )
-            edge.set(facecolor=colour, zorder=1.0 + 0.01 * number)
-        axes.axhspan(window.low[1], ground, facecolor=faded(INK, 0.6), zorder=0.5)
-        axes.axhline(ground, color=INK, linewidth=0.7, zorder=5.0)
-        axes.plot(
-            *view.contacts.T,
-            "o",
-            color=INK,
-            markersize=3.0,
-            markeredgecolor=PAPER,
-            markeredgewidth=0.4,
-            zorder=6.0,
-        )
-        turned = "" if strike.forward is None else f", {math.degrees(strike.rotation):.0f} deg"
-        first, *others = strike.struck
-        named = printable(first, 40) + f" and {len(others)} more" * bool(others)
-        motion = f"{strike.speed:.3g} m/s, {strike.motion}{turned}"
-        value = f"{rounded(result.values[falls.rank])} {entry.unit}".removesuffix(" 1")
-        names = few([printable(one.strike.name, 40) for one in kind], 2)
-        page.caption(x, y, [f"{k + 1}  {names}", value, named, motion], WIDTH)
-    return page.figure
+        edge.set(facecolor=colour, zorder=1.0 + 0.01 * number)
+    axes.axhspan(window.low[1], ground, facecolor=faded(INK, 0.6), zorder=0.5)
+    axes.axhline(ground, color=INK, linewidth=0.7, zorder=5.0)
+    axes.plot(
+        *view.contacts.T,
+        "o",
+        color=INK,
+        markersize=3.0,
+        markeredgecolor=PAPER,
+        markeredgewidth=0.4,
+        zorder=6.0,
+    )
 
 
 def _kind(result: StrikeResult) -> tuple[object, ...]:
