@@ -4,11 +4,10 @@ that each strike is.
 Of the points that meet the ground together those are in the landing that press.
 """
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,7 +23,16 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.text.errors import SceneError, SolveError, StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.fall.body import UP, Rigid, Spot
-from shockpc.wings.fall.tipping import STICKS, CrossSection, Fall, Kind, Touch, follow_fall
+from shockpc.wings.fall.tipping import (
+    STICKS,
+    CrossSection,
+    Fall,
+    Kind,
+    Phase,
+    SectionMotion,
+    Touch,
+    follow_fall,
+)
 
 SIDES = (("back", "", "front"), ("right", "", "left"), ("bottom", "", "top"))
 """Names of the sides of the box around the robot, along x, y and z."""
@@ -128,62 +136,104 @@ class Tip:
     warnings: tuple[str, ...]
 
 
+class Beginning(NamedTuple):
+    """How a fall begins.
+
+    Attributes:
+        corner: about which the robot turns.
+        motion: with which it does.
+        balance: rotation at which it balances [rad].
+        least_push: as of `Tip`.
+    """
+
+    corner: int
+    motion: SectionMotion
+    balance: float
+    least_push: float
+
+
 def tip_over(
     rigid: Rigid, name: str, heading: float, push: float | None, together: float, least: float
 ) -> Tip:
     """How a robot tips over along a heading.
 
+    Args:
+        rigid: the robot.
+        name: posture, then heading.
+        heading: from forward to the left [rad].
+        push: speed that a level push gives to the centre of mass [m/s]; None at rest.
+        together: height within which parts strike together [m].
+        least: smallest speed of strikes that are listed [m/s].
+
     Raises:
         StudyError: it does not tip, or nothing of it strikes.
     """
     forward, ends = rigid.edge(heading, together)
-    section, friction = rigid.section(forward), rigid.landing.scene.friction
-    first, theta = _support(section, together)
-    corner, balanced = section.balance(first)
-    rate = section.least_rate(first, theta) if balanced > theta else 0.0
-    height = -section.at(first, theta)[1]
-    if balanced <= theta:
-        start, corner = (
-            section.pivoting(first, theta, 0.0 if push is None else push / height),
-            first,
-        )
-    elif push is None:
-        length, _, kappa = section.arm(corner)
-        start = section.pivoting(
-            corner, balanced + NUDGE, math.sqrt(kappa * GRAVITY / length) * NUDGE
-        )
-    elif push <= rate * height:
-        raise StudyError(
-            f"a push to {push:g} m/s does not tip the robot: it balances at "
-            f"{math.degrees(balanced):.3g} deg, which takes at least "
-            f"{rate * height:.3g} m/s"
-        )
-    else:
-        start, corner = section.pivoting(first, theta, push / height), first
-    sliding, hinge = (
-        follow_fall(section, corner, start, friction),
-        follow_fall(section, corner, start, hinged=least),
-    )
-    turned = math.degrees(
-        math.acos(min(1.0, float(forward @ [math.cos(heading), math.sin(heading), 0.0])))
-    )
-    warnings = [
-        f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the edge"
-    ] * (turned > 3.0)
-    strike = next((touch for touch in sliding.touches if touch.speed >= least), sliding.touches[0])
-    warnings += _below(rigid, forward, section, strike)
+    section = rigid.section(forward)
+    begin = _beginning(section, push, together)
+    sliding = follow_fall(section, begin.corner, begin.motion, rigid.landing.scene.friction)
+    hinged = follow_fall(section, begin.corner, begin.motion, hinged=least)
+    warnings = list(_turned_edge(forward, heading))
+    warnings += _below(rigid, forward, section, _first_strike(sliding, least))
     warnings += _pressure(rigid, forward, ends, section, sliding, least)
-    warnings += ["it is still rocking when it is no longer followed"] * (not sliding.rests)
+    if not sliding.rests:
+        warnings.append("it is still rocking when it is no longer followed")
     return Tip(
         name=name,
         forward=forward,
-        balance=balanced,
-        least_push=rate * height,
-        hinged=hinge.touches[-1].before.omega,
+        balance=begin.balance,
+        least_push=begin.least_push,
+        hinged=hinged.touches[-1].before.omega,
         fall=sliding,
         section=section,
         warnings=tuple(warnings),
     )
+
+
+def _beginning(section: CrossSection, push: float | None, together: float) -> Beginning:
+    """How the fall of a robot that is pushed begins, or from its balance without a push.
+
+    Raises:
+        StudyError: the push does not tip it.
+    """
+    first, theta = _support(section, together)
+    corner, balance = section.balance(first)
+    height = -section.at(first, theta)[1]
+    if balance <= theta:
+        # It tips by itself.
+        rate = 0.0 if push is None else push / height
+        return Beginning(first, section.pivoting(first, theta, rate), balance, 0.0)
+    least_rate = section.least_rate(first, theta)
+    least_push = least_rate * height
+    if push is None:
+        # ω = √(κ g / c) φ at φ beyond the balance: it never was at rest there
+        length, _, kappa = section.arm(corner)
+        rate = math.sqrt(kappa * GRAVITY / length) * NUDGE
+        motion = section.pivoting(corner, balance + NUDGE, rate)
+        return Beginning(corner, motion, balance, least_push)
+    if push <= least_push:
+        raise StudyError(
+            f"a push to {push:g} m/s does not tip the robot: it balances at "
+            f"{math.degrees(balance):.3g} deg, which takes at least "
+            f"{least_push:.3g} m/s"
+        )
+    return Beginning(first, section.pivoting(first, theta, push / height), balance, least_push)
+
+
+def _turned_edge(forward: Array, heading: float) -> Iterator[str]:
+    """A warning of an edge that is turned from the heading [rad]."""
+    wanted = [math.cos(heading), math.sin(heading), 0.0]
+    turned = math.degrees(math.acos(min(1.0, float(forward @ wanted))))
+    if turned > 3.0:
+        yield (
+            f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the "
+            "edge"
+        )
+
+
+def _first_strike(fall: Fall, least: float) -> Touch:
+    """The first touch of at least a speed [m/s]; the first of all if none is so fast."""
+    return next((touch for touch in fall.touches if touch.speed >= least), fall.touches[0])
 
 
 def _tilt(forward: Array, angle: float) -> Array:
@@ -197,22 +247,21 @@ def _below(rigid: Rigid, forward: Array, section: CrossSection, touch: Touch) ->
     Raises:
         StudyError: they are most of the mass.
     """
-    robot, theta = rigid.landing.robot, touch.before.theta
-    under = np.flatnonzero(
-        (rigid.coms - rigid.com) @ _tilt(forward, theta)[2] < section.at(touch.corner, theta)[1]
-    )
-    share, names = (
-        float(robot.masses[under].sum()) / rigid.mass,
-        listed((robot.bodies[i].name for i in under), 4),
-    )
+    robot = rigid.landing.robot
+    theta = touch.before.theta
+    heights = (rigid.coms - rigid.com) @ _tilt(forward, theta)[2]
+    under = np.flatnonzero(heights < section.at(touch.corner, theta)[1])
+    if not len(under):
+        return
+    share = float(robot.masses[under].sum()) / rigid.mass
+    names = listed((robot.bodies[i].name for i in under), 4)
     text = (
         f"{names} ({100.0 * share:.3g} % of the mass) would be below the ground at the strike at "
-        f"{math.degrees(theta):.3g} deg, "
+        f"{math.degrees(theta):.3g} deg, because they have no geometry there"
     )
-    text += "because they have no geometry there"
     if share > 0.5:
         raise StudyError(f"{text}; give the robot's file collision or visual geometry")
-    yield from [text] * bool(names)
+    yield text
 
 
 def _support(section: CrossSection, together: float) -> tuple[int, float]:
@@ -229,112 +278,156 @@ def _support(section: CrossSection, together: float) -> tuple[int, float]:
 def _pressure(
     rigid: Rigid, forward: Array, ends: Array, section: CrossSection, fall: Fall, least: float
 ) -> Iterator[str]:
-    """A warning where the centre of pressure leaves the edge: at (I_xy ω' + I_zy ω²) / N along it,
-    from the centre of mass.
-    """
+    """A warning where the centre of pressure leaves the edge before the first strike."""
     if np.ptp(ends) == 0.0:
-        yield "the support is a corner in this direction, not an edge: the robot may turn about it, and another part may strike"
-        return
-    last = next(
-        (touch for touch in fall.touches if touch.speed >= least), fall.touches[-1]
-    ).before.theta
-    pivoting = list(
-        itertools.takewhile(
-            lambda phase: phase.kind == "pivots" and phase.start.theta < last, fall.phases
+        yield (
+            "the support is a corner in this direction, not an edge: the robot may turn about it, "
+            "and another part may strike"
         )
-    )
+        return
+    fast = [touch for touch in fall.touches if touch.speed >= least]
+    last = (fast or [fall.touches[-1]])[0].before.theta
+    pivoting: list[Phase] = []
+    for phase in fall.phases:
+        if phase.kind != "pivots" or phase.start.theta >= last:
+            break
+        pivoting.append(phase)
+    theta = _leaves_edge(rigid, forward, ends, section, pivoting)
+    if theta is not None and pivoting[-1].end.theta - theta > EARLY:
+        yield (
+            f"the centre of pressure leaves the edge at {math.degrees(theta):.3g} deg, before the "
+            f"strike at {math.degrees(last):.3g} deg: the robot then turns about a corner, and "
+            "another part may strike"
+        )
+
+
+def _leaves_edge(
+    rigid: Rigid, forward: Array, ends: Array, section: CrossSection, pivoting: Sequence[Phase]
+) -> float | None:
+    """The first rotation [rad] at which the centre of pressure is not within the edge; None if it
+    stays there.
+
+    From the centre of mass it is at (I_xy ω' + I_zy ω²) / N along the edge, with x forward, y along
+    the edge and z up, ω' = κ g sin(θ + φ) / c and the force N of the ground.
+    """
+    left = np.cross(UP, forward)
     for phase in pivoting:
-        length, angle, kappa = section.arm(phase.corner)
+        c, angle, kappa = section.arm(phase.corner)
         steps = 2 + int((phase.end.theta - phase.start.theta) / EARLY)
         for theta in np.linspace(phase.start.theta, phase.end.theta, steps).tolist():
             turn = _tilt(forward, theta)
-            moments, squared = (
-                turn @ rigid.inertia @ turn.T @ np.cross(UP, forward),
-                section.squared_rate(phase.corner, theta, phase.start),
-            )
-            rate = (
-                forward @ moments * kappa * GRAVITY / length * math.sin(theta + angle)
-                + UP @ moments * squared
-            )
-            place = float(rate) / (
-                rigid.mass * max(float(section.forces(phase.corner, theta, squared)[1]), 1e-9)
-            )
-            if not ends[0] <= place <= ends[1]:
-                if pivoting[-1].end.theta - theta > EARLY:
-                    yield (
-                        f"the centre of pressure leaves the edge at {math.degrees(theta):.3g} deg, "
-                        f"before the strike at "
-                        f"{math.degrees(last):.3g} deg: the robot then turns about a corner, and "
-                        f"another part may strike"
-                    )
-                return
+            inertia_y = turn @ rigid.inertia @ turn.T @ left
+            squared = section.squared_rate(phase.corner, theta, phase.start)
+            acceleration = kappa * GRAVITY / c * math.sin(theta + angle)
+            moment = forward @ inertia_y * acceleration + UP @ inertia_y * squared
+            force = rigid.mass * max(float(section.forces(phase.corner, theta, squared)[1]), 1e-9)
+            if not ends[0] <= float(moment) / force <= ends[1]:
+                return float(theta)
+    return None
 
 
 def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[FallStrike]:
-    """The strikes of a fall that are fast enough, each with its landing."""
-    left, number, last, section = np.cross(UP, tip.forward), 0, tip.fall.touches[0], tip.section
+    """The strikes of a fall that are fast enough, each with its landing.
+
+    Args:
+        rigid: the robot.
+        tip: its fall.
+        together: height within which parts strike together [m].
+        least: smallest speed of strikes that are listed [m/s].
+    """
+    section = tip.section
     kinds = {phase.end: phase.kind for phase in tip.fall.phases}
+    number = 0
+    last = tip.fall.touches[0]
     for touch in tip.fall.touches:
-        theta, omega = touch.before.theta, touch.before.omega
-        ahead, height = section.at(touch.corner, last.before.theta)
-        # What was within `together` of the ground at the last strike has been part of it, unless it
-        # stood there.
-        known = height - section.at(last.corner, last.before.theta)[1] <= together and not _stood(
-            section, last, ahead
-        )
-        if touch.speed < least or (number and known):
+        if touch.speed < least or (number and _struck_before(section, last, touch, together)):
             continue
-        number, last, turn = number + 1, touch, _tilt(tip.forward, theta)
-        points, links = rigid.struck(turn, together)
-        old = np.array([_stood(section, touch, place) for place in (points @ tip.forward).tolist()])
-        # a disc that lands flat is one point, as far from the edge on which it stood as from the
-        # other
-        old[:] &= not old.all()
-        struck, stands = (rigid.spots(turn, points[rows], links[rows]) for rows in (~old, old))
-        velocity = touch.before.vx * tip.forward + touch.before.vz * UP
-        down = {
-            spot.link: omega * float(tip.forward @ turn @ (spot.point - rigid.com))
-            - touch.before.vz
-            for spot in struck
-        }
-        fastest = sorted(struck, key=lambda spot: -down[spot.link])
-        struck = tuple(spot for spot in fastest if down[spot.link] > SINKS * touch.speed) or tuple(
-            fastest[:1]
-        )
-        near = set(rigid.struck(turn, max(NEAR_GROUND, together))[1].tolist()) - set(links.tolist())
-        scene = rigid.scene(
-            turn, velocity, omega * left, struck, stands, kinds[touch.before] == "slides"
-        )
-        if scene.plane == "auto":
-            scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
-        if scene.yields:
-            scene = replace(scene, contact=scene.contact[: len(struck)], stance=())
-        strike = _landing(
-            rigid,
-            scene,
-            turn,
-            fall=tip.name,
-            number=number,
-            struck={spot.link: down[spot.link] for spot in struck},
-            near=tuple(sorted(near)),
-            motion=kinds[touch.before],
-            rotation=theta,
-            rate=omega,
-            forward=tip.forward,
-            energy=section.energy(touch.before) - rigid.mass * GRAVITY * touch.before.z,
-        )
-        aside = (
-            _turns_aside(rigid, turn, (*struck, *stands), velocity, omega, tip.forward)
-            if number == 1
-            else 0.0
-        )
-        if aside > ASIDE:
-            text = (
-                f"{100.0 * aside:.0f} % of its change of rotation is out of the plane of the "
-                "fall, in which later strikes are computed"
-            )
-            strike = replace(strike, remark="; ".join(filter(None, [strike.remark, text])))
-        yield strike
+        number += 1
+        last = touch
+        yield _strike(rigid, tip, touch, number, kinds[touch.before], together)
+
+
+def _struck_before(section: CrossSection, last: Touch, touch: Touch, together: float) -> bool:
+    """True if what touches was within a height of the ground at the last strike, and so part of it,
+    unless it stood there.
+    """
+    ahead, height = section.at(touch.corner, last.before.theta)
+    ground = section.at(last.corner, last.before.theta)[1]
+    return height - ground <= together and not _stood(section, last, ahead)
+
+
+def _strike(
+    rigid: Rigid, tip: Tip, touch: Touch, number: int, kind: Kind, together: float
+) -> FallStrike:
+    """The strike of a touch.
+
+    Args:
+        rigid: the robot.
+        tip: its fall.
+        touch: of the fall.
+        number: of the strike.
+        kind: how the robot moved before.
+        together: height within which parts strike together [m].
+    """
+    section = tip.section
+    theta = touch.before.theta
+    omega = touch.before.omega
+    turn = _tilt(tip.forward, theta)
+    points, links = rigid.struck(turn, together)
+    stood = np.array([_stood(section, touch, x) for x in (points @ tip.forward).tolist()])
+    # A disc that lands flat is one point, as far from the edge on which it stood as from the
+    # other.
+    if stood.all():
+        stood[:] = False
+    struck = rigid.spots(turn, points[~stood], links[~stood])
+    stands = rigid.spots(turn, points[stood], links[stood])
+
+    # Speeds towards the ground, ω x − v_z at x forward of the centre of mass; those that go on
+    # into the ground strike, or the fastest.
+    down: dict[str, float] = {}
+    for spot in struck:
+        x = float(tip.forward @ turn @ (spot.point - rigid.com))
+        down[spot.link] = omega * x - touch.before.vz
+    fastest = sorted(struck, key=lambda spot: -down[spot.link])
+    sinking = [spot for spot in fastest if down[spot.link] > SINKS * touch.speed]
+    struck = tuple(sinking or fastest[:1])
+
+    velocity = touch.before.vx * tip.forward + touch.before.vz * UP
+    rotation_rate = omega * np.cross(UP, tip.forward)
+    scene = rigid.scene(turn, velocity, rotation_rate, struck, stands, kind == "slides")
+    if scene.plane == "auto":
+        scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
+    if scene.yields:
+        scene = replace(scene, contact=scene.contact[: len(struck)], stance=())
+    strike = _landing(
+        rigid,
+        scene,
+        fall=tip.name,
+        number=number,
+        struck={spot.link: down[spot.link] for spot in struck},
+        near=_near(rigid, turn, links, together),
+        motion=kind,
+        rotation=theta,
+        rate=omega,
+        forward=tip.forward,
+        energy=section.energy(touch.before) - rigid.mass * GRAVITY * touch.before.z,
+    )
+    if number > 1:
+        return strike
+    aside = _turns_aside(rigid, turn, (*struck, *stands), velocity, omega, tip.forward)
+    if aside <= ASIDE:
+        return strike
+    text = (
+        f"{100.0 * aside:.0f} % of its change of rotation is out of the plane of the fall, in "
+        "which later strikes are computed"
+    )
+    return replace(strike, remark="; ".join(filter(None, [strike.remark, text])))
+
+
+def _near(rigid: Rigid, turn: Array, links: np.ndarray, together: float) -> tuple[str, ...]:
+    """Names of links that nearly strike. Args: links, those that strike or stand."""
+    near = set(rigid.struck(turn, max(NEAR_GROUND, together))[1].tolist())
+    return tuple(sorted(near - set(links.tolist())))
 
 
 def _turns_aside(
@@ -343,94 +436,101 @@ def _turns_aside(
     """Share of the change of rotation at a strike of the rigid robot that is not about the edge
     [1].
     """
-    axes, mu = np.array([forward, np.cross(UP, forward), UP]), rigid.landing.scene.friction
+    left = np.cross(UP, forward)
+    axes = np.array([forward, left, UP])
     arms = (np.array([spot.point for spot in spots]) - rigid.com) @ turn.T
-    rows = np.concatenate([np.hstack([axes, np.cross(arm, axes)]) for arm in arms])
-    response = np.vstack(
-        [rows[:, :3].T / rigid.mass, np.linalg.solve(turn @ rigid.inertia @ turn.T, rows[:, 3:].T)]
-    )
-    speeds = (rows @ np.concatenate([velocity, omega * axes[1]])).reshape(-1, 3)
-    change = response[3:] @ _impulses(rows @ response, speeds, mu)[0].ravel()
-    return float(
-        np.linalg.norm(change - (change @ axes[1]) * axes[1]) / (np.linalg.norm(change) or 1.0)
-    )
+    # Rows of the velocity of each spot by (v, ω), J, and M⁻¹ Jᵀ.
+    J = np.concatenate([np.hstack([axes, np.cross(arm, axes)]) for arm in arms])
+    inertia = turn @ rigid.inertia @ turn.T
+    response = np.vstack([J[:, :3].T / rigid.mass, np.linalg.solve(inertia, J[:, 3:].T)])
+    speeds = (J @ np.concatenate([velocity, omega * left])).reshape(-1, 3)
+    impulses, _ = _impulses(J @ response, speeds, rigid.landing.scene.friction)
+    # Δω, and its part that is not about the edge.
+    change = response[3:] @ impulses.ravel()
+    across = change - (change @ left) * left
+    return float(np.linalg.norm(across) / (np.linalg.norm(change) or 1.0))
 
 
-def _stood(section: CrossSection, touch: Touch, place: float) -> bool:
-    """Whether what is on the ground at a place [m] is nearer to the corner that was there before a
+def _stood(section: CrossSection, touch: Touch, x: float) -> bool:
+    """True if what is on the ground x [m] ahead is nearer to the corner that was there before a
     touch than to the new one.
     """
-    new, old = (section.at(corner, touch.before.theta)[0] for corner in (touch.corner, touch.on))
-    return touch.on >= 0 and abs(place - old) < abs(place - new)
+    new = section.at(touch.corner, touch.before.theta)[0]
+    old = section.at(touch.on, touch.before.theta)[0]
+    return touch.on >= 0 and abs(x - old) < abs(x - new)
 
 
-def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> FallStrike:
+def _landing(rigid: Rigid, scene: Scene, **strike: Any) -> FallStrike:
     """A strike with those contacts that press.
 
-    Friction is left out where it has no solution. Args: turn, (3, 3) from the posture to the
-    attitude.
+    Friction is left out where it has no solution. Args: scene, with all contacts; strike, all else
+    that is known of it.
     """
-    landing, n, m = (
-        landing_of(scene, rigid.landing.robot),
-        len(scene.contact),
-        len(strike["struck"]),
-    )
-    kept, remark = _pressing(landing, m) if n + len(scene.stance) > 1 else ([0], "")
+    robot = rigid.landing.robot
+    n = len(scene.contact)
+    m = len(strike["struck"])
+    kept, remark = [0], ""
+    if n + len(scene.stance) > 1:
+        kept, remark = _pressing(landing_of(scene, robot), m)
+    # Of the contacts the first m strike, and the others slide; then come those that stand.
     pressing = [k for k in kept if k < m] or [0]
-    scene = replace(
-        scene,
-        contact=tuple(scene.contact[k] for k in [*pressing, *(k for k in kept if m <= k < n)]),
-        stance=tuple(scene.stance[k - n] for k in kept if k >= n),
-    )
-    try:
-        friction_of(landing_of(scene, rigid.landing.robot)) if scene.friction is not None else None
-    except (SceneError, SolveError) as refusal:
-        remark, scene = (
-            f"{refusal}; the numbers are those of contacts that stick",
-            replace(scene, friction=None),
-        )
-    frames = [
-        *(one.frame for one in scene.contact),
-        *(foot.rpartition(":")[0] for foot in scene.stance),
-    ]
-    m = len(pressing)
+    sliding = [k for k in kept if m <= k < n]
+    contacts = tuple(scene.contact[k] for k in [*pressing, *sliding])
+    stance = tuple(scene.stance[k - n] for k in kept if k >= n)
+    scene = replace(scene, contact=contacts, stance=stance)
+    if scene.friction is not None:
+        try:
+            friction_of(landing_of(scene, robot))
+        except (SceneError, SolveError) as refusal:
+            remark = f"{refusal}; the numbers are those of contacts that stick"
+            scene = replace(scene, friction=None)
+    frames = [contact.frame for contact in scene.contact]
+    frames += [foot.rpartition(":")[0] for foot in scene.stance]
     return FallStrike(
-        scene=scene, pressing=tuple(frames[:m]), stands=tuple(frames[m:]), remark=remark, **strike
+        scene=scene,
+        pressing=tuple(frames[: len(pressing)]),
+        stands=tuple(frames[len(pressing) :]),
+        remark=remark,
+        **strike,
     )
 
 
 def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
-    """Which of the contacts and standing points of a landing press, and what is wrong with that.
+    """The contacts and standing points of a landing that press, and what is wrong with that.
 
     The first n contacts strike. What stands or slides takes part if it would sink otherwise. Where
     contacts stick, those that would be pulled are taken out.
     """
-    friction, kept, frames = (
-        landing.scene.friction,
-        list(range(n)),
-        [place.name for place in landing.contact_places],
-    )
+    friction = landing.scene.friction
+    kept = list(range(n))
+    frames = [place.name for place in landing.contact_places]
     try:
         rows = contact_rows(landing)
-        A, v = rows.J @ np.linalg.solve(rows.M, rows.J.T), rows.speeds.reshape(-1, 3)
+        A = rows.J @ np.linalg.solve(rows.M, rows.J.T)
+        v = rows.speeds.reshape(-1, 3)
     except (np.linalg.LinAlgError, SceneError, SolveError):
         return kept, ""  # the landing says why
-    for count in dict.fromkeys((n, len(frames))):
-        impulse, kept = _impulses(A[: 3 * count, : 3 * count], v[:count], friction)
-        sinking = -(v[:, 2] + (A[:, : 3 * count] @ impulse.ravel())[2::3]) / np.abs(v).max()
+    for m in dict.fromkeys((n, len(frames))):
+        of_first = slice(3 * m)
+        impulse, kept = _impulses(A[of_first, of_first], v[:m], friction)
+        # −(v_n + A_n p) of all, in largest speeds
+        after = v[:, 2] + (A[:, of_first] @ impulse.ravel())[2::3]
+        sinking = -after / np.abs(v).max()
         if sinking.max() <= SINKS:
             break
-    worst, laws = int(np.argmax(sinking)), "no impulse was found that obeys the laws of friction"
+    worst = int(np.argmax(sinking))
+    if sinking[worst] <= 0.01:
+        return kept, ""
+    laws = "no impulse was found that obeys the laws of friction"
     if friction is None:
         laws = (
             "no set of contacts that stick or open obeys the laws of contact; with --friction they "
             "may slide"
         )
-    text = (
+    return kept, (
         f"{frames[worst]} would go on into the ground at {100.0 * sinking[worst]:.0f} % of the "
         f"strike's speed: {laws}"
     )
-    return kept, text if sinking[worst] > 0.01 else ""
 
 
 def _impulses(A: Array, velocity: Array, friction: float | None) -> tuple[Array, list[int]]:
@@ -445,17 +545,19 @@ def _impulses(A: Array, velocity: Array, friction: float | None) -> tuple[Array,
         friction: µ.
     """
     m = len(velocity)
-    solution = solve_friction(
-        A, velocity, np.full(m, STICKS if friction is None else friction), np.zeros(m)
-    )
-    kept = [k for k in range(m) if not solution or solution[0].state[k] != "separates"]
+    mu = STICKS if friction is None else friction
+    solution = solve_friction(A, velocity, np.full(m, mu), np.zeros(m))
+    kept = list(range(m))
+    if solution:
+        kept = [k for k in kept if solution[0].state[k] != "separates"]
     if solution and friction is not None:
         return solution[0].impulse, kept
     while True:
-        rows, impulse = (3 * np.array(kept)[:, None] + np.arange(3)).ravel(), np.zeros((m, 3))
-        impulse[kept] = np.linalg.lstsq(
-            A[np.ix_(rows, rows)], -velocity.ravel()[rows], rcond=1e-12
-        )[0].reshape(-1, 3)
+        # A p = −v along the rows of those that stick
+        rows = (3 * np.array(kept)[:, None] + np.arange(3)).ravel()
+        sticking = np.linalg.lstsq(A[np.ix_(rows, rows)], -velocity.ravel()[rows], rcond=1e-12)[0]
+        impulse = np.zeros((m, 3))
+        impulse[kept] = sticking.reshape(-1, 3)
         pulled = min(kept, key=lambda k: float(impulse[k, 2]))
         if impulse[pulled, 2] >= -SINKS * np.abs(impulse).max() or len(kept) == 1:
             return impulse, kept
@@ -465,28 +567,29 @@ def _impulses(A: Array, velocity: Array, friction: float | None) -> tuple[Array,
 def drops(
     rigid: Rigid, posture: str, height: float, count: int | None, together: float
 ) -> Iterator[FallStrike]:
-    """The strikes of drops in all attitudes."""
+    """The strikes of drops in all attitudes.
+
+    Args:
+        rigid: the robot.
+        posture: its name.
+        height: of the drop [m].
+        count: of attitudes spread over all orientations; None for those of the box around it.
+        together: height within which parts strike together [m].
+    """
     speed = math.sqrt(2.0 * GRAVITY * height)
-    for name, down in (_box_attitudes(rigid) if count is None else _spread(count)).items():
-        level = np.linalg.norm(down[:2])
-        turn = _tilt(
-            np.append(down[:2], 0.0) / level if level > 1e-12 else np.array([0.0, -1.0, 0.0]),
-            math.atan2(level, -down[2]),
-        )
+    attitudes = _box_attitudes(rigid) if count is None else _spread(count)
+    for name, down in attitudes.items():
+        turn = _turned_down(down)
         points, links = rigid.struck(turn, together)
-        spots, near = (
-            rigid.spots(turn, points, links),
-            set(rigid.struck(turn, max(NEAR_GROUND, together))[1].tolist()),
-        )
+        spots = rigid.spots(turn, points, links)
         scene = rigid.scene(turn, -speed * UP, np.zeros(3), spots, ())
         yield _landing(
             rigid,
             scene,
-            turn,
             fall=f"{posture} {name}".strip(),
             number=1,
             struck={spot.link: speed for spot in spots},
-            near=tuple(sorted(near - set(links.tolist()))),
+            near=_near(rigid, turn, links, together),
             motion="is in the air",
             rotation=0.0,
             rate=0.0,
@@ -494,20 +597,35 @@ def drops(
         )
 
 
+def _turned_down(direction: Array) -> Array:
+    """The rotation (3, 3), about a level axis, after which a unit vector points down."""
+    level = np.linalg.norm(direction[:2])
+    forward = np.array([0.0, -1.0, 0.0])
+    if level > 1e-12:
+        forward = np.append(direction[:2], 0.0) / level
+    return _tilt(forward, math.atan2(level, -direction[2]))
+
+
 def _box_attitudes(rigid: Rigid) -> dict[str, Array]:
     """Unit vectors (3,) from the centre of mass to the faces, edges and corners of the box around
     the posture, by name.
     """
     points, _ = rigid.points(np.vstack([np.eye(3), -np.eye(3)]))
-    low, high = points.min(axis=0) - rigid.com, points.max(axis=0) - rigid.com
-    attitudes: dict[str, Array] = {}
-    for kind, count in (("face", 1), ("edge", 2), ("corner", 3)):
-        for signs in np.ndindex(3, 3, 3):
-            if sum(sign != 1 for sign in signs) == count:
-                place = np.array([(low[k], 0.0, high[k])[sign] for k, sign in enumerate(signs)])
-                name = "-".join(filter(None, (SIDES[k][sign] for k, sign in enumerate(signs))))
-                attitudes[f"{kind} {name}"] = place / np.linalg.norm(place)
-    return attitudes
+    low = points.min(axis=0) - rigid.com
+    high = points.max(axis=0) - rigid.com
+    sides = np.array([low, np.zeros(3), high])
+    kinds = {1: "face", 2: "edge", 3: "corner"}
+    by_kind: dict[str, dict[str, Array]] = {kind: {} for kind in kinds.values()}
+    # Along each axis a point is on the low side, in the middle or on the high side.
+    for signs in np.ndindex(3, 3, 3):
+        on_sides = sum(sign != 1 for sign in signs)
+        if not on_sides:
+            continue
+        point = sides[signs, range(3)]
+        names = [SIDES[axis][sign] for axis, sign in enumerate(signs) if sign != 1]
+        name = f"{kinds[on_sides]} {'-'.join(names)}"
+        by_kind[kinds[on_sides]][name] = point / np.linalg.norm(point)
+    return by_kind["face"] | by_kind["edge"] | by_kind["corner"]
 
 
 def _spread(count: int) -> dict[str, Array]:
@@ -515,9 +633,11 @@ def _spread(count: int) -> dict[str, Array]:
     does not matter.
     """
     k = np.arange(count) + 0.5
-    z, angle = 1.0 - 2.0 * k / count, math.pi * (1.0 + math.sqrt(5.0)) * k
+    z = 1.0 - 2.0 * k / count
+    angle = math.pi * (1.0 + math.sqrt(5.0)) * k
     r = np.sqrt(1.0 - z * z)
-    return {
-        f"attitude {i + 1}": np.array([r[i] * math.cos(angle[i]), r[i] * math.sin(angle[i]), z[i]])
-        for i in range(count)
-    }
+    attitudes: dict[str, Array] = {}
+    for i in range(count):
+        direction = [r[i] * math.cos(angle[i]), r[i] * math.sin(angle[i]), z[i]]
+        attitudes[f"attitude {i + 1}"] = np.array(direction)
+    return attitudes

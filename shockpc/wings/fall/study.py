@@ -7,7 +7,7 @@ ground together those are in the landing that press.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, NamedTuple
 
@@ -30,7 +30,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.geometry import drawn_outline, outline
 from shockpc.robot.tolerances import LIMIT_SLACK
-from shockpc.text.diagnostic import warn
+from shockpc.text.diagnostic import Diagnostic, warn
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
 from shockpc.text.printed import count, listed
 from shockpc.text.shown import brief, shown_by
@@ -47,6 +47,9 @@ LEAST = 0.1
 STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
 WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
 """Quantities of every strike: of contacts that stick, or with friction."""
+
+NO_TRUNK = (math.nan, math.nan, math.nan)
+"""Motions of the heaviest body of a strike that could not be computed [m/s]."""
 
 EFFORTS = "joint_torque_share"
 """Quantity of every strike by which joints are judged."""
@@ -136,6 +139,38 @@ class Falls:
     def landings(self) -> tuple[StrikeResult, ...]:
         """The landings that could be computed."""
         return self.results
+
+
+class Tipping(NamedTuple):
+    """How robots tip over.
+
+    Attributes:
+        headings: names, or angles [deg].
+        push: speed that a level push gives to the centre of mass [m/s]; None at rest.
+        together: height within which parts strike together [m].
+        least: smallest speed of strikes that are listed [m/s].
+    """
+
+    headings: tuple[str, ...]
+    push: float | None
+    together: float
+    least: float
+
+
+class FallMotion(NamedTuple):
+    """What happens in the falls of all postures.
+
+    Attributes:
+        tips: one for each posture and heading.
+        strikes: all, in the order in which they happen.
+        failures: why falls have no strikes, by name.
+        notes: what geometry is used.
+    """
+
+    tips: list[Tip]
+    strikes: list[FallStrike]
+    failures: dict[str, ShockError]
+    notes: list[str]
 
 
 @study(
@@ -262,198 +297,270 @@ def fall(
     trace = trace or Trace()
     scenes = named_scenes(postures)
     robot = robot or common_robot(scenes)
-    if drop is None and attitudes is not None:
-        raise StudyError("attitudes are those of a drop; give its height too, by drop")
-    of_tipping = {"push": push, "headings": headings, "least": least}
-    if drop is not None and (
-        ignored := [name for name, value in of_tipping.items() if value is not None]
-    ):
-        raise StudyError(
-            f"{listed(ignored)}: only for a robot that tips over, but a drop is given; leave one "
-            "of the two out"
-        )
-    headings, least = (
-        tuple(HEADINGS) if headings is None else headings,
-        LEAST if least is None else least,
-    )
+    _refuse_contradictions(drop, attitudes, push, headings, least)
+    headings = tuple(HEADINGS) if headings is None else tuple(headings)
+    least = LEAST if least is None else least
     if not headings:
         raise StudyError("no heading is given; name one, such as front")
-    scenes = {
-        name: one
-        for posture, scene in scenes.items()
-        for name, one in scene_grid(posture, scene, robot, pairs(vary)).items()
-    }
-    judged = [_judged(scene, robot) for scene in scenes.values()]
-    parts, efforts = (any(of) for of in zip(*judged, strict=True))
-    slides = any(scene.friction is not None for scene in scenes.values())
-    rank = rank or (
-        "part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max"
-    )
-    standard = [*(WITH_FRICTION if slides else STANDARD), *[EFFORTS] * efforts]
-    if any(low_passes_of(scene) for scene in scenes.values()):
-        standard.append("filtered_peak_friction" if slides else "filtered_peak")
-    texts = tuple(dict.fromkeys([rank, *standard, *quantities]))
-    ranked, *others = [select(text.partition("@")[0]) for text in texts]
-    tips, strikes, failures, notes = (
-        list[Tip](),
-        list[FallStrike](),
-        dict[str, ShockError](),
-        list[str](),
-    )
+    postures_of_grid: dict[str, Scene] = {}
     for posture, scene in scenes.items():
-        _refuse_options(scene)
-        with trace.stage("posture and geometry"):
-            rigid = Rigid.of(scene, robot)
-        notes += _notes(rigid)
-        if drop is not None:
-            strikes += drops(rigid, posture, drop, attitudes, within_height)
-            continue
-        for name, angle in map(_heading, headings):
-            name = f"{posture} {name}".strip()
-            try:
-                with trace.stage("falls"):
-                    tip = tip_over(rigid, name, angle, push, within_height, least)
-                    strikes += strikes_of(rigid, tip, within_height, least)
-                tips.append(tip)
-            except StudyError as refusal:
-                failures[name] = refusal
-    if not strikes:
-        raise StudyError(
-            "; ".join(f"{name}: {text}" for name, text in failures.items())
-            or (
-                f"nothing strikes at {least:g} m/s or more: the robot rolls or comes to rest; a "
-                "smaller --least lists slower strikes"
-            )
-        )
-    found, refused = _results(strikes, robot, [ranked, *others], texts, trace)
-    results = sorted(found.values(), key=lambda one: -float(ranked.worse(one.values[rank])))
-    if not results:
+        postures_of_grid |= scene_grid(posture, scene, robot, pairs(vary))
+    scenes = postures_of_grid
+
+    judged = _judged(scenes.values(), robot)
+    texts, rank = _quantities(scenes.values(), judged, rank, quantities)
+    selections = [select(text.partition("@")[0]) for text in texts]
+
+    if drop is None:
+        tipping = Tipping(headings, push, within_height, least)
+        motion = _tipped(scenes, robot, tipping, trace)
+    else:
+        motion = _dropped(scenes, robot, drop, attitudes, within_height, trace)
+    if not motion.strikes:
+        raise _no_strike(motion.failures, least)
+
+    results_by_name, refused = _results(motion.strikes, robot, selections, texts, trace)
+    if not results_by_name:
         raise next(iter(refused.values()))
-    failures |= refused
-    warn(
-        lambda: (
-            one
-            for result in results
-            for one in result.profile.health.warnings
-            if one.kind != "height"
-        )
+    worse = selections[0].worse
+    results = sorted(
+        results_by_name.values(), key=lambda result: -float(worse(result.values[rank]))
     )
+    warn(lambda: _warnings(results))
     return Falls(
         robot=robot,
         rank=rank,
         quantities=texts,
-        tips=tuple(tips),
-        strikes=tuple(strikes),
+        tips=tuple(motion.tips),
+        strikes=tuple(motion.strikes),
         results=tuple(results),
-        table=_table(strikes, found, refused, texts),
-        failures=tuple(failures.items()),
+        table=_table(motion.strikes, results_by_name, refused, texts),
+        failures=tuple((motion.failures | refused).items()),
         drop=drop,
-        notes=tuple(dict.fromkeys(notes)),
-        margins=_margins(results) if parts or efforts else (),
+        notes=tuple(dict.fromkeys(motion.notes)),
+        margins=_margins(results) if any(judged) else (),
     )
 
 
-def _judged(scene: Scene, robot: Robot) -> tuple[bool, bool]:
-    """Whether parts can be judged, and joints by their torques, of which a pulse, a stiffness or a
-    part says how long they last.
+def _refuse_contradictions(
+    drop: float | None,
+    attitudes: int | None,
+    push: float | None,
+    headings: Sequence[str] | None,
+    least: float | None,
+) -> None:
+    """Refuse options of tipping for a drop, and attitudes without one."""
+    if drop is None:
+        if attitudes is not None:
+            raise StudyError("attitudes are those of a drop; give its height too, by drop")
+        return
+    of_tipping = {"push": push, "headings": headings, "least": least}
+    ignored = [name for name, value in of_tipping.items() if value is not None]
+    if ignored:
+        raise StudyError(
+            f"{listed(ignored)}: only for a robot that tips over, but a drop is given; leave one "
+            "of the two out"
+        )
+
+
+def _quantities(
+    scenes: Collection[Scene], judged: tuple[bool, bool], rank: str | None, more: Sequence[str]
+) -> tuple[tuple[str, ...], str]:
+    """The quantities of every strike, first that by which strikes are ranked; and this one.
+
+    Args:
+        scenes: of all postures.
+        judged: as `_judged` gives it.
+        rank: quantity by which strikes are ranked; by default what the scenes have.
+        more: further quantities.
     """
-    limits, durations = torque_limits(robot, scene.part)
-    lasts = scene.pulse is not None or scene.yields
-    efforts = bool(np.any(np.isfinite(limits) & (lasts | np.isfinite(durations))))
-    return any(part.at or efforts for part in scene.part), efforts
+    parts, efforts = judged
+    slides = any(scene.friction is not None for scene in scenes)
+    if not rank:
+        rank = "body.delta_v_friction" if slides else "delta_v_max"
+        if parts:
+            rank = "part_margin"
+    texts = [rank, *(WITH_FRICTION if slides else STANDARD)]
+    if efforts:
+        texts.append(EFFORTS)
+    if any(low_passes_of(scene) for scene in scenes):
+        texts.append("filtered_peak_friction" if slides else "filtered_peak")
+    return tuple(dict.fromkeys([*texts, *more])), rank
+
+
+def _tipped(
+    scenes: Mapping[str, Scene], robot: Robot, tipping: Tipping, trace: Trace
+) -> FallMotion:
+    """The falls of all postures that tip over."""
+    motion = FallMotion([], [], {}, [])
+    for posture, scene in scenes.items():
+        rigid = _rigid(scene, robot, motion, trace)
+        for heading in tipping.headings:
+            heading_name, angle = _heading(heading)
+            name = f"{posture} {heading_name}".strip()
+            try:
+                with trace.stage("falls"):
+                    tip = tip_over(
+                        rigid, name, angle, tipping.push, tipping.together, tipping.least
+                    )
+                    motion.strikes.extend(strikes_of(rigid, tip, tipping.together, tipping.least))
+                motion.tips.append(tip)
+            except StudyError as refusal:
+                motion.failures[name] = refusal
+    return motion
+
+
+def _dropped(
+    scenes: Mapping[str, Scene],
+    robot: Robot,
+    height: float,
+    attitudes: int | None,
+    together: float,
+    trace: Trace,
+) -> FallMotion:
+    """The drops of all postures. Args: together, height within which parts strike together [m]."""
+    motion = FallMotion([], [], {}, [])
+    for posture, scene in scenes.items():
+        rigid = _rigid(scene, robot, motion, trace)
+        motion.strikes.extend(drops(rigid, posture, height, attitudes, together))
+    return motion
+
+
+def _rigid(scene: Scene, robot: Robot, motion: FallMotion, trace: Trace) -> Rigid:
+    """The robot in a posture with held joints; notes on it are added to those of a motion."""
+    _refuse_options(scene)
+    with trace.stage("posture and geometry"):
+        rigid = Rigid.of(scene, robot)
+    motion.notes.extend(_notes(rigid))
+    return rigid
+
+
+def _no_strike(failures: Mapping[str, ShockError], least: float) -> StudyError:
+    """The error where nothing strikes."""
+    if failures:
+        return StudyError("; ".join(f"{name}: {text}" for name, text in failures.items()))
+    return StudyError(
+        f"nothing strikes at {least:g} m/s or more: the robot rolls or comes to rest; a "
+        "smaller --least lists slower strikes"
+    )
+
+
+def _warnings(results: Iterable[StrikeResult]) -> Iterator[Diagnostic]:
+    """The warnings of all landings; none of a height, which a fall computes."""
+    for result in results:
+        for warning in result.profile.health.warnings:
+            if warning.kind != "height":
+                yield warning
+
+
+def _judged(scenes: Iterable[Scene], robot: Robot) -> tuple[bool, bool]:
+    """Two flags: parts of a scene can be judged, and joints by their torques, of which a pulse, a
+    stiffness or a part says how long they last.
+    """
+    parts = efforts = False
+    for scene in scenes:
+        limits, durations = torque_limits(robot, scene.part)
+        lasts = scene.pulse is not None or scene.yields
+        of_joints = bool(np.any(np.isfinite(limits) & (lasts | np.isfinite(durations))))
+        efforts |= of_joints
+        parts |= any(part.at or of_joints for part in scene.part)
+    return parts, efforts
 
 
 def _margins(results: Sequence[StrikeResult]) -> tuple[Margin, ...]:
     """The smallest margin over the strikes of every part, and of every joint that no part rates."""
-    found = list[Margin]()
-    for strike, profile in ((result.strike.name, result.profile) for result in results):
-        for one in profile.parts:
-            if one.part_margin is not None:
-                withstands = (
-                    one.strength.momentary_torque
-                    if isinstance(one.strength, TorqueStrength)
-                    else None
-                )
-                found.append(
-                    Margin(one.part, "part", one.part_margin, one.torque, withstands, strike)
-                )
-        rated = {place.joint for place in profile.landing.parts}
-        joints = [place for place in profile.places("joint") if place.number not in rated]
-        limits = torque_limits(profile.robot, profile.scene.part)[0]
-        for place, share in zip(
-            joints, profile.numbers(select(EFFORTS), joints).tolist() if joints else (), strict=True
-        ):
-            if not math.isnan(share):
-                limit = float(limits[place.number])
-                found.append(
-                    Margin(
-                        place.name,
-                        "joint",
-                        1.0 / share if share else math.inf,
-                        share * limit,
-                        limit,
-                        strike,
-                    )
-                )
-    worst = dict[tuple[str, str], Margin]()
-    for margin in sorted(found, key=lambda one: one.margin):
+    margins: list[Margin] = []
+    for result in results:
+        margins += _part_margins(result)
+        margins += _joint_margins(result)
+    worst: dict[tuple[str, str], Margin] = {}
+    for margin in sorted(margins, key=lambda margin: margin.margin):
         worst.setdefault((margin.kind, margin.name), margin)
     return tuple(worst.values())
+
+
+def _part_margins(result: StrikeResult) -> Iterator[Margin]:
+    """The margins of parts in a strike."""
+    for part in result.profile.parts:
+        if part.part_margin is None:
+            continue
+        withstands = None
+        if isinstance(part.strength, TorqueStrength):
+            withstands = part.strength.momentary_torque
+        yield Margin(
+            part.part, "part", part.part_margin, part.torque, withstands, result.strike.name
+        )
+
+
+def _joint_margins(result: StrikeResult) -> Iterator[Margin]:
+    """The margins of joints that no part rates in a strike."""
+    profile = result.profile
+    rated = {part.joint for part in profile.landing.parts}
+    joints = [place for place in profile.places("joint") if place.number not in rated]
+    if not joints:
+        return
+    limits = torque_limits(profile.robot, profile.scene.part)[0]
+    shares = profile.numbers(select(EFFORTS), joints).tolist()
+    for joint, share in zip(joints, shares, strict=True):
+        if math.isnan(share):
+            continue
+        limit = float(limits[joint.number])
+        margin = 1.0 / share if share else math.inf
+        yield Margin(joint.name, "joint", margin, share * limit, limit, result.strike.name)
 
 
 def _refuse_options(scene: Scene) -> None:
     """Refuse what of a scene would have no effect: a motion before the impact, restitution, and how
     contacts are held.
     """
-    given = [key for key, value in vars(scene.strike).items() if value not in (None, {})]
-    like = Contact(frame="")
+    ignored = [key for key, value in vars(scene.strike).items() if value not in (None, {})]
+    default = Contact(frame="")
     for contact in scene.contact:
-        given += [
-            key
-            for key in ("restitution", "directions", "normal")
-            if getattr(contact, key) != getattr(like, key)
-        ]
-    if given:
+        for key in ("restitution", "directions", "normal"):
+            if getattr(contact, key) != getattr(default, key):
+                ignored.append(key)
+    if ignored:
         raise StudyError(
-            f"the scene gives {listed(given)}: a fall computes how the robot strikes, and its "
+            f"the scene gives {listed(ignored)}: a fall computes how the robot strikes, and its "
             f"contacts are points on level ground "
             "without restitution; leave that out, or use shockpc analyze"
         )
 
 
 def _notes(rigid: Rigid) -> Iterator[str]:
-    """What geometry of a robot is used, and what has none."""
-    robot, links = rigid.landing.robot, {shape.link for shape in rigid.shapes}
+    """Notes on what geometry of a robot is used, and what has none."""
+    robot = rigid.landing.robot
+    links = {shape.link for shape in rigid.shapes}
     if rigid.visual:
-        which = (
-            f"{listed(rigid.visual, 6)}; delta_v_max leaves it out"
-            if len(rigid.visual) < len(links)
-            else "all links"
-        )
+        which = "all links"
+        if len(rigid.visual) < len(links):
+            which = f"{listed(rigid.visual, 6)}; delta_v_max leaves it out"
         yield f"visual geometry strikes where the file has no collision geometry: {which}"
     yield from outline(robot, "collision").warnings
     if rigid.visual:
         yield from drawn_outline(robot).warnings
-    bodies = {robot.frames[link].body for link in links}
-    if bare := [body for k, body in enumerate(robot.bodies) if k not in bodies]:
+    with_geometry = {robot.frames[link].body for link in links}
+    bare = [body for k, body in enumerate(robot.bodies) if k not in with_geometry]
+    if bare:
         share = 100.0 * sum(body.mass for body in bare) / robot.mass
-        yield f"{len(bare)} of {len(robot.bodies)} bodies ({share:.3g} % of the mass) have no geometry, so they never strike"
+        yield (
+            f"{len(bare)} of {len(robot.bodies)} bodies ({share:.3g} % of the mass) have no "
+            "geometry, so they never strike"
+        )
 
 
 def _heading(heading: str | float) -> tuple[str, float]:
     """Name of a heading and its angle [rad]."""
+    if isinstance(heading, str) and heading in HEADINGS:
+        return heading, math.radians(HEADINGS[heading])
     try:
-        angle = (
-            HEADINGS[heading]
-            if isinstance(heading, str) and heading in HEADINGS
-            else float(heading)
-        )
+        angle = float(heading)
     except ValueError:
         angle = math.nan
     if not abs(angle) <= 360.0:
         valid = f"{', '.join(HEADINGS)}, and an angle from forward to the left within 360 deg"
         raise StudyError(f'"{heading}" is no heading; valid are {valid}')
-    return str(heading) if heading in HEADINGS else f"{angle:g} deg", math.radians(angle)
+    return f"{angle:g} deg", math.radians(angle)
 
 
 def _results(
@@ -467,70 +574,74 @@ def _results(
     cases = {strike.name: (strike.scene, robot) for strike in strikes}
     if len(cases) < len(strikes):
         raise StudyError("two falls have one name; give each posture and heading once")
+    free = proven(_with_joints(cases, "free"), selections, trace)
+    driven = proven(cases, selections, trace)
+    locked = proven(_with_joints(cases, "locked"), selections, trace)
 
-    def with_joints(model: Literal["free", "locked"]) -> dict[str, tuple[Scene, Robot]]:
-        return {
-            name: (replace(scene, joints=Joints(model=model)), robot)
-            for name, (scene, _) in cases.items()
-        }
+    # The landing itself is the one with drives; of the others only defects are told.
+    refused: dict[str, ShockError] = {}
+    for name, error in free.items():
+        if isinstance(error, DefectError):
+            refused[name] = error
+    for name, error in driven.items():
+        if isinstance(error, ShockError):
+            refused[name] = error
+    for name, error in locked.items():
+        if isinstance(error, DefectError):
+            refused[name] = error
+    results: dict[str, StrikeResult] = {}
+    for strike in strikes:
+        name = strike.name
+        profile = driven[name]
+        if isinstance(profile, ShockError):
+            continue
+        landings = [free[name], profile, locked[name]]
+        result = attempt(_result, strike, profile, texts, landings)
+        if isinstance(result, ShockError):
+            refused[name] = result
+        else:
+            results[name] = result
+    return results, refused
 
-    landed = [
-        proven(one, selections, trace)
-        for one in (with_joints("free"), cases, with_joints("locked"))
-    ]
-    refused = {
-        name: error
-        for k, results in enumerate(landed)
-        for name, error in results.items()
-        if isinstance(error, ShockError) and (k == 1 or isinstance(error, DefectError))
-    }
-    made = {
-        strike.name: attempt(
-            _result, strike, profile, texts, [results[strike.name] for results in landed]
-        )
-        for strike in strikes
-        if isinstance(profile := landed[1][strike.name], ShockProfile)
-    }
-    refused |= {name: error for name, error in made.items() if isinstance(error, ShockError)}
-    found = {name: result for name, result in made.items() if isinstance(result, StrikeResult)}
-    return found, refused
+
+def _with_joints(
+    cases: Mapping[str, tuple[Scene, Robot]], model: Literal["free", "locked"]
+) -> dict[str, tuple[Scene, Robot]]:
+    """The same landings with another joint model."""
+    joints = Joints(model=model)
+    return {name: (replace(scene, joints=joints), robot) for name, (scene, robot) in cases.items()}
 
 
 def _table(
     strikes: Sequence[FallStrike],
-    found: Mapping[str, StrikeResult],
+    results: Mapping[str, StrikeResult],
     refused: Mapping[str, ShockError],
     texts: Sequence[str],
 ) -> Table:
     """All strikes, with columns that tell them apart and the worst value of each quantity."""
-    looks = {i: found[strike.name] for i, strike in enumerate(strikes) if strike.name in found}
-    columns = {
-        key: np.array([getattr(one, key) for one in strikes])
-        for key in ("fall", "number", "motion", "rate", "speed", "energy")
-    }
-    columns |= {"struck": np.array(["+".join(one.struck) for one in strikes])}
-    columns |= {"rotation": np.degrees([one.rotation for one in strikes]).round(9)}
+    columns: dict[str, np.ndarray] = {}
+    for key in ("fall", "number", "motion", "rate", "speed", "energy"):
+        columns[key] = np.array([getattr(strike, key) for strike in strikes])
+    columns["struck"] = np.array(["+".join(strike.struck) for strike in strikes])
+    columns["rotation"] = np.degrees([strike.rotation for strike in strikes]).round(9)
+    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"}
+
+    of_strikes = [results.get(strike.name) for strike in strikes]
     for text in texts:
-        columns[text] = np.array(
-            [looks[i].values[text] if i in looks else np.nan for i in range(len(strikes))]
-        )
-        columns[f"{text} at"] = np.array(
-            [looks[i].places[text] if i in looks else "" for i in range(len(strikes))]
-        )
-    trunk = np.array([looks[i].trunk if i in looks else (np.nan,) * 3 for i in range(len(strikes))])
-    columns |= {
-        f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "with drives", "locked"))
-    }
-    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {
-        f"{text} at": "" for text in texts
-    }
-    units |= {name: "m/s" for name in columns if name.startswith("trunk ")}
-    columns["proven"] = np.array([i in looks for i in range(len(strikes))])
-    messages = {
-        i: str(refused[strike.name])
-        for i, strike in enumerate(strikes)
-        if strike.name in refused and i not in looks
-    }
+        values = [math.nan if result is None else result.values[text] for result in of_strikes]
+        places = ["" if result is None else result.places[text] for result in of_strikes]
+        columns[text] = np.array(values)
+        columns[f"{text} at"] = np.array(places)
+        units[f"{text} at"] = ""
+    trunk = np.array([NO_TRUNK if result is None else result.trunk for result in of_strikes])
+    for k, model in enumerate(("free", "with drives", "locked")):
+        columns[f"trunk {model}"] = trunk[:, k]
+        units[f"trunk {model}"] = "m/s"
+    columns["proven"] = np.array([result is not None for result in of_strikes])
+    messages: dict[int, str] = {}
+    for i, strike in enumerate(strikes):
+        if strike.name in refused and strike.name not in results:
+            messages[i] = str(refused[strike.name])
     return Table((), columns, messages, defects=tuple(traces(refused.values())), label_units=units)
 
 
@@ -541,48 +652,65 @@ def _trunk(profile: ShockProfile | ShockError) -> float:
     if isinstance(profile, ShockError):
         return math.nan
     key = "shock_com" if profile.scene.friction is None else "shock_com_friction"
-    return float(profile.value(key, "body")[int(np.argmax(profile.robot.masses))]) * profile.v_in
+    heaviest = int(np.argmax(profile.robot.masses))
+    return float(profile.value(key, "body")[heaviest]) * profile.v_in
 
 
 def _result(
     strike: FallStrike,
     profile: ShockProfile,
     texts: Sequence[str],
-    landed: Sequence[ShockProfile | ShockError],
+    landings: Sequence[ShockProfile | ShockError],
 ) -> StrikeResult:
     """What is kept of a strike.
 
-    Args: landed, the same landing with joints free, with drives and locked.
+    Args: landings, the same with joints free, with drives and locked.
     """
-    values, places = {}, {}
+    values: dict[str, float] = {}
+    places: dict[str, str] = {}
     for text in texts:
-        values[text], places[text] = math.nan, ""
-        key, at, place = text.partition("@")
-        if profile.scene.friction is None:
-            key = key.removesuffix("_friction")  # as its remark says
-        if select(key).quantity.scope.lacks(profile.landing):
-            continue
-        selection, where = selected(profile.landing, key + at + place)
-        numbers = profile.numbers(selection, where) if len(where) else np.zeros(0)
-        if np.isfinite(numbers).any():
-            k = int(np.argmax(selection.worse(numbers)))
-            values[text], places[text] = float(numbers[k]), where[k].name
+        values[text], places[text] = _worst(profile, text)
     return StrikeResult(
-        strike, values, places, tuple(map(_trunk, landed)), _first_stop(profile), profile
+        strike=strike,
+        values=values,
+        places=places,
+        trunk=tuple(map(_trunk, landings)),
+        stop=_first_stop(profile),
+        profile=profile,
     )
+
+
+def _worst(profile: ShockProfile, text: str) -> tuple[float, str]:
+    """The worst value of a quantity, and where; NaN and no place where it has no value."""
+    key, at, place = text.partition("@")
+    if profile.scene.friction is None:
+        key = key.removesuffix("_friction")  # as its remark says
+    if select(key).quantity.scope.lacks(profile.landing):
+        return math.nan, ""
+    selection, where = selected(profile.landing, key + at + place)
+    if not len(where):
+        return math.nan, ""
+    numbers = profile.numbers(selection, where)
+    if not np.isfinite(numbers).any():
+        return math.nan, ""
+    k = int(np.argmax(selection.worse(numbers)))
+    return float(numbers[k]), where[k].name
 
 
 def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
     """The joint that reaches a limit first after a strike, and when [s]; of joints that are within
     their limits.
     """
-    times, key = {}, "delta_qd" if profile.scene.friction is None else "delta_qd_friction"
-    for place, rate in zip(
-        profile.places("joint"), profile.value(key, "joint").tolist(), strict=True
-    ):
+    key = "delta_qd" if profile.scene.friction is None else "delta_qd_friction"
+    rates = profile.value(key, "joint").tolist()
+    first: tuple[str, float] | None = None
+    for place, rate in zip(profile.places("joint"), rates, strict=True):
         joint = profile.robot.joint(place.name)
-        if joint.kind in ("revolute", "prismatic") and abs(rate) > 1e-9:
-            left = joint.limits[rate > 0.0] - joint.value(profile.q)
-            if math.isfinite(left) and left * rate > 0.0 and abs(left) > LIMIT_SLACK:
-                times[joint.name] = left / rate
-    return min(times.items(), key=lambda one: one[1]) if times else None
+        if joint.kind not in ("revolute", "prismatic") or abs(rate) <= 1e-9:
+            continue
+        left = joint.limits[rate > 0.0] - joint.value(profile.q)
+        if not (math.isfinite(left) and left * rate > 0.0 and abs(left) > LIMIT_SLACK):
+            continue
+        if first is None or left / rate < first[1]:
+            first = joint.name, left / rate
+    return first

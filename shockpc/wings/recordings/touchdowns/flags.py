@@ -1,7 +1,7 @@
 """When a contact touches by a column of flags or of forces in a log."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,22 +48,25 @@ class Flag(NamedTuple):
             first: its first sample.
         """
         signal = self.signal[first : first + len(t)]
-        on, landings, short = signal > 1.0, list[int](), list[int]()
+        on = signal > 1.0
+        landings: list[int] = []
+        short: list[int] = []
         for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
             before, after = np.searchsorted(t, (t[k] - OFF, t[k] + OFF))
-            if not on[before : k + 1].any():
-                lasts = (
-                    on[k + 1 : after + 1].mean() >= 0.5
-                    or signal[k + 1 : after + 1].mean() >= BOUNCE
-                )
-                (landings if lasts else short).append(k)
+            if on[before : k + 1].any():
+                continue
+            stays = on[k + 1 : after + 1].mean() >= 0.5
+            if stays or signal[k + 1 : after + 1].mean() >= BOUNCE:
+                landings.append(k)
+            else:
+                short.append(k)
         return landings, short
 
 
 def flags_of(
     columns: Mapping[str, np.ndarray],
     frames: Sequence[str],
-    given: Mapping[str, str],
+    named: Mapping[str, str],
     force: float | None,
     weight: float,
 ) -> dict[int, Flag]:
@@ -72,7 +75,7 @@ def flags_of(
     Args:
         columns: of the log that are no state of the robot.
         frames: the contacts.
-        given: names of columns by frame; by default one that is called like it.
+        named: names of columns by frame; by default one that is called like it.
         force: threshold of forces [N]; by default a share of the weight.
         weight: of the robot [N].
 
@@ -86,33 +89,48 @@ def flags_of(
         if values.dtype.kind in "fiub" and values.ndim == 1
     }
     threshold = max(1.0, FORCE * weight) if force is None else force
-    if unknown := [frame for frame in given if frame not in frames]:
+    if unknown := [frame for frame in named if frame not in frames]:
         raise UnknownName("contact", unknown[0], frames, "those that are looked at", "")
-    flags = dict[int, Flag]()
+    flags: dict[int, Flag] = {}
     for c, frame in enumerate(frames):
-        plain = {_plain(text) for sign in SIGNS for text in (sign + frame, frame + sign)}
-        name = given.get(frame) or next((name for name in numbers if _plain(name) in plain), None)
+        name = named.get(frame) or _named_like(frame, numbers)
         if name is None:
             continue
         if name not in numbers:
             raise UnknownName(
                 "column", name, numbers, "this log, of numbers that are no state of the robot", ""
             )
-        values = numbers[name].astype(float)
-        known = np.isfinite(values)
-        values = np.where(known, values, 0.0)[
-            np.maximum.accumulate(np.where(known, np.arange(len(values)), np.argmax(known)))
-        ]
-        binary = bool(np.isin(values, (0.0, 1.0)).all())
-        flags[c] = Flag(
-            name, np.abs(values) / (0.5 if binary else threshold), None if binary else threshold
-        )
+        flags[c] = _flag(name, numbers[name], threshold)
     if force is not None and all(flag.force is None for flag in flags.values()):
         raise StudyError(
             "contact_force is the threshold of columns of forces, but no contact has a column of "
             "forces; name it with --flag FRAME=COLUMN, or leave the threshold out"
         )
     return flags
+
+
+def _named_like(frame: str, columns: Iterable[str]) -> str | None:
+    """The first column whose name is that of a contact and one of `SIGNS`; None without one."""
+    plain = {_plain(sign + frame) for sign in SIGNS} | {_plain(frame + sign) for sign in SIGNS}
+    return next((name for name in columns if _plain(name) in plain), None)
+
+
+def _flag(name: str, values: np.ndarray, threshold: float) -> Flag:
+    """The flag of a column; cells without a number have that of the last one before.
+
+    Args:
+        name: of the column.
+        values: (n,) in it.
+        threshold: from which a force counts as contact [N].
+    """
+    values = values.astype(float)
+    known = np.isfinite(values)
+    # Those before the first number have that one.
+    latest = np.maximum.accumulate(np.where(known, np.arange(len(values)), np.argmax(known)))
+    values = np.where(known, values, 0.0)[latest]
+    if np.isin(values, (0.0, 1.0)).all():
+        return Flag(name, np.abs(values) / 0.5, None)
+    return Flag(name, np.abs(values) / threshold, threshold)
 
 
 def _plain(name: str) -> str:
