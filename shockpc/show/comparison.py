@@ -1,5 +1,6 @@
-"""A comparison: what each letter stands for, one table for each quantity with the largest change
-first, and what has no partner.
+"""The report of a comparison, with a table for each quantity, the largest change first.
+
+It also says what each letter stands for, and what has no partner.
 """
 
 import itertools
@@ -97,7 +98,7 @@ def _header(comparison: Comparison) -> list[tuple[str, str]]:
 
 
 def _unknowns(comparison: Comparison) -> list[tuple[str, str]]:
-    """What each design takes for granted."""
+    """The assumptions of each design."""
     lines = []
     for letter, _, profile in _designs(comparison):
         for name, text in unknown_lines([profile]):
@@ -124,7 +125,7 @@ class _Number(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Whether the number of a design differs by more than 1 % between the ends."""
+        """True if the number of a design differs by more than 1 % between the ends."""
         for values in self.ends.values():
             for modelled, value in zip(self.modelled, values, strict=True):
                 if modelled is not None and value is not None and _order(modelled, value):
@@ -133,8 +134,9 @@ class _Number(NamedTuple):
 
     @property
     def reversed(self) -> bool:
-        """Whether a design has more than the first one at one end, and less at another, each by
-        more than 1 %.
+        """True if a design has more than the first one at one end, and less at another.
+
+        Each differs by more than 1 %.
         """
         first, *others = zip(self.modelled, *self.ends.values(), strict=True)
         for design in others:
@@ -145,8 +147,9 @@ class _Number(NamedTuple):
 
 
 def _order(first: float | None, value: float | None) -> int:
-    """Whether a value is more (1) or less (−1) than the first one; 0 where they differ by at most
-    1 %, or one does not exist.
+    """1 if a value is more than the first one, −1 if it is less.
+
+    0 where they differ by at most 1 %, or one of them does not exist.
     """
     if first is None or value is None:
         return 0
@@ -175,7 +178,7 @@ def _numbers(comparison: Comparison) -> list[_Number]:
 
 
 def _moved(comparison: Comparison) -> bool:
-    """Whether some number differs by more than 1 % between the ends of the drives."""
+    """True if some number differs by more than 1 % between the ends of the drives."""
     return bool(comparison.ends) and any(one.moves for one in _numbers(comparison))
 
 
@@ -203,7 +206,7 @@ def _drives(comparison: Comparison, most: int | None = None) -> Sheet:
 
 
 def _over_drives(comparison: Comparison) -> list[str]:
-    """Whether which design has less depends on the drives."""
+    """Lines on whether it depends on the drives which design has less."""
     if not comparison.ends:
         return []
     lines = []
@@ -273,7 +276,7 @@ def _joint_models(comparison: Comparison) -> list[str]:
 
 
 def _unmatched(comparison: Comparison) -> list[str]:
-    """What has no partner of its name in every design, by kind and by the designs that have it."""
+    """Lines on what some designs lack a partner for, by kind and by the designs that have it."""
     groups: dict[tuple[str, tuple[int, ...]], list[str]] = {}
     for place in comparison.unmatched:
         groups.setdefault((place.kind, place.designs), []).append(place.name)
@@ -285,9 +288,7 @@ def _unmatched(comparison: Comparison) -> list[str]:
 
 
 def _unproven(comparison: Comparison) -> list[str]:
-    """Which numbers are those with friction, or of a landing that lasts, for which there is
-    no proof.
-    """
+    """Lines on numbers without a proof: those with friction, or of a landing that lasts."""
     quantities = [entry.selection for entry in comparison.quantities]
     scenes = [profile.scene for profile in comparison.profiles]
     names = []
@@ -298,7 +299,7 @@ def _unproven(comparison: Comparison) -> list[str]:
 
 
 def _warnings(comparison: Comparison) -> list[str]:
-    """One line for each cause of warnings, with the designs that have it and the text of the worst."""
+    """A line for each cause of warnings, with its designs and the text of the worst."""
     pairs = []
     for letter, _, profile in _designs(comparison):
         pairs += [(warning, letter) for warning in other_warnings(profile)]

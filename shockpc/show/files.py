@@ -1,6 +1,4 @@
-"""Files of results: each is complete before it gets its name, and none replaces what the command
-has read.
-"""
+"""Files of results: each is complete before it gets its name, and none replaces an input."""
 
 import contextlib
 import os
@@ -13,8 +11,9 @@ from shockpc.text.paths import inputs, open_file, read_file
 
 
 def check_folder(folder: Path, option: str) -> None:
-    """Check that the folder of an option can be written, or made, before anything is computed;
-    nothing is left behind.
+    """Check that the folder of an option can be written, or made, before anything is computed.
+
+    Nothing is left behind.
 
     Raises:
         OutputError: it is a file, it cannot be made, or nothing may be written in it.
@@ -113,7 +112,7 @@ def _recorded(manifest: Path) -> dict[str, str]:
 
 
 def _unchanged(real: Path, name: str, digest: str) -> bool:
-    """Whether a file of a folder is as a run wrote it, and not read by this one."""
+    """True if a file of a folder is as a run wrote it, and not read by this one."""
     path = real / name
     # What is no regular file, or lies behind a link, is none that a run wrote.
     inside = os.path.realpath(path) == str(path) and path.is_relative_to(real)

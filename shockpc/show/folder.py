@@ -52,8 +52,9 @@ def write_report_folder(
     warn: Callable[[str], None] | None = None,
     pdf: bool = False,
 ) -> None:
-    """Write the files of a report into a folder, and remove those of the command's last run that
-    this one lacks.
+    """Write the files of a report into a folder.
+
+    Those of the command's last run that this one lacks are removed.
 
     Args:
         folder: is made if it does not exist.

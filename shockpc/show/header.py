@@ -1,5 +1,6 @@
-"""The header of a landing, the same in tables and figures: robot, posture, base, contacts, strike,
-joint model and plane.
+"""The header of a landing, the same in tables and figures.
+
+It gives robot, posture, base, contacts, strike, joint model and plane.
 """
 
 import math
@@ -38,7 +39,9 @@ BASES = {
     "free": "falls freely; --base planar or --base fixed restrains it",
     "planar": "moves in the plane only; --base free releases it",
     "fixed": "fixed to the world; --base free releases it",
-    "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
+    "world": (
+        f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it'
+    ),
     "file": "fixed in the file; --base free releases it",
     "weld": "fixed to the world by a weld of the file; --base free releases it",
     "arm": (
@@ -58,7 +61,7 @@ PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
 
 
 def landing_text(profile: ShockProfile) -> str:
-    """Which landing it is: on all feet together, some contacts together, or one alone."""
+    """The kind of a landing in words: on all feet, on some contacts together, or on one alone."""
     robot, contacts = profile.robot, profile.landing.contacts
     held = ", the base held" if hangs(robot, profile.landing.base) else ""
     if len(contacts) == 1:
@@ -77,8 +80,9 @@ def landing_text(profile: ShockProfile) -> str:
 
 
 def landings_text(landings: Mapping[str, ShockProfile]) -> str:
-    """Which landings these are: on all level feet, on those of edges of their support, and on
-    single ones; or their names.
+    """The kinds of landings in words, or their names.
+
+    The kinds are on all level feet, on those of edges of their support, and on single ones.
     """
     first, *others = landings.values()
     if not others:
@@ -102,7 +106,7 @@ def landings_text(landings: Mapping[str, ShockProfile]) -> str:
 
 
 def contacts_text(landings: Iterable[ShockProfile]) -> str:
-    """Where and how the contacts of some landings strike, each once."""
+    """The places and strikes of the contacts of some landings, each once."""
     texts: dict[str, None] = {}
     for profile in landings:
         for i in range(len(profile.contacts)):
@@ -111,8 +115,9 @@ def contacts_text(landings: Iterable[ShockProfile]) -> str:
 
 
 def unknown_lines(landings: Iterable[ShockProfile]) -> list[tuple[str, str]]:
-    """What landings take for granted: a line for each thing that nobody knows, and one for what was
-    chosen; (name, text).
+    """The assumptions of landings, (name, text): a line for each thing that is not known.
+
+    Another line says what was chosen.
     """
     lines = []
     chosen = []
@@ -128,12 +133,12 @@ def unknown_lines(landings: Iterable[ShockProfile]) -> list[tuple[str, str]]:
 
 
 def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
-    """What the landing takes for granted, then what was computed; (name, text)."""
+    """The assumptions of the landing, then what was computed; (name, text)."""
     return [*unknown_lines([profile]), *scene_lines(profile)]
 
 
 def scene_lines(profile: ShockProfile) -> list[tuple[str, str]]:
-    """What was computed, one line for each part of the scene; (name, text)."""
+    """The landing that was computed, a line (name, text) for each part of the scene."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = (
@@ -161,12 +166,12 @@ def scene_lines(profile: ShockProfile) -> list[tuple[str, str]]:
 
 
 def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
-    """What several landings take for granted, then `common_lines`; all lines of a single one."""
+    """The assumptions of several landings, then `common_lines`; all lines of a single one."""
     return [*unknown_lines(landings.values()), *common_lines(landings)]
 
 
 def common_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
-    """What several landings have in common, and their names; all lines of a single one."""
+    """Lines that several landings have in common, and their names; all lines of a single one."""
     if len(landings) == 1:
         return scene_lines(*landings.values())
     headers = [dict(scene_lines(profile)) for profile in landings.values()]
@@ -189,8 +194,9 @@ def _common_text(texts: Sequence[str]) -> str:
 
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
-    """A line for each thing that landings warn of, with the landing in which it is largest, after
-    `unknown_lines`.
+    """A line for each thing that landings warn of, with the landing in which it is largest.
+
+    They stand after `unknown_lines`.
 
     Args:
         landings: by name.
@@ -214,8 +220,9 @@ def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> 
 
 
 def plane_text(profile: ShockProfile) -> str:
-    """The plane of CoPc and RoPc, and whether more than half of the motion before the impact is out
-    of the sagittal plane.
+    """The plane of CoPc and RoPc in words.
+
+    The text says if more than half of the motion before the impact is out of the sagittal plane.
     """
     plane, share = profile.scene.plane, sideways(profile.scene.strike)
     if not isinstance(plane, str):
@@ -233,7 +240,7 @@ def moving_text(robot: Robot, base: Base) -> str:
 
 
 def base_text(robot: Robot, base: Base) -> str:
-    """How the base moves, why, and what changes it."""
+    """The motion of the base in words, why it is so, and what changes it."""
     ties = [loop.name for loop in robot.loops if set(loop.bodies) == {-1, 0}]
     if robot.free_base and ties and base != "fixed":
         return f"held to the world by {listed(ties)} of the file; --base fixed holds it altogether"
@@ -251,7 +258,7 @@ def joint_model_text(profile: ShockProfile) -> str:
 
 
 def _drive_texts(profile: ShockProfile) -> list[str]:
-    """What the scene and the file say of the drives, and of the springs."""
+    """Texts on what the scene and the file say of the drives, and of the springs."""
     robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
     texts = []
     for text in _settings(robot, joints.armature, ("kg m²", "kg")):
@@ -352,8 +359,9 @@ def strike_text(profile: ShockProfile) -> str:
 
 
 def angle_text(profile: ShockProfile) -> str:
-    """Angle of the contact's velocity from straight down, to four digits; below zero if it moves
-    backward in the plane [deg].
+    """Angle of the contact's velocity from straight down [deg], to four digits.
+
+    It is below zero if the contact moves backward in the plane.
     """
     x, y, z = profile.strike
     angle = math.degrees(math.atan2(math.hypot(x, y), -z))
@@ -373,7 +381,7 @@ def warning_lines(profile: ShockProfile) -> list[str]:
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
-    """Where a contact is, and how it strikes."""
+    """The place of a contact, and its strike, in words."""
     scene, block = profile.scene.contact[i], profile.landing.contacts[i]
     if block.kind == "stop":
         return _stop_text(profile, i)
@@ -407,7 +415,7 @@ def _stop_text(profile: ShockProfile, i: int) -> str:
 
 
 def _constraint_text(profile: ShockProfile, i: int) -> str:
-    """Whether a contact sticks or slides, with friction where it has an effect."""
+    """Words on whether a contact sticks or slides, with friction where it has an effect."""
     scene, friction = profile.scene.contact[i], profile.friction
     if not scene.sticks:
         directions: list[str] = []
@@ -428,8 +436,9 @@ def _position_text(position: Array) -> str:
 
 
 def _sole_words(profile: ShockProfile, i: int) -> list[str]:
-    """What of its sole a contact carries with: where the pressure is on an edge, and what its twist
-    needs.
+    """Words on the part of its sole that a contact carries with.
+
+    These are the edge that the pressure is on, and what its twist needs.
     """
     contact, kind = profile.contacts[i], profile.scene.contact[i].kind
     if kind in ("point", "auto"):
@@ -447,8 +456,9 @@ def _sole_words(profile: ShockProfile, i: int) -> list[str]:
 
 
 def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
-    """The directions in which a contact is not stopped, because the mechanism moves it there only
-    by what rounding leaves.
+    """The directions in which a contact is not stopped.
+
+    The mechanism moves it there only by what rounding leaves.
     """
     block, rows = profile.landing.constraints[i], slices_of(profile.landing.constraints)[i]
     for combination in profile.row_space.infeasible:

@@ -1,5 +1,6 @@
-"""A result, described once: the text, the Markdown document, CSV, JSON and the files of a folder
-are made from that.
+"""A result, described once for all its formats.
+
+The text, the Markdown document, CSV, JSON and the files of a folder are made from that.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -146,7 +147,7 @@ class Report(NamedTuple):
     parts: Mapping[str, "Report"] = {}
 
     def text(self, format_: str) -> str:
-        """What goes to standard output.
+        """The text for standard output.
 
         Args: format_, "table", "markdown", "csv", "json" or one of `formats`.
         """
@@ -183,8 +184,9 @@ class Report(NamedTuple):
         )
 
     def files(self, folder: Path = Path(), pdf: bool = False) -> dict[str, str | bytes]:
-        """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several
-        results have a folder each.
+        """The files of a folder by name, save the page: figures, CSV, Markdown and JSON.
+
+        Several results have a folder each.
 
         Args:
             folder: in which they will be.
@@ -207,7 +209,7 @@ class Report(NamedTuple):
         return files
 
     def has_figures(self) -> bool:
-        """Whether figures are among the files."""
+        """True if figures are among the files."""
         if any(isinstance(section, Picture) for section in self.body(True)):
             return True
         return any(part.has_figures() for part in self.parts.values())
@@ -238,7 +240,7 @@ class Report(NamedTuple):
         return Lines([*self.closing, *self.warnings])
 
     def _first_sheet(self) -> Sheet:
-        """What --format csv prints, of several results with the rows of all."""
+        """The table that --format csv prints, of several results with the rows of all."""
         if self.parts:
             return joined([part._first_sheet() for part in self.parts.values()])
         first, *_ = self.sheets.values()

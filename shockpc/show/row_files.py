@@ -39,7 +39,7 @@ LINES_PARSED_TOGETHER = 10_000
 
 
 class _Notes(NamedTuple):
-    """What is known of a chunk besides its rows.
+    """The properties of a chunk besides its rows.
 
     Attributes:
         refused: as in `Table`.
@@ -192,7 +192,7 @@ class RowFiles:
         write_file(self._described, json_text(self._description()))
 
     def _read_csv(self, names: Sequence[str]) -> Iterator[list[np.ndarray]]:
-        """As `read`, some lines at a time."""
+        """The rows as `read` gives them, some lines at a time."""
         numbers = [self.headings.index(name) for name in names]
         kinds = []
         for k in numbers:
@@ -209,7 +209,7 @@ class RowFiles:
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Of all columns, the message last."""
+        """The headings of all columns, the message last."""
         return (*self.evaluation.headings, "message")
 
     @property
@@ -319,7 +319,7 @@ def _save(rows: Path, description: str, evaluation: Evaluation[Any], table: Tabl
 
 
 def _notes_of(path: Path) -> _Notes:
-    """What a part in Parquet says of its chunk."""
+    """The notes that a part in Parquet has of its chunk."""
     with _opened(path) as part:
         metadata = part.schema_arrow.metadata or {}
         notes = json.loads(metadata[b"chunk"])

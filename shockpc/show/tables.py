@@ -1,6 +1,4 @@
-"""Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a
-spreadsheet.
-"""
+"""Tables, aligned for a terminal, as Markdown for a report, or as CSV for a spreadsheet."""
 
 import io
 import itertools
@@ -49,7 +47,7 @@ table continues.
 
 
 class Column(NamedTuple):
-    """What a column of a table holds.
+    """The description of a column of a table.
 
     Attributes:
         key: its name in JSON, which no other column of the table has.
@@ -68,8 +66,9 @@ class Column(NamedTuple):
 
     @classmethod
     def of(cls, head: "str | Column") -> "Column":
-        """A column by its heading, a title with the unit in brackets; the key follows, with the
-        unit of an angle in degrees.
+        """A column by its heading, a title with the unit in brackets.
+
+        The key follows from it, with the unit of an angle in degrees.
         """
         if isinstance(head, Column):
             return head
@@ -136,8 +135,9 @@ class Sheet(NamedTuple):
         return self.only(*(column.key for column in self.columns if column.key not in keys))
 
     def known(self) -> "Sheet":
-        """The columns in which some row has a cell; all columns of a table without rows, of which
-        nothing is known.
+        """The table of the columns in which some row has a cell.
+
+        All columns of a table without rows are kept, as nothing is known of them.
         """
         if not self.rows:
             return self
@@ -160,8 +160,9 @@ class Sheet(NamedTuple):
         return self._replace(rows=rows)
 
     def largest(self, most: int | None, noun: str, sizes: Sequence[float] = ()) -> "Sheet":
-        """The rows of the largest sizes in the order of the table, with a note before the others
-        that says how many are left out.
+        """The rows of the largest sizes in the order of the table.
+
+        A note before the others says how many are left out.
 
         Args:
             most: largest number of rows; None for all.
@@ -228,8 +229,9 @@ class Lines(NamedTuple):
 
 
 def as_text(block: Sheet | Lines, width: int | None = None) -> str:
-    """Lines, or a table for a terminal: names to the left, numbers below one another at their
-    points, columns as wide as needed.
+    """Lines, or a table, for a terminal.
+
+    Names are to the left, numbers below one another at their points, columns as wide as needed.
 
     Args:
         block: lines or a table.
@@ -257,9 +259,7 @@ def _lines_as_text(block: Lines) -> str:
 
 
 class _TextColumn(NamedTuple):
-    """A column on a terminal: its two lines of heading, its cells, and whether these are to the
-    right.
-    """
+    """A column on a terminal: two lines of heading, cells, and whether these are to the right."""
 
     title: str
     unit: str
@@ -272,7 +272,7 @@ class _TextColumn(NamedTuple):
 
     @property
     def counts(self) -> bool:
-        """Whether its cells are whole numbers, as ranks are."""
+        """True if its cells are whole numbers, as ranks are."""
         return all(cell.strip().isdigit() or cell.strip() == "–" for cell in self.cells)
 
     def shortened(self, width: int) -> "_TextColumn":
@@ -299,8 +299,9 @@ def _columns_of(sheet: Sheet) -> list[_TextColumn]:
 
 
 def _as_wide(columns: list[_TextColumn], width: int | None) -> list[_TextColumn]:
-    """Columns with the longest names shortened until all have room, as far as `NARROW`; as they are
-    where they have none.
+    """Columns with the longest names shortened until all have room, as far as `NARROW`.
+
+    They stay as they are where they have none.
     """
     short = list(columns)
     if width is None:
@@ -328,9 +329,7 @@ def _width_of(columns: Iterable[_TextColumn]) -> int:
 
 
 def _side_by_side(columns: list[_TextColumn], width: int | None) -> list[list[_TextColumn]]:
-    """Groups of columns that have room beside one another, each with the columns that name the
-    rows.
-    """
+    """Groups of columns with room beside one another, each with the columns that name the rows."""
     if width is None:
         return [columns]
     naming = list(itertools.takewhile(lambda column: not column.right or column.counts, columns))
@@ -399,10 +398,10 @@ def _heading(title: str) -> str:
 
 
 def as_csv(sheet: Sheet) -> str:
-    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where
-    there is nothing.
+    """A table as CSV for a spreadsheet, in full precision.
 
-    An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
+    It has `inf` for an infinite radius and no -0.0, and is empty where there is nothing. An
+    apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
     Characters that are not printable are escapes.
     """
     rows: list[Sequence[Cell]] = [[column.heading(exact=True) for column in sheet.columns]]
@@ -455,8 +454,9 @@ def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """A text that Markdown shows as it is: neither HTML nor markup, links, references, formulas or
-    new cells.
+    """A text that Markdown shows as it is.
+
+    It makes no HTML, markup, links, references, formulas or new cells.
     """
     import html  # a table of all entities, which no other format needs
 
@@ -464,8 +464,9 @@ def escaped(text: str) -> str:
 
 
 def rounded(cell: Cell, zero: float = 1e-12) -> str:
-    """A cell as people read it: at most four digits and four decimals; powers of ten where those
-    would hide a number.
+    """A cell as people read it: at most four digits and four decimals.
+
+    It has a power of ten where those would hide a number.
 
     Args: cell; zero, size below which a number is 0.
     """
@@ -498,8 +499,9 @@ def _at_the_point(cells: list[str]) -> list[str]:
 
 
 def exact(cell: Cell) -> str:
-    """A cell with all digits, empty where there is nothing; a text is printable and no formula, as
-    a number is none.
+    """A cell with all digits, empty where there is nothing.
+
+    A text is printable and no formula, as a number is none.
     """
     if isinstance(cell, str):
         text = printable(cell)
@@ -510,7 +512,7 @@ def exact(cell: Cell) -> str:
 
 
 def _is_formula(text: str) -> bool:
-    """Whether a spreadsheet would compute a text."""
+    """True if a spreadsheet would compute a text."""
     begins = text.lstrip(" ").startswith(_FORMULA)
     return begins and text != "-" and not _NUMBER.fullmatch(text)
 
@@ -521,7 +523,7 @@ def exact_text(cell: str | int) -> str:
 
 
 def numeric(sheet: Sheet) -> list[bool]:
-    """Whether each column holds numbers."""
+    """True for each column that holds numbers."""
     columns = []
     for k in range(len(sheet.header)):
         columns.append(any(_is_number(row[k]) for row in sheet.rows))

@@ -21,9 +21,7 @@ are in brackets [1].
 
 
 def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
-    """For each body (n,), whether so much of its motion is out of the plane that CoPc and RoPc say
-    little of it.
-    """
+    """True (n,) for bodies that move so much out of the plane that CoPc and RoPc say little."""
     return np.asarray(profile.out_of_plane_share > BRACKETED)
 
 
@@ -54,8 +52,9 @@ SEPARATORS = "_-. /:"
 
 
 def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> list[str]:
-    """Short names of landings, such as "all four feet" and "FL + FR", without what all names of
-    feet begin or end with.
+    """Short names of landings, such as "all four feet" and "FL + FR".
+
+    They are without what all names of feet begin or end with.
 
     Args:
         landings: names of the contacts of each.
@@ -76,8 +75,9 @@ def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> lis
 
 
 def without_common(names: list[str]) -> list[str]:
-    """Names without what all of them begin or end with, up to a separator; as they are where
-    nothing would be left of one.
+    """Names without what all of them begin or end with, up to a separator.
+
+    They stay as they are where nothing would be left of one.
     """
     if len(names) < 2:
         return names
@@ -97,14 +97,12 @@ def _without_common_beginning(names: list[str]) -> list[str]:
 
 
 def at_place(text: str) -> str:
-    """A quantity and its places as they are typed, such as "shock@imu_link", in words and on one
-    line of a figure.
-    """
+    """A quantity and its places, typed as in "shock@imu_link", in words on a line of a figure."""
     return printable(text.replace("@", " at ", 1), 60)
 
 
 def varied_text(name: str, unit: str) -> str:
-    """What a sweep varies, in words.
+    """A quantity that a sweep varies, in words.
 
     Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values.
     """
@@ -153,7 +151,7 @@ def proof_text(bound: float) -> str:
 def proof_lines(
     proven: int, compared: int, largest: float, columns: "Iterable[Column]"
 ) -> Iterator[str]:
-    """How many landings of a table are proven, and how far double precision is off elsewhere.
+    """Lines on the number of proven landings, and on the error of double precision elsewhere.
 
     Args:
         proven: their number.
@@ -178,7 +176,7 @@ def proof_lines(
 
 
 def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
-    """Why columns, of a name and a quantity, have no value in any landing."""
+    """The reasons why columns, of a name and a quantity, have no value in any landing."""
     for name, quantity in columns:
         if quantity.scope.missing:
             yield f"{name} has no value: {quantity.scope.missing}"

@@ -17,8 +17,9 @@ except ValueError as refusal:  # of settings, which figures do not need, but mat
 
 
 def leave_out_documentation() -> None:
-    """Keep matplotlib from writing documentation of the properties of all its classes, which takes
-    a fifth of its import.
+    """Keep matplotlib from writing documentation of the properties of all its classes.
+
+    That takes a fifth of its import.
     """
     import matplotlib.artist
 

@@ -71,8 +71,9 @@ def _closed(region: PlaneShape, fine: float) -> PlaneShape:
 
 
 def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
-    """The shapes of each body, visual rather than collision, and whether the box of its inertia
-    stands for what has no shape.
+    """The shapes of each body, and whether the box of its inertia is among them.
+
+    Shapes are visual rather than collision. The box stands for what has no shape.
     """
     visual, _, unread, _ = drawn_outline(robot)
     collision = visual if all(visual) else outline(robot, "collision").shapes

@@ -1,5 +1,6 @@
-"""Designs side by side: what changes as bars, beside the first design, and beside those that look
-different.
+"""Designs side by side: the changes as bars, beside the first design.
+
+Designs that look different are drawn too.
 """
 
 import math
@@ -80,8 +81,9 @@ class _Sizes(NamedTuple):
 
 
 def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -> Figure:
-    """Draw bars of the changes beside the first design; one that stands and is struck in the same
-    way is not drawn again.
+    """Draw bars of the changes beside the first design.
+
+    A design that stands and is struck in the same way is not drawn again.
 
     Args:
         comparison: of the designs.
@@ -246,8 +248,9 @@ def _name(row: Difference) -> str:
 
 
 def _shares(row: Difference) -> list[float]:
-    """The changes relative to the first design [%]; NaN where one does not exist, nothing if the
-    first is zero, or infinite.
+    """The changes relative to the first design [%]; none if the first is zero or infinite.
+
+    They are NaN where a value does not exist.
     """
     first = row.values[0]
     if not first or not math.isfinite(first):

@@ -16,12 +16,11 @@ STEEP = 0.01
 
 
 class Field(NamedTuple):
-    """Normalised shock of a body over plane coordinates u [m]: |c + A u|, c (3,) [1] and A (3, 2)
-    [1/m].
+    """Normalised shock of a body over plane coordinates u [m], |c + A u|.
 
-    Its square is a quadratic form: circles about the CoPc if the body moves in the plane. For a
-    body that also moves out of the plane the shock depends on depth as well; the field is then that
-    on the surface through its middle.
+    c (3,) is in [1], A (3, 2) in [1/m]. The square of the shock is a quadratic form: circles about
+    the CoPc if the body moves in the plane. For a body that also moves out of the plane the shock
+    depends on depth as well; the field is then that on the surface through its middle.
     """
 
     c: Array

@@ -1,5 +1,6 @@
-"""Short labels on a drawing, each where it covers as little as possible of the marks, the bodies
-and the labels before it.
+"""Short labels on a drawing, each where it covers as little as possible.
+
+It avoids the marks, the bodies and the labels before it.
 """
 
 from collections.abc import Sequence
@@ -28,8 +29,9 @@ THIN = 0.9
 
 
 class Labels:
-    """Short labels on axes in plane coordinates, placed one after the other so that they cover as
-    little as possible.
+    """Short labels on axes in plane coordinates.
+
+    They are placed one after the other so that they cover as little as possible.
     """
 
     def __init__(self, axes: Axes, window: Window, bodies: PlaneShape):
@@ -46,8 +48,10 @@ class Labels:
         )
 
     def tag(self, region: PlaneShape, text: str) -> None:
-        """Write a number in a ring: at the centroid of a region, in the middle of its widest part,
-        or beside what is too thin.
+        """Write a number in a ring at a region.
+
+        It is at the centroid, in the middle of the widest part, or beside a region that is too
+        thin.
         """
         free = shapely.difference(shapely.intersection(region, self._window), self._taken)
         free = max(shapely.get_parts(free), key=lambda part: float(part.area), default=None)
@@ -83,8 +87,9 @@ class Labels:
         self.keep_free(np.array([x, y]), TAG)
 
     def _covered(self, place: Sequence[float], radius: float) -> float:
-        """What a disc covers: marks and labels count most, then what is outside, then bodies; as
-        shares of the disc.
+        """The sum of what a disc covers, as shares of the disc.
+
+        Marks and labels count most, then what is outside, then bodies.
         """
         disc = shapely.Point(place).buffer(radius, quad_segs=4)
         outside = disc.difference(self._window).area
@@ -96,9 +101,7 @@ class Labels:
         return float(covered / disc.area)
 
     def place(self, mark: Array, text: str, gap: float, faint: bool = False) -> None:
-        """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers
-        least.
-        """
+        """Write a short text beside a mark (2,) [m], at a gap [inches], where it covers least."""
         size = self._size(text, LETTERS)
         sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
         middles = []

@@ -1,5 +1,6 @@
-"""A page with places in inches: a heading, pictures over a bar of colours, and beside them tables,
-notes and a key.
+"""A page with places in inches: a heading, and pictures over a bar of colours.
+
+Beside them are tables, notes and a key.
 """
 
 import math
@@ -129,16 +130,18 @@ class Page:
         width: float = math.inf,
         **style: str,
     ) -> None:
-        """Write one line of text down from (x, y), in smaller letters if the width [inches]
-        requires it.
+        """Write a line of text down from (x, y), in smaller letters where it is wide.
+
+        These are used if the width [inches] requires it.
         """
         needed = (0.72 if style.get("fontweight") == "bold" else 0.62) * max(len(text), 1) / 72.0
         look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
         self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
 
     def caption(self, x: float, y: float, lines: Sequence[str], width: float) -> None:
-        """Write lines under a small picture with its lower left corner at (x, y) [inches], the
-        first one bold.
+        """Write lines under a small picture, the first one bold.
+
+        The lower left corner of the picture is at (x, y) [inches].
         """
         for k, text in enumerate(lines):
             style = {"fontweight": "normal" if k else "bold"}
@@ -195,8 +198,9 @@ class Page:
         colours: Sequence[str] = BANDS,
         text: str = f"{SHOCK}; grey: 1.0 when rounded",
     ) -> None:
-        """Show colours between levels, one more than colours, under the pictures; the text stands
-        under the bar.
+        """Show colours between levels, one more than colours, under the pictures.
+
+        The text stands under the bar.
         """
         y, step = self.low + 0.14, width / len(colours)
         for k, colour in enumerate(colours):
@@ -210,8 +214,9 @@ class Page:
         self.write(x + width / 2.0, y - 0.2, text, ha="center")
 
     def key(self, place: tuple[float, float] | None = None, columns: int = 1) -> None:
-        """Explain the signs of the pictures down from a place [inches], by default the end of the
-        column.
+        """Explain the signs of the pictures down from a place [inches].
+
+        By default it is the end of the column.
         """
         signs: dict[Any, Any] = {}
         for axes in self.figure.axes:

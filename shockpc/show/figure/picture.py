@@ -1,5 +1,6 @@
-"""Draw a landing on axes: bodies in the colours of their shock, centres and radii of percussion,
-joints, sensors, velocities.
+"""Drawing of a landing on axes: bodies in the colours of their shock, and marks.
+
+The marks are centres and radii of percussion, joints, sensors and velocities.
 """
 
 import math
@@ -30,7 +31,7 @@ CROSSED = Path.make_compound_path(
 
 
 def sign(label: str, zorder: float = 7.0, **look: Any) -> dict[str, Any]:
-    """How `Axes.plot` draws a mark, and what it means."""
+    """Arguments with which `Axes.plot` draws a mark, and what it means."""
     return {
         "linestyle": "none",
         "color": INK,
@@ -133,10 +134,10 @@ def draw_bodies(axes: Axes, view: View, fine: float = 4000.0, scale: float = 1.0
 
 
 def layers(region: PlaneShape, field: Field) -> list[tuple[int, Patch]]:
-    """Bands, highest first, each with the ellipse in which shock is at most the band's upper limit;
-    the first one covers the body.
+    """Bands, highest first, each with the ellipse in which shock is at most the band's upper limit.
 
-    Painted one over the other, what stays visible of each has a shock in its band.
+    The first one covers the body. Painted one over the other, what stays visible of each has a
+    shock in its band.
     """
     x0, y0, x1, y1 = region.bounds
     U, sigma, turn = np.linalg.svd(field.A, full_matrices=False)
@@ -268,8 +269,9 @@ def letter(index: int) -> str:
 
 
 def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:
-    """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the
-    plane; marks may be smaller.
+    """Draw the velocity of each contact: an arrow, or a ring if almost perpendicular to the plane.
+
+    Marks may be smaller.
     """
     for place, velocity in zip(view.contacts, view.velocities, strict=True):
         axes.plot(

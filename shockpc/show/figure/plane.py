@@ -89,8 +89,9 @@ def landing_figure(profile: ShockProfile, axes: Axes | None = None) -> Figure:
 def draw_picture(
     page: Page, x: float, y: float, view: View, window: Window, left: bool = True
 ) -> Axes:
-    """Draw a landing with its coordinates, from (x, y) to the right and up [inches]; returns the
-    axes.
+    """Draw a landing with its coordinates, from (x, y) to the right and up [inches].
+
+    Returns: the axes.
     """
     axes = page.picture(x, y, window, view.names, left)
     draw_bodies(axes, view)
@@ -106,8 +107,9 @@ def draw_row(
     names: Sequence[str],
     gap: float,
 ) -> list[float]:
-    """Draw landings beside one another with a name under each, from the left and y up [inches];
-    returns the middle of each.
+    """Draw landings beside one another with a name under each, from the left and y up [inches].
+
+    Returns: the middle of each.
     """
     x, middles = LEFT, list[float]()
     for view, window, name in zip(views, windows, names, strict=True):
@@ -175,8 +177,9 @@ def _point_rows(profile: ShockProfile) -> TableRows:
 
 
 def _notes(profile: ShockProfile, view: View) -> list[str]:
-    """The frame of the coordinates, what limits the picture, bodies that cannot be drawn, and the
-    warnings of the landing.
+    """Notes on the coordinates' frame, the limits of the picture, and bodies that are not drawn.
+
+    The warnings of the landing follow.
     """
     notes = ["CoPc in world axes, as in the picture; report and CSV give it in body axes."]
     notes += [*_out_of_plane_notes(profile, view), *_colour_notes(profile, view)]

@@ -39,9 +39,7 @@ def to_plane(points: Array, plane: Plane) -> Array:
 
 
 def surface(shapes: Sequence[Shape]) -> Array:
-    """Points (n, 3) of some shapes [m]: their corners, and for round ones their extremes along the
-    axes.
-    """
+    """Points (n, 3) of some shapes [m]: corners, and of round ones the extremes along the axes."""
     sides = np.concatenate([np.eye(3), -np.eye(3)])
     points = []
     for shape in shapes:
@@ -117,12 +115,11 @@ def silhouette(
 def _projection(
     vertices: Array, triangles: NDArray[np.int64], edges: Edges, pixel: float
 ) -> PlaneShape:
-    """The union of triangles (m, 3) between vertices (n, 2) [m], contoured around the cells [m]
-    whose centres they cover.
+    """The union of triangles (m, 3) between vertices (n, 2) [m].
 
-    Along the centre line of every row each triangle covers one interval: its edges add one at the
-    start and subtract one at the end, so the cumulative sum is the number of triangles over each
-    cell.
+    It is contoured around the cells [m] whose centres the triangles cover. Along the centre line of
+    every row each triangle covers one interval: its edges add one at the start and subtract one at
+    the end, so the cumulative sum is the number of triangles over each cell.
     """
     low, high = corners_of_box(vertices)
     pixel = _cell_size(vertices, edges, pixel, high - low)

@@ -1,4 +1,4 @@
-"""What all figures share: colours, settings of matplotlib, and how a figure becomes SVG and PNG.
+"""Style of all figures: colours, settings of matplotlib, and how a figure becomes SVG and PNG.
 
 Normalised shock has five blues below the shock at the contact, a grey around it, and four reds
 above. Values that round to 1.0 are grey, so that a body which moves as the contact does is not
@@ -98,15 +98,17 @@ STYLE = {
 
 
 def band(shock: float) -> int:
-    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the
-    band below it.
+    """Index of the band of a shock |Δv| / v_in, not negative [1].
+
+    A value on a limit belongs to the band below it.
     """
     return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
 
 
 def shock_levels(least: float, greatest: float) -> tuple[list[float], list[str]]:
-    """Levels of a map of shocks [1] and the colours between them: the bands, or blues where all are
-    below that of the contact.
+    """Levels of a map of shocks [1] and the colours between them.
+
+    They are the bands, or blues where all shocks are below that of the contact.
     """
     if greatest > EDGES[5]:
         return list(EDGES), list(BANDS)
@@ -134,8 +136,9 @@ def new_chart(width: float, height: float, title: str) -> Figure:
 
 
 def plain_numbers(axis: Axis) -> None:
-    """Write the numbers of a logarithmic axis without powers, those between powers of ten where it
-    is short.
+    """Write the numbers of a logarithmic axis without powers.
+
+    Where the axis is short, also those between powers of ten.
     """
     low, high = axis.get_view_interval()
     axis.set_major_formatter("{x:g}")
@@ -160,8 +163,9 @@ def settings() -> AbstractContextManager[None]:
 
 
 def render(name: str, draw: Callable[[], Figure], pdf: bool = False) -> dict[str, bytes]:
-    """The files of a figure in matplotlib's default settings, <name>.svg and <name>.png: the same
-    bytes every time.
+    """The files of a figure in matplotlib's default settings, <name>.svg and <name>.png.
+
+    They are the same bytes every time.
 
     Args:
         name: of the files.

@@ -90,8 +90,9 @@ class View(NamedTuple):
 
 
 def view_of(profile: ShockProfile) -> View:
-    """Project a landing; the viewer looks against the plane's normal, with e1 to the right and e2
-    up.
+    """Project a landing.
+
+    The viewer looks against the plane's normal, with e1 to the right and e2 up.
     """
     robot, plane = profile.robot, profile.plane
     shapes = silhouettes(
@@ -134,7 +135,7 @@ def _names(profile: ShockProfile) -> Sequence[str]:
 
 
 def _too_large(profile: ShockProfile, shapes: Silhouettes) -> list[bool]:
-    """Whether each body is the box of an inertia larger than the robot; no body if all were."""
+    """True for each body that is the box of an inertia larger than the robot; none if all were."""
     coms = profile.position + (profile.rotation @ profile.robot.coms[..., None])[..., 0]
     contacts = [contact.point for contact in profile.contacts]
     marks = to_plane(np.vstack([profile.position, coms, *contacts]), profile.plane)
@@ -199,8 +200,9 @@ def _extent_of(region: PlaneShape) -> float:
 
 
 def numbered(profile: ShockProfile) -> Sequence[int]:
-    """The bodies that have numbers: all of a small robot; else those between contacts and base, and
-    the heaviest.
+    """The bodies that have numbers: all of a small robot, else a part.
+
+    These are the bodies between contacts and base, and the heaviest.
     """
     masses = profile.robot.masses
     if len(masses) <= FEW:
@@ -218,8 +220,9 @@ def _struck(profile: ShockProfile) -> set[int]:
 
 
 def _limb(robot: Robot, struck: set[int]) -> set[int]:
-    """The bodies between contacts and base, with those on them; of a chain through the heaviest
-    body without its other limbs.
+    """The bodies between contacts and base, with those on them.
+
+    Of a chain through the heaviest body, its other limbs are left out.
     """
     limb, heaviest = struck - {0}, int(np.argmax(robot.masses))
     holds_limbs = {heaviest, *robot.limb(heaviest)} if heaviest in limb else set()

@@ -33,7 +33,7 @@ class Window(NamedTuple):
         return float(width), float(height)
 
     def holds(self, points: Array, margin: float = 0.0) -> Array:
-        """Whether points (..., 2) [m] lie inside, at least a margin [inches] from the border."""
+        """True for points (..., 2) [m] inside, at least a margin [inches] from the border."""
         slack = margin * self.inch
         return np.asarray(
             np.all((points >= self.low + slack) & (points <= self.high - slack), axis=-1)

@@ -1,5 +1,6 @@
-"""The report as a page: one HTML file that needs no network and no server, with landings in three
-dimensions.
+"""The report as a page: an HTML file that needs no network and no server.
+
+It shows landings in three dimensions.
 """
 
 import importlib.util

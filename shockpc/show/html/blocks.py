@@ -39,8 +39,7 @@ def lines_html(block: Lines) -> str:
 
 
 def table_html(sheet: Sheet) -> str:
-    """A table that a click on a heading sorts, with its notes; nothing if it has neither rows nor
-    notes.
+    """A table that a click on a heading sorts, with its notes; empty without rows and notes.
 
     Numbers with all digits are in an attribute.
     """

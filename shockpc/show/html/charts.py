@@ -1,5 +1,6 @@
-"""Charts of a page as Plotly reads them: the picture of a landing but for the places that follow
-the strike, and histories.
+"""Charts of a page as Plotly reads them: the picture of a landing, and histories.
+
+The picture leaves out the places that follow the strike.
 """
 
 import html
@@ -92,8 +93,9 @@ CONFIG = {
 def picture(
     name: str, points: Array, contact: Array, axes: tuple[Array, Array, Array]
 ) -> dict[str, Any]:
-    """Size and layout of the picture of a landing, seen from the side of a contact at a distance
-    that shows the whole robot.
+    """Size and layout of the picture of a landing.
+
+    It is seen from the side of a contact, at a distance that shows the whole robot.
 
     Args:
         name: of the landing.
@@ -149,8 +151,9 @@ def placed(surfaces: Iterable[Surface], rotation: Array, position: Array) -> Arr
 
 
 def history(title: str, times: Array, curves: Iterable[tuple[str, Array]]) -> dict[str, Any]:
-    """A chart of curves (T,) by name over times (T,) [s]; names become texts that Plotly does not
-    interpret.
+    """A chart of curves (T,) by name over times (T,) [s].
+
+    Names become texts that Plotly does not interpret.
     """
     drawn = [
         {

@@ -1,4 +1,4 @@
-"""Landings as data for `report.js`: surfaces, places, and the matrices of every contact velocity."""
+"""Landings as data for `report.js`: surfaces, places, and matrices of every contact velocity."""
 
 import base64
 import math
@@ -58,7 +58,7 @@ def surfaces_of(landings: Mapping[str, ShockProfile]) -> SurfacesOf:
 def page_data(
     landings: Mapping[str, ShockProfile], drawn: SurfacesOf, postures: Mapping[str, Posture]
 ) -> dict[str, Any]:
-    """What the script needs.
+    """The data that the script needs.
 
     Args:
         landings: by name.
@@ -91,8 +91,9 @@ def page_data(
 
 
 def _geometry(parts: Sequence[Surface]) -> dict[str, Any]:
-    """The surfaces of the bodies, in their frames: single precision and whole numbers,
-    little-endian, in base 64.
+    """The surfaces of the bodies, in their frames, in base 64.
+
+    They are in single precision and whole numbers, little-endian.
     """
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
@@ -112,8 +113,9 @@ def _encoded(values: np.ndarray, kind: str) -> str:
 def _landing(
     name: str, profile: ShockProfile, drawn: Sequence[Surface], geometry: int
 ) -> dict[str, Any]:
-    """One landing: placements, what follows from the velocity of the base, and what shock is
-    relative to.
+    """The data of a landing.
+
+    They are placements, what follows from the velocity of the base, and what shock is relative to.
 
     Args:
         name: of the landing.
@@ -229,7 +231,7 @@ def _contacts(profile: ShockProfile) -> list[dict[str, Any]]:
 
 
 def _follows_base(block: Constraint) -> bool:
-    """Whether a contact moves with the base: neither at a velocity of its own nor an end stop."""
+    """True if a contact moves with the base: neither at a velocity of its own nor an end stop."""
     return block.velocity is None and block.kind != "stop"
 
 
@@ -267,10 +269,10 @@ def _grounds(profile: ShockProfile) -> list[dict[str, Any]]:
 
 
 def _ground(landing: PosedLanding) -> dict[str, Any] | None:
-    """What flat ground has to touch first: contacts and standing feet, each with how far its shapes
-    reach below its point [m].
+    """Contacts and standing feet, which flat ground has to touch first.
 
-    None where nothing lands on flat ground, or the robot does not come down as a whole.
+    Each has the distance that its shapes reach below its point [m]. None where nothing lands on
+    flat ground, or the robot does not come down as a whole.
     """
     level = on_ground(landing)
     if landing.base == "fixed" or not level:

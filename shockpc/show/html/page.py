@@ -1,8 +1,7 @@
-"""The page of a report: its tables and figures, and landings as data for `report.js`, which
-computes every other strike.
+"""The page of a report: its tables and figures, and landings as data for `report.js`.
 
-All text is escaped in Python or set as `textContent` by the script; none reaches the drawing
-library as markup.
+The script computes every other strike. All text is escaped in Python or set as `textContent` by the
+script; none reaches the drawing library as markup.
 """
 
 import base64
@@ -57,8 +56,10 @@ class _Chapter(NamedTuple):
     landing: int | None = None
 
     def above(self) -> list[str]:
-        """What is before the view: the answer of the command with the lines that it ends with, or
-        the lines before the first figure or table.
+        """The blocks before the view.
+
+        They are the answer of the command with the lines that it ends with, or the lines before the
+        first figure or table.
         """
         parts = [self._html(section) for section in self.body[: self._lead]]
         if self.report.lead:
@@ -71,7 +72,7 @@ class _Chapter(NamedTuple):
         return parts
 
     def below(self) -> list[str]:
-        """What is after the view: figures, tables, lines and warnings."""
+        """The blocks after the view: figures, tables, lines and warnings."""
         results = [self._html(section) for section in self.body[self._lead :]]
         parts = []
         if any(results):
@@ -155,8 +156,9 @@ def page(report: Report, files: Files, library: Path | None, command: str) -> st
 
 
 def fragment(report: Report) -> str:
-    """A report without a page around it, for the cell of a notebook: its lines, tables and figures,
-    and no script.
+    """A report without a page around it, for the cell of a notebook.
+
+    It has the lines, tables and figures, and no script.
     """
     body = list(report.body(True))
     files: dict[str, bytes] = {}

@@ -1,4 +1,4 @@
-"""What a page has for the posture of a landing."""
+"""Sliders of a page for the posture of a landing."""
 
 from typing import Any, NamedTuple
 

@@ -97,8 +97,9 @@ def _joined(parts: Iterable[Surface]) -> Surface:
 
 
 def _cells(surface: Surface, cell: float) -> np.ndarray:
-    """The number (n,) of the cell of each vertex; one for all if the cell is larger than the
-    surface.
+    """The number (n,) of the cell of each vertex.
+
+    It is the same for all if the cell is larger than the surface.
     """
     low = corners_of_box(surface.vertices)[0] if len(surface.vertices) else np.inf
     return _numbers(((surface.vertices - low) / cell).astype(np.int64))
@@ -115,8 +116,9 @@ def _coarser(meshes: Sequence[Surface], cell: float, most: int) -> float:
     samples = [mesh.vertices[mesh.triangles[::n]] for mesh, n in zip(meshes, every, strict=True)]
 
     def estimate(cell: float) -> int:
-        """The number of triangles between three cells, by some of them; of those, several may
-        become one.
+        """The number of triangles between three cells, estimated from some triangles.
+
+        Several triangles between the same cells may become one.
         """
         left = 0
         for n, corners in zip(every, samples, strict=True):
@@ -180,9 +182,9 @@ def _sums(index: np.ndarray, columns: Iterable[Array], count: int) -> Array:
 
 
 def _towards_planes(surface: Surface, index: np.ndarray, means: Array, cell: float) -> Array:
-    """The way (count, 3) from the mean of each cell to the point nearest to the planes of the
-    triangles at it [m], at most a cell along each axis.
+    """The way (count, 3) from the mean of each cell to the point nearest to its planes [m].
 
+    The planes are those of the triangles at the cell; the way is at most a cell along each axis.
     Σ n nᵀ x = Σ n h over the corners of triangles at the cell, h the height of the plane over the
     mean, n of the length of twice the area; a ridge keeps x at zero along directions in which it is
     flat.
@@ -211,10 +213,10 @@ def _towards_planes(surface: Surface, index: np.ndarray, means: Array, cell: flo
 
 
 def _divided(surface: Surface, longest: float, most: int) -> Surface:
-    """The surface with edges halved until none is longer than a limit [m]; both triangles at an
-    edge are divided there.
+    """The surface with edges halved until none is longer than a limit [m].
 
-    Edges stay longer where there would be more triangles: a round makes at most four of one.
+    Both triangles at an edge are divided there. Edges stay longer where there would be more
+    triangles: a round makes at most four of one.
     """
     vertices, triangles = surface
     short: list[np.ndarray] = []

@@ -1,5 +1,6 @@
-"""The view of a page as HTML: the picture of a landing, the controls, and the tables that follow
-them, which `report.js` fills.
+"""The view of a page as HTML: the picture of a landing, the controls, and tables that follow them.
+
+`report.js` fills these.
 """
 
 import math
@@ -119,7 +120,7 @@ def _posture_notes(notes: Sequence[str]) -> str:
 
 
 def _notes(landings: Mapping[str, ShockProfile], total: int) -> str:
-    """What the picture leaves out."""
+    """Notes on what the picture leaves out."""
     notes = ""
     if any(profile.scene.friction is not None for profile in landings.values()):
         notes += (
