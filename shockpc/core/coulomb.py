@@ -39,7 +39,6 @@ GAIN = 1e-12
 
 RANK = 1e-12
 """Share of the largest eigenvalue of a Delassus matrix up to which one is zero."""
-"""Residual, besides that of rounding, below which impulses count as a solution."""
 
 
 class FrictionImpact(NamedTuple):
