@@ -130,9 +130,9 @@ class Page:
         width: float = math.inf,
         **style: str,
     ) -> None:
-        """Write a line of text down from (x, y), in smaller letters where it is wide.
+        """Write a line of text down from (x, y).
 
-        These are used if the width [inches] requires it.
+        Its letters are smaller if the width [inches] requires it.
         """
         needed = (0.72 if style.get("fontweight") == "bold" else 0.62) * max(len(text), 1) / 72.0
         look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}

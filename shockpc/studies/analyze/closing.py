@@ -1,5 +1,6 @@
-"""The lines below the tables of a landing: energy, impact mitigation, loops, end stops, friction and
-accuracy.
+"""The lines below the tables of a landing.
+
+They are on energy, impact mitigation, loops, end stops, friction and accuracy.
 """
 
 import math
@@ -33,7 +34,7 @@ def closing_lines(profile: ShockProfile) -> list[str]:
 
 
 def ground_lines(profile: ShockProfile) -> list[str]:
-    """Which end stops act, and what friction and wings say of the landing; a line each."""
+    """Lines on the end stops that act, and on what friction and wings say of the landing."""
     lines = [*_stop_lines(profile), *_friction_lines(profile)]
     for lines_of in from_wings("report", "lines"):
         lines += lines_of(profile)
@@ -83,7 +84,7 @@ def _loop_line(assembly: Assembly) -> str:
 
 
 def _stop_lines(profile: ShockProfile) -> list[str]:
-    """Which end stops act, and with what impulse; a line each."""
+    """A line for each end stop that acts, with its impulse."""
     striking = [block for block in profile.landing.contacts if block.kind == "stop"]
     acting = profile.landing.acting
     if not profile.scene.stops and not striking:
@@ -112,7 +113,7 @@ def _stop_line(profile: ShockProfile, stop: Constraint) -> str:
 
 
 def _friction_lines(profile: ShockProfile) -> list[str]:
-    """What friction says of the landing, and when that holds."""
+    """Lines on what friction says of the landing, and when that holds."""
     friction = profile.friction
     if friction is None:
         return []

@@ -161,8 +161,9 @@ def _results(
 def _remarks(
     profile: "ShockProfile", scenes: "Sequence[Scene]", trace: "Trace"
 ) -> list[tuple[str, str]]:
-    """What landings on whole feet and on all level feet give, where they are other landings than
-    that of a profile and of all scenes; each with its heading.
+    """Remarks on landings on whole feet and on all level feet, each with its heading.
+
+    They are of landings that differ from that of a profile and from all scenes.
     """
     from shockpc.landing.level_feet import together, whole_feet
     from shockpc.profile import shock_profile

@@ -1,6 +1,4 @@
-"""The damage boundary of parts, peak acceleration over velocity change, with the landings that they
-go through.
-"""
+"""The damage boundary of parts, peak acceleration over velocity change, with their landings."""
 
 import math
 from collections.abc import Sequence
@@ -21,11 +19,10 @@ MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
-    """Draw the boundary of each part at a point in a colour; its velocity change and peak in each
-    landing are a mark.
+    """Draw the boundary of each part at a point in a colour.
 
-    Where only a survived pulse is known, its bounds are dashed. A landing without a known peak is a
-    line at its velocity change.
+    Its velocity change and peak in each landing are a mark. Where only a survived pulse is known,
+    its bounds are dashed. A landing without a known peak is a line at its velocity change.
     """
     figure = new_chart(6.6, 4.0, f"Damage boundary of parts of {robot_name(profiles[0].robot)}")
     axes = figure.add_subplot(
@@ -104,10 +101,9 @@ def _at_points(profile: ShockProfile) -> list[tuple[PartMargin, Strength]]:
 
 
 def _window(values: Sequence[float | None], usual: tuple[float, float]) -> tuple[float, float]:
-    """Limits of a logarithmic axis around the values above zero, a factor of 4 wider, so that a
-    power of ten lies between them.
+    """Limits of a logarithmic axis around the values above zero, a factor of 4 wider.
 
-    Without any value they are the usual ones.
+    A power of ten lies between them. Without any value they are the usual ones.
     """
     known = [value for value in values if value is not None and 0.0 < value < math.inf]
     return (min(known) / 4.0, max(known) * 4.0) if known else usual

@@ -1,6 +1,4 @@
-"""What the first lines of an answer say: shocks with their range over the drives, margins of parts,
-and masses.
-"""
+"""First lines of an answer: shocks with their range over the drives, margins of parts, masses."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -32,7 +30,7 @@ ASKED = 3
 
 
 def drives_text(profile: ShockProfile) -> str:
-    """How well the drives are known that decide, and whether some of them are not known."""
+    """Words on how well the drives are known that decide, and whether some are not known."""
     of_drives = [unknown for unknown in profile.unknowns if unknown.kind == "drives"]
     if not of_drives:
         return "drives as given"
@@ -48,7 +46,7 @@ def drives_text(profile: ShockProfile) -> str:
 
 
 def range_text(profile: ShockProfile, found: Range | None) -> str:
-    """A range in brackets, with how well the drives are known; empty where they are known exactly."""
+    """A range in brackets, with how well the drives are known; empty where that is exactly."""
     return "" if found is None else f" ({ends_text(found)}, {drives_text(profile)})"
 
 
@@ -73,8 +71,9 @@ def shock_text(profile: ShockProfile, place: Place) -> str:
 
 
 def sliding_friction(profile: ShockProfile) -> float | None:
-    """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or
-    none is given.
+    """The friction of a landing in which not all contacts stick as in Eq. 4.
+
+    None where they do, or no friction is given.
     """
     if profile.friction is None or profile.friction.impact is None:
         return None
@@ -93,8 +92,9 @@ def shown_places(profile: ShockProfile) -> list[Place]:
 
 
 def shock_line(profile: ShockProfile) -> str:
-    """The shock at the first place and at points that were asked for, with ranges, and where it is
-    worst.
+    """The shock at the first place and at points that were asked for, with ranges.
+
+    The line also says where it is worst.
     """
     asked = asked_names(profile)
     worst = worst_place(profile)
@@ -114,8 +114,9 @@ def asked_names(profile: ShockProfile) -> set[str]:
 
 
 def short_names(landings: Sequence[ShockProfile]) -> list[str]:
-    """Names of landings: "all four feet", "FL + FR"; what all contacts' names begin or end with is
-    left out.
+    """Names of landings, such as "all four feet" and "FL + FR".
+
+    What all contacts' names begin or end with is left out.
     """
     names = dict.fromkeys(each_foot(landings[0].robot))
     for profile in landings:
@@ -163,8 +164,9 @@ def worst_margins(profiles: Sequence[ShockProfile]) -> list[tuple[float, str]] |
 
 
 def mass_text(profile: ShockProfile, contact: ContactImpulse, block: Constraint) -> str:
-    """The effective mass of a contact with the rows that act, and that along the normal alone
-    (Khatib) beside it.
+    """The effective mass of a contact with the rows that act, in words.
+
+    Beside it is that along the normal alone (Khatib).
     """
     acting = contact.effective_mass
     if len(profile.contacts) == 1 and np.isfinite(profile.effective_mass):
@@ -177,12 +179,12 @@ def mass_text(profile: ShockProfile, contact: ContactImpulse, block: Constraint)
 
 
 def slides_freely(block: Constraint) -> bool:
-    """Whether a contact is held along its normal alone."""
+    """True if a contact is held along its normal alone."""
     return bool(np.linalg.matrix_rank(block.forces) == 1)
 
 
 def friction_text(contact: ContactImpulse, block: Constraint) -> str:
-    """Whether a contact sticks, and with which friction, or slides."""
+    """Words on whether a contact sticks, and with which friction, or slides."""
     if slides_freely(block):
         return "slides without friction"
     if contact.friction_needed is None:
@@ -194,8 +196,11 @@ def friction_text(contact: ContactImpulse, block: Constraint) -> str:
 
 
 def mass_notes(profiles: Sequence[ShockProfile]) -> Iterator[str]:
-    """What the masses and ranges of a table of landings are."""
+    """Notes that explain the masses and ranges of a table of landings."""
     if any(first_range(profile) is not None for profile in profiles):
         place = first_place(profiles[0]).title
         yield f"smallest, largest: shock at {place} over the possible drives, as far as found"
-    yield "mass: effective mass of all contacts; normal: effective mass along the normal, without friction"
+    yield (
+        "mass: effective mass of all contacts; normal: effective mass along the normal, "
+        "without friction"
+    )

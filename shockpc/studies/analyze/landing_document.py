@@ -1,5 +1,6 @@
-"""What the JSON document of a landing, schema `shockpc.profile/2`, has beside its tables, which
-hold the quantities.
+"""Entries of the JSON document of a landing beside its tables, schema `shockpc.profile/2`.
+
+The tables hold the quantities.
 """
 
 import math
@@ -56,8 +57,9 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
 
 
 def _range(profile: ShockProfile) -> dict[str, Any] | None:
-    """The range of the first number over the drives, and the joints that decide; None where all
-    drives are known exactly.
+    """The range of the first number over the drives, and the joints that decide.
+
+    None where all drives are known exactly.
     """
     if (found := first_range(profile)) is None:
         return None
@@ -68,8 +70,9 @@ def _range(profile: ShockProfile) -> dict[str, Any] | None:
 
 
 def _drives(profile: ShockProfile) -> dict[str, Any]:
-    """Where the drives are from, of which joints they are unknown, which have springs, and when
-    these count [s].
+    """The source of the drives, the joints with unknown ones, and those with springs.
+
+    It also has the time when springs count [s].
     """
     model = profile.landing.joint_model
     joints = [joint for joint in profile.robot.single_joints if joint.kind != "free"]
@@ -82,6 +85,6 @@ def _drives(profile: ShockProfile) -> dict[str, Any]:
 
 
 def springs_count(profile: ShockProfile) -> float | None:
-    """When the first spring has an effect [s]; None without springs, or where none has any."""
+    """The time when the first spring has an effect [s]; None where no spring has any."""
     time = spring_time(profile.landing)
     return time if math.isfinite(time) else None

@@ -1,5 +1,7 @@
-"""The lines that an answer begins with: shock, margin, peaks, what is not known, the largest joint
-impulse, warnings, and what the ground does.
+"""The lines that an answer begins with.
+
+They are shock, margin, peaks, what is not known, the largest joint impulse, warnings, and what the
+ground does.
 """
 
 import math
@@ -77,8 +79,9 @@ def landing_lines(lines: Sequence[Line]) -> list[Line]:
 
 
 def warning_count(profiles: Sequence[ShockProfile]) -> list[Line]:
-    """How many warnings there are, and the first; that there are none only where nothing is
-    unknown.
+    """The number of warnings, and the first one.
+
+    The line says that there are none only where nothing is unknown.
     """
     warnings = []
     for k, profile in enumerate(profiles):
@@ -139,7 +142,7 @@ def _peak_text(profile: ShockProfile) -> str:
 
 
 def _reading_text(profile: ShockProfile) -> str:
-    """What accelerometers read; empty without one."""
+    """The readings of accelerometers in words; empty without one."""
     readings = _known_g(profile, profile.value("filtered_peak", "point"))
     return f"{few(readings, MOST)} {readings_text(profile)}" if readings else ""
 

@@ -1,6 +1,4 @@
-"""The results of landings: the lines of each with its tables, and their shocks side by side where
-there are several.
-"""
+"""The reports of landings: the lines of each with its tables, and the shocks of several."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -55,13 +53,13 @@ def landing_report(
     remarks: Sequence[Line] = (),
     live: Sequence[str] = (),
 ) -> Report:
-    """Everything of one landing; of the bodies only those that are given by their indices, save in
-    the document.
+    """The report of a landing.
 
-    The files are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with
-    parts also damage_boundary.svg, with a contact stiffness time.svg, and on request spectrum.svg,
-    the shock response spectrum, which then is in profile.json too. On a terminal only the answer is
-    shown, or with `whole` all tables.
+    Of the bodies it has only those that are given by their indices, save in the document. The files
+    are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also
+    damage_boundary.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock
+    response spectrum, which then is in profile.json too. On a terminal only the answer is shown, or
+    with `whole` all tables.
     """
     return Report(
         name="profile",
@@ -203,8 +201,9 @@ def _sections(
 def _answer(
     profile: ShockProfile, bodies: Sequence[int] | None, remarks: Sequence[Line]
 ) -> list[Section]:
-    """The summary, the landing, shocks and joint impulses with the worst first, and what decides on
-    them.
+    """The summary, the landing, shocks and joint impulses with the worst first.
+
+    What decides on them follows.
     """
     tables = shown_tables(profile, bodies, JOINTS, brief=True)
     if "joint_models" in tables:
@@ -220,7 +219,7 @@ def _answer(
 
 
 def _scene_lines(profile: ShockProfile) -> list[Line]:
-    """The lines of the scene but for the landing's name, with which the line of the shock begins."""
+    """The lines of the scene but for the landing's name, with which the shock's line begins."""
     return scene_lines(profile)[1:]
 
 

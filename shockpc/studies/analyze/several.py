@@ -30,8 +30,9 @@ PLACES = 3
 
 
 class Reports(Mapping[str, Report]):
-    """The report of each landing by its name, made when it is read: the table of several landings
-    needs none of them.
+    """The report of each landing by its name, made when it is read.
+
+    The table of several landings needs none of them.
     """
 
     def __init__(
@@ -52,9 +53,7 @@ class Reports(Mapping[str, Report]):
 
 
 def _places(profiles: Sequence[ShockProfile]) -> list[Place]:
-    """The first place of the first landing, the points that were asked for, and the worst place of
-    all landings.
-    """
+    """The first landing's first place, points that were asked for, and the worst place of all."""
     first = profiles[0]
     asked = [place for place in first.bracketed[1:] if place.name in asked_names(first)]
     places = [first_place(first), *asked[: PLACES - 2]]
@@ -80,8 +79,9 @@ def _worst(values: np.ndarray) -> int:
 
 
 def worst_text(landings: Mapping[str, ShockProfile]) -> str:
-    """The shock at the first place of the first landing, on the worst single foot, and the worst of
-    all if that is another.
+    """The shock at the first place of the first landing, on the worst single foot, and the worst.
+
+    The worst of all is given if it is another one.
     """
     profiles = list(landings.values())
     place, *others = _places(profiles)
@@ -125,7 +125,7 @@ def _where_text(profile: ShockProfile, name: str) -> str:
 
 
 def level_text(given: ShockProfile, joint: ShockProfile) -> str:
-    """Which feet are level with the contacts of a landing, and what landing on all of them gives.
+    """Words on feet that are level with the contacts of a landing, and on a landing on all of them.
 
     Args: joint, that landing.
     """
@@ -146,7 +146,7 @@ def _first_text(given: ShockProfile, other: ShockProfile) -> str:
 
 
 def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
-    """What whole feet give, of which a landing strikes parts.
+    """Words on a landing on whole feet, of which a given landing strikes parts.
 
     Args: given, that landing; whole, on the feet.
     """
@@ -160,8 +160,9 @@ def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
 
 
 def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
-    """A line for each landing: shocks, the range of the first over the drives, margins, the largest
-    joint impulse, masses.
+    """A row for each landing: shocks, margins, the largest joint impulse, and masses.
+
+    The first shock has its range over the drives.
     """
     profiles = list(landings.values())
     places = _places(profiles)
@@ -209,7 +210,7 @@ def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Column, Seque
 
 
 def _notes(profiles: Sequence[ShockProfile], places: Sequence[Place]) -> list[str]:
-    """What the columns are, and how many sensors and points have none."""
+    """Notes that explain the columns, and count the sensors and points without one."""
     notes = list(mass_notes(profiles))
     friction = sliding_friction(profiles[0])
     if friction is not None:
@@ -224,7 +225,10 @@ def _notes(profiles: Sequence[ShockProfile], places: Sequence[Place]) -> list[st
 
 
 def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
-    """The same with short names of landings; of the places the first and those that were asked for."""
+    """The table of `landings_sheet` with short names of landings, and with fewer places.
+
+    These are the first place, and those that were asked for.
+    """
     profiles = list(landings.values())
     shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
     others = [place for place in _places(profiles) if place.name not in shown]
@@ -243,8 +247,9 @@ def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:
 
 
 def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
-    """Peak acceleration at the first place [g], of a landing that lasts or for a pulse; None without
-    either.
+    """Peak acceleration at the first place [g], of a landing that lasts or for a pulse.
+
+    None without either.
     """
     first = profiles[0]
     if first.scene.yields:

@@ -168,8 +168,9 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
 
 
 def _motion(profile: ShockProfile, i: int) -> str | None:
-    """What is to be known of the motion of a body before its CoPc and RoPc are read; None if it
-    rotates in the plane.
+    """A word on the motion of a body that does not rotate in the plane; else None.
+
+    It is to be known before the CoPc and the RoPc are read.
     """
     if profile.translates[i]:
         return "translates" if math.isnan(profile.screw_pitch[i]) else "out of plane"
@@ -211,7 +212,7 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
 
 
 def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse) -> str | None:
-    """What is to be known of a contact before its numbers are read."""
+    """Words on a contact that are to be known before its numbers are read; else None."""
     is_stance = k >= len(profile.contacts)
     words = ["stance"] if is_stance else []
     if not is_stance and profile.scene.contact[k].kind in ("edge", "corner"):
@@ -226,8 +227,9 @@ def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse
 
 
 def directions_sheet(profile: ShockProfile) -> Sheet:
-    """The impact directions with the largest and the smallest shock at each body's CoM and each
-    point, at the same speed.
+    """The impact directions with the largest and the smallest shock, at the same speed.
+
+    They are of each body's CoM and each point.
     """
     header: list[str | Column] = ["place"]
     for key, word in (("most_severe", "most"), ("least_severe", "least")):
@@ -258,8 +260,9 @@ def points_sheet(profile: ShockProfile) -> Sheet:
 
 
 def parts_sheet(profile: ShockProfile) -> Sheet:
-    """One row for each part: margins by velocity change and acceleration, or by torque, and which
-    counts or what is missing.
+    """One row for each part: margins by velocity change and acceleration, or by torque.
+
+    It says which margin counts, or what is missing.
     """
     parts = profile.parts
     critical = [_critical(part) for part in parts]
@@ -280,7 +283,7 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
 
 
 def _critical(part: PartMargin) -> Row:
-    """What a part withstands: velocity change, acceleration and whether both, or torque and time."""
+    """The critical values of a part: velocity change, acceleration, if both; or torque, time."""
     strength = part.strength
     if isinstance(strength, TorqueStrength):
         return (None, None, None, strength.momentary_torque, strength.duration)
@@ -288,7 +291,7 @@ def _critical(part: PartMargin) -> Row:
 
 
 def basis_of(part: PartMargin) -> str | None:
-    """Where the critical values of a part are from."""
+    """The source of the critical values of a part."""
     if not isinstance(part.strength, TorqueStrength):
         return part.strength.basis
     if math.isnan(part.strength.momentary_torque):
@@ -297,7 +300,7 @@ def basis_of(part: PartMargin) -> str | None:
 
 
 def joints_sheet(profile: ShockProfile) -> Sheet:
-    """Where each joint stands, as `--set` takes it, and every quantity of it."""
+    """The position of each joint, as `--set` takes it, and every quantity of it."""
     joints = [profile.robot.joint(place.name) for place in profile.places("joint")]
     angles: list[float | None] = []
     distances: list[float | None] = []
@@ -322,10 +325,10 @@ def joints_sheet(profile: ShockProfile) -> Sheet:
 
 
 def shocks_sheet(profile: ShockProfile) -> Sheet:
-    """Shocks at the heaviest body's centre of mass, sensors and points: with other joints, with
-    friction, on soft contacts.
+    """Shocks at the heaviest body's centre of mass, sensors and points.
 
-    The range over the drives is of the places of the first lines and of the heaviest body.
+    They are with other joints, with friction, and on soft contacts. The range over the drives is of
+    the places of the first lines and of the heaviest body.
     """
     keys = [*MODELS]
     for of_wing in from_wings("report", "SHOCKS"):

@@ -1,6 +1,4 @@
-"""What people read of the tables of a landing: the rows and columns that decide, under headings of
-their own.
-"""
+"""Views of the tables of a landing: rows and columns that decide, under headings of their own."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -133,12 +131,12 @@ def _sizes(sheet: Sheet, always: set[str]) -> list[float]:
 
 
 def has_joints(profile: ShockProfile) -> bool:
-    """Whether the robot has joints."""
+    """True if the robot has joints."""
     return bool(profile.robot.joint_names)
 
 
 def has_points(profile: ShockProfile) -> bool:
-    """Whether the landing has sensors or points."""
+    """True if the landing has sensors or points."""
     return bool(profile.points)
 
 
@@ -172,7 +170,7 @@ def _point_notes(profile: ShockProfile) -> list[str]:
 
 
 def readings_text(profile: ShockProfile) -> str:
-    """What the readings of accelerometers are, behind their filters; empty without one."""
+    """The readings of accelerometers behind their filters, in words; empty without one."""
     low_pass = scene_low_pass(profile.scene)
     if low_pass is None:
         return ""
@@ -183,13 +181,13 @@ def readings_text(profile: ShockProfile) -> str:
 
 
 def readings_notes(profile: ShockProfile) -> list[str]:
-    """What the readings of accelerometers are."""
+    """Notes that explain the readings of accelerometers."""
     text = readings_text(profile)
     return [f"reading: the largest acceleration {text}"] if text else []
 
 
 def _part_notes(profile: ShockProfile) -> list[str]:
-    """Where the critical values are from, and which peaks and torques the margins are by."""
+    """Notes on the source of critical values, and on the peaks and torques the margins are by."""
     parts = profile.parts
     bases: dict[str, list[str]] = {}
     for part in parts:
@@ -209,7 +207,7 @@ def _part_notes(profile: ShockProfile) -> list[str]:
 
 
 def _torque_note(profile: ShockProfile) -> str:
-    """What the torque of a joint is, of which its share is."""
+    """A note that explains the torque of a joint, of which its share is."""
     if profile.landing.pulse is not None:
         return (
             f"of the torque limit: peak of a torque that has the pulse {profile.scene.pulse} and "
@@ -222,7 +220,7 @@ def _torque_note(profile: ShockProfile) -> str:
 
 
 def _contact_notes(profile: ShockProfile) -> list[str]:
-    """Whether impulses are unique, and their total moment."""
+    """Notes on whether impulses are unique, and on their total moment."""
     notes = []
     impulses = [contact.impulse for contact in profile.contacts]
     impulses += [foot.impulse for foot in profile.stance]

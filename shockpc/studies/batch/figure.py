@@ -1,6 +1,4 @@
-"""A contact sheet: the worst landing of each robot as a small picture on one page, in one colour
-scale.
-"""
+"""A contact sheet: small pictures of the worst landing of each robot, in a common colour scale."""
 
 import math
 from pathlib import Path
@@ -32,8 +30,9 @@ small pictures.
 
 
 def draw_contact_sheet(batch: Batch) -> Figure:
-    """Draw the worst landing of each robot, or of each scene, in the order of the table; each robot
-    fills its picture.
+    """Draw the worst landing of each robot, or of each scene, in the order of the table.
+
+    Each robot fills its picture.
     """
     rows = [row for row in batch.robots if row.picture is not None]
     across = max(min(COLUMNS, len(rows)), 1)

@@ -1,4 +1,4 @@
-"""What the tables of a batch mean, and what distinguishes some robots and landings."""
+"""Notes that explain the tables of a batch, and what distinguishes some robots and landings."""
 
 from collections.abc import Iterator
 
@@ -17,7 +17,7 @@ NO_DRIVES = {
 
 
 def robot_notes(batch: Batch) -> Iterator[str]:
-    """What the columns of robots mean, and what distinguishes some robots."""
+    """Notes that explain the columns of robots, and what distinguishes some robots."""
     what = "|Δv| / v_in"
     if batch.rank != "shock":
         what = select(batch.rank.partition("@")[0]).quantity.title
@@ -43,8 +43,9 @@ def robot_notes(batch: Batch) -> Iterator[str]:
 
 
 def landing_notes(batch: Batch) -> Iterator[str]:
-    """What the columns of landings mean, with which joint models they are computed, and what
-    distinguishes some of them.
+    """Notes that explain the columns of landings, and what distinguishes some of them.
+
+    They also name the joint models with which landings are computed.
     """
     rows = batch.rows
     yield (
@@ -111,7 +112,7 @@ def _joint_note(batch: Batch) -> str:
 
 
 def _notes(batch: Batch) -> Iterator[str]:
-    """What distinguishes some robots and landings."""
+    """Notes on what distinguishes some robots and landings."""
     rows = batch.rows
     for label, name in batch.short_names.items():
         yield f"{name}: {label}"
@@ -143,7 +144,7 @@ def _robots_of(batch: Batch, rows: list[BatchRow]) -> str:
 
 
 def _empty_notes(batch: Batch) -> Iterator[str]:
-    """Why columns have no value in any landing."""
+    """The reasons why columns have no value in any landing."""
     empty = []
     for name in batch.columns:
         if batch.rows and all(row.values[name] is None for row in batch.rows):
@@ -152,7 +153,7 @@ def _empty_notes(batch: Batch) -> Iterator[str]:
 
 
 def _friction_notes(batch: Batch) -> Iterator[str]:
-    """Which columns depend on friction, where scenes give one."""
+    """A note on the columns that depend on friction, where scenes give one."""
     scenes = [row.scene for row in batch.rows if row.scene.friction is not None]
     if not scenes:
         return
@@ -167,8 +168,9 @@ def _friction_notes(batch: Batch) -> Iterator[str]:
 
 
 def _shared_warning(batch: Batch) -> Iterator[str]:
-    """The warning of the shared checks of wings, with the robots, and the words of the landing of
-    which it is worst.
+    """The warning of the shared checks of wings, with the robots that have it.
+
+    Its words are those of the landing in which it is worst.
     """
     shared = {key for checks in from_wings("checks", "SHARED") for key in checks}
     warnings: list[tuple[Diagnostic, BatchRow]] = []

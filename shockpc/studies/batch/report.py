@@ -1,5 +1,6 @@
-"""A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch
-has them.
+"""The report of a batch: a row for each landing, ranked by a quantity.
+
+It has a sheet of pictures where the batch has them.
 """
 
 from collections.abc import Iterator
@@ -24,8 +25,9 @@ CAUSES = 20
 
 
 def batch_report(batch: Batch, every: bool = False) -> Report:
-    """The worst landing of each robot, or every landing; the Markdown document also has their
-    warnings.
+    """The report of the worst landing of each robot, or of every landing.
+
+    The Markdown document also has their warnings.
     """
     return Report(
         name="batch",
@@ -56,7 +58,7 @@ def _sections(batch: Batch, every: bool, full: bool) -> Iterator[Section]:
 
 
 def _failure_lines(batch: Batch) -> list[str]:
-    """Why landings were not computed, a line for each cause."""
+    """A line for each cause why landings were not computed."""
     failures = []
     for failure in batch.failures:
         name = f"{batch.name_of(failure)} {failure.contact}".rstrip()

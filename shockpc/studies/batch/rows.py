@@ -46,8 +46,8 @@ class BatchRow:
         marks: why the robot does not stand on bent legs, in a few words each; empty if it does.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
         warnings: of the landing.
-        feasible_if_tilted: whether flat ground allows it only if the robot is tilted a little, as other
-            feet are level.
+        feasible_if_tilted: whether flat ground allows it only if the robot is tilted a little, as
+            other feet are level.
         scene: what was computed, with every default filled in.
         picture: what the caller's `look` made of the profile; None without it.
     """
@@ -74,7 +74,7 @@ class BatchRow:
 
     @property
     def of_scene(self) -> bool:
-        """Whether the source is a scene, by whose name the row is known, and no robot."""
+        """True if the source is a scene, by whose name the row is known, and no robot."""
         return self.source.endswith(".toml")
 
     if not TYPE_CHECKING:
@@ -122,8 +122,9 @@ class Batch:
 
     @cached_property
     def rows(self) -> tuple[BatchRow, ...]:
-        """What was computed, the worst first; rows without the quantity follow, by the shock at the
-        trunk's centre of mass.
+        """The landings that were computed, the worst first.
+
+        Rows without the quantity follow, by the shock at the trunk's centre of mass.
         """
         worse = select(self.rank.partition("@")[0]).worse
         worse_shock = select("shock_com").worse
@@ -136,14 +137,12 @@ class Batch:
 
     @cached_property
     def failures(self) -> tuple[Failure, ...]:
-        """What could not be computed, in the order of the robots."""
+        """The landings that could not be computed, in the order of the robots."""
         return tuple(landing for landing in self.landings if isinstance(landing, Failure))
 
     @cached_property
     def table(self) -> Table:
-        """Robot and contact of every landing in the order of the robots, with its quantities and
-        messages.
-        """
+        """Robot, contact, quantities and message of every landing, in the order of the robots."""
         robots = []
         messages = {}
         for i, landing in enumerate(self.landings):
@@ -164,8 +163,9 @@ class Batch:
 
     @cached_property
     def robots(self) -> tuple[BatchRow, ...]:
-        """The worst landing of each robot or scene: those whose drives are known first, the worst
-        first, then the others.
+        """The worst landing of each robot or scene, the worst first.
+
+        Those whose drives are known come before the others.
         """
         worst: dict[str, BatchRow] = {}
         for row in self.rows:

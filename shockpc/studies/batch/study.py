@@ -1,5 +1,6 @@
-"""Landings of many robots in their standing postures: on all level feet, on some of them, and on
-each foot.
+"""Landings of many robots in their standing postures.
+
+They are on all level feet, on some of them, and on each foot.
 """
 
 import functools
@@ -50,8 +51,9 @@ Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
 
 
 def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
-    """A robot, and its landings as of a scene without contacts, 1 m/s straight down in its standing
-    posture.
+    """A robot, and its landings as of a scene without contacts.
+
+    They are at 1 m/s straight down in its standing posture.
 
     Raises:
         ShockError: the robot cannot be loaded.
@@ -200,8 +202,9 @@ def _row(
 
 
 def _sensed(profile: ShockProfile) -> Place:
-    """The IMU of a robot, of several that with the largest shock; without one the centre of mass of
-    the trunk.
+    """The IMU of a robot, of several that with the largest shock.
+
+    Without an IMU it is the centre of mass of the trunk.
     """
     imus = imu_places(profile)
     if not imus:
@@ -210,8 +213,9 @@ def _sensed(profile: ShockProfile) -> Place:
 
 
 def _worst_place(profile: ShockProfile, text: str) -> tuple[Selection, Place | None]:
-    """What a text selects, and of the places that it means the one with the worst value; None where
-    one has no value.
+    """The selection of a text, and of the places that it means the one with the worst value.
+
+    The place is None where one of them has no value.
     """
     selection, places = selected(profile.landing, text)
     if "@" not in text and selection.quantity.of == "body":

@@ -27,8 +27,9 @@ LONG = (
 
 
 def robots_sheet(batch: Batch) -> Sheet:
-    """The worst landing of each robot, with the range over its drives; without a rank where nobody
-    knows them.
+    """The worst landing of each robot, with the range over its drives.
+
+    It is without a rank where nobody knows these.
     """
     shown = {*(text.removeprefix("robot.") for text in STANDARD), batch.rank}
     asked = [name for name in batch.columns if name not in shown]
@@ -91,7 +92,7 @@ def _robot_cells(batch: Batch, row: BatchRow, asked: list[str]) -> Row:
 
 
 def short_robots_sheet(batch: Batch) -> Sheet:
-    """The same for people, in short words."""
+    """The table of `robots_sheet` for people, in short words."""
     titles = {"rank": "#", "kind_of_place": "at", "drives_in_short": "drives"}
     sheet = robots_sheet(batch).without("at", "drives", "posture", "warnings")
     return _titled(sheet, titles).known()
@@ -157,9 +158,7 @@ def _landing_cells(batch: Batch, row: BatchRow) -> Row:
 
 
 def short_landings_sheet(batch: Batch) -> Sheet:
-    """The landings without columns of second rank, and without those that say the same of every
-    row.
-    """
+    """The landings without columns of second rank, and without those that are alike in all rows."""
     left_out = {*LONG, *(name for name in SECOND if name != batch.rank)}
     if {row.joint_model for row in batch.rows} == {"free"}:
         left_out.add("shock_com")
@@ -188,7 +187,7 @@ def _titled(sheet: Sheet, titles: dict[str, str]) -> Sheet:
 
 
 def landing_text(row: BatchRow) -> str:
-    """What strikes, in short words, such as "all four feet" or "FL + FR"."""
+    """The contacts that strike, in short words, such as "all four feet" or "FL + FR"."""
     (name,) = landing_names([row.contact.split("+")], row.feet)
     return name
 
