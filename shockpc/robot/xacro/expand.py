@@ -114,7 +114,7 @@ def _expanded(text: str, folders: OpenFolders, arguments: dict[str, str]) -> _Ex
     Raises:
         RobotError: as for `expand_xacro`.
     """
-    xacro = importlib.import_module("xacro")
+    xacro: Any = importlib.import_module("xacro")
     document = _Document(text, folders)
     _confine(xacro, document)
     printed = io.StringIO()
@@ -144,7 +144,7 @@ def _confine(xacro: Any, document: "_Document") -> None:
     """Give xacro the functions of a document in place of those that read the disk, the environment
     and what Python can do.
     """
-    substitution = importlib.import_module("xacro.substitution_args")
+    substitution: Any = importlib.import_module("xacro.substitution_args")
     xacro.open = document.open
     xacro.glob = types.SimpleNamespace(glob=document.glob)
     xacro.filestack = [str(document.folders.file)]
