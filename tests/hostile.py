@@ -203,8 +203,8 @@ JUNK = _table(
 OPTIONS = _table("""
 --contact-point lowest ¦ --joints locked ¦ --joints geared --armature *=0.05 ¦ --slide ¦ --body * ¦ --at body:0,0,0.1 ¦ --explain ¦
 --pulse half-sine:5ms --range-g 4 ¦ --velocity 0.3,0.2,-1 ¦ --base fixed ¦ --base planar ¦ --base free ¦ --set knee=30 ¦
---lock knee ¦ --stance arm ¦ --srdf robot.srdf ¦ --srdf /dev/zero ¦ --plane yz ¦ --angular-velocity 0,1,0 ¦ --contact arm ¦
---contact shin+arm ¦ --together --contact * ¦ --v-in com ¦ --posture standing ¦ --package stick=. ¦
+--lock knee ¦ --stance arm ¦ --plane yz ¦ --angular-velocity 0,1,0 ¦ --contact arm ¦
+--contact shin+arm ¦ --contact * ¦ --v-in com ¦ --posture standing ¦ --package stick=. ¦
 --package other=/dev --package outside=. ¦ --xacro mass:=3 ¦ --xacro mass:=nan ¦ --save-scene saved.toml ¦ --out out ¦
 --figures --out out ¦ --format json ¦ --format csv ¦ --format markdown ¦ --format table ¦ --format junit ¦ --format github ¦
 --format json=report.json ¦ --vary knee=-20:20:3 ¦ --vary knee=0 ¦ --vary strike-angle=0:30:2 ¦ --vary mass:*=0.5x:2x ¦

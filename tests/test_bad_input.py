@@ -138,7 +138,7 @@ MODELS = {
 @pytest.mark.parametrize(
     ("reason", "words"),
     commands("""
-analyze:: dog.xml --contact base --srdf dog/dog.srdf | srdf.toml => is an MJCF, so the SRDF dog.srdf has no effect
+analyze:: srdf.toml => is an MJCF, so the SRDF dog.srdf has no effect
 analyze arm.xml:: --contact post | --contact arm --stance post => "post" is fixed to the world, so no impulse
 analyze arm.xml:: --contact arm --base free => must be larger than mjMINVAL; Element name 'post'
 analyze arm.xml:: --contact arm --base-rpy 0,0,0 => is fixed in its file, so it cannot be moved or turned; free it
@@ -178,9 +178,10 @@ FOOT:: --xacro payload:=2 => stick.urdf is not a xacro file, so --xacro payload=
 FOOT:: --package dog=nowhere => correct --package dog=DIR
 robots:: leg --package dog=/nowhere => correct --package dog=DIR
 FOOT:: --package dog=~nobody-of-that-name => begins with the home of a user whom this computer does not have; give the folder itself
-FOOT:: --srdf no.srdf => no SRDF file "HERE/no.srdf"
-FOOT:: --srdf stick.urdf => is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures
-FOOT:: --srdf '' => the path is empty; give a name
+FOOT:: --srdf no.srdf => --srdf is not an option; srdf is a key of a scene's file
+FOOT:: --forward-speed 1 => --forward-speed is not an option; strike.forward_speed is a key of a scene's file
+FOOT:: --flat => --flat is not an option; write --contact-kind flat
+FOOT:: --together => --together is not an option; write --contact A+B
 FOOT:: --contact-point lowest => link "foot" has no collision geometry that could be read, so it has no lowest point
 FOOT:: --strike-angle 90 => moves along the ground, approaching it at 6.1e-17 m/s, so there is no impact
 FOOT:: --velocity 0,0,0 => moves along the ground, approaching it at 0 m/s
@@ -246,7 +247,6 @@ recorded log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delt
 sensitivity stick.urdf --contact foot --at body --vary mass:*=0.9x:1.1x:: --group shin => leave one of the two out
 recorded scenes:: --contact-stiffness 1e5 => shockpc batch scenes/*.toml
 recorded log.csv stick.urdf --contact foot:: --contact-stiffness 1e5 => a contact stiffness, which would change nothing here
-analyze scenes/one.toml:: --together => the contacts of a scene strike together
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
 SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, but a cluster computes

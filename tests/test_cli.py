@@ -130,8 +130,7 @@ CONTACTS = {
     "lf_foot,l*_foot": ["lf_foot", "lh_foot"],
     "lf_foot + rh_foot": ["lf_foot+rh_foot"],
     "l*_foot+rh_foot": ["lf_foot+lh_foot+rh_foot"],
-    "*_foot,--together": ["+".join(FEET)],
-    "lf_foot,rf_foot,--together": ["lf_foot+rf_foot"],
+    "l*_foot+r*_foot": ["+".join(FEET)],
     "lf_hip": ["lf_hip"],
     "trunk_imu": ["trunk_imu"],
 }
@@ -495,8 +494,6 @@ LANDINGS = [
         "lf_foot",
         "--xacro",
         "payload:=1.5",
-        "--srdf",
-        "dog/dog.srdf",
         "--set",
         "*=7",
         "--set",
@@ -694,7 +691,7 @@ def test_help_fits_two_screens(capfd, monkeypatch, command):
     assert len(text.splitlines()) <= 80
     if "--help-all" in text:
         assert "--cluster" not in text
-        assert "--srdf" in good(capfd, command, "--help-all")
+        assert "--assemble" in good(capfd, command, "--help-all")
 
 
 def test_the_short_help_of_an_analysis(capfd, monkeypatch):

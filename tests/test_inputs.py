@@ -111,6 +111,13 @@ def test_budgets_are_not_the_summary_of_a_job(capfd, here, monkeypatch):
     assert (here / "urdf-budgets.toml").read_bytes() == before
 
 
+def with_srdf(file: object) -> str:
+    """A scene of a robot with this file of postures."""
+    scene = f'robot = "plain.urdf"\nsrdf = "{file}"\n[[contact]]\nframe = "foot"\n'
+    Path("with_srdf.toml").write_text(scene)
+    return "with_srdf.toml"
+
+
 LAND = ("--contact", "foot")
 TABLE = ("plain.urdf", *LAND, "--prove", 0)
 OUT = ("--out", "out")
@@ -134,7 +141,7 @@ COMMANDS = {
     "SRDF": (
         "robot.srdf",
         "joints.csv",
-        lambda file: ("analyze", "plain.urdf", *LAND, "--srdf", file),
+        lambda file: ("analyze", with_srdf(file)),
     ),
     "drives": (
         "drives.toml",

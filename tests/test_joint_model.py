@@ -514,7 +514,8 @@ def test_joints_without_a_solution_have_a_reason(capfd):
         "left_sole_link",
         "--stance",
         "right_sole_link",
-        "--flat",
+        "--contact-kind",
+        "flat",
     )
     assert outcome.code == 0
     assert says(outcome.out, "(–: ", "locked", '"right_sole_link"')

@@ -32,7 +32,7 @@ READERS = PARTS | {
     "robot.urdf.xacro": XACRO,
     "robot.xml": MJCF,
     "robot.sdf": SDF,
-    "robot.srdf": (*URDF, "--srdf", "robot.srdf"),
+    "robot.srdf": ("analyze", "srdf.toml"),
     "scene.toml": ("analyze", "scene.toml"),
     "stick": ("analyze", "./stick", *LAND),
     "drives.toml": (*URDF, "--drives", "drives.toml"),
@@ -51,6 +51,8 @@ READERS = PARTS | {
 def stick(tmp_path, monkeypatch):
     """A folder with the stick's files."""
     folder = Path(shutil.copytree(ROBOTS / "stick", tmp_path / "stick"))
+    scene = 'robot = "robot.urdf"\nsrdf = "robot.srdf"\ncontact = [{ frame = "foot" }]\n'
+    (folder / "srdf.toml").write_text(scene)
     for name in ("landings.npz", "landings.parquet"):
         (folder / name).write_bytes(hostile.FILES[name])
     monkeypatch.chdir(folder)

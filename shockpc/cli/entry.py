@@ -157,6 +157,12 @@ def _complete() -> int:
 def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     """The message about an error, and the exit code."""
     if hasattr(error, "format_message"):  # Typer's errors in how a command was typed
+        from shockpc.cli.options import instead_of
+
+        option = getattr(error, "option_name", "")
+        instead = instead_of(option)
+        if instead:
+            return f"{option} is not an option; {instead}", ShockError.exit_code
         form = getattr(getattr(error, "param", None), "metavar", None) or ""
         hint = f" (it takes {form})" if any(sign in form for sign in "=,:") else ""
         return _usage(error.format_message() + hint, words), ShockError.exit_code

@@ -79,7 +79,6 @@ def packages_of(package: tuple[tuple[str, str], ...], meshes: str | None) -> dic
 PARSERS: dict[Any, Parser] = {
     float: finite,
     Vector: vector,
-    "srdf": path,
     "plane": plane,
     "drives": drives,
     "contact_stiffness": stiffness,
@@ -88,8 +87,30 @@ PARSERS: dict[Any, Parser] = {
 }
 """What reads the text of an option: by its field, else by its type."""
 
-RECORDS = (Contact, Scene, Posture, Strike, Joints)
-"""The parts of a scene whose fields are options."""
+RECORDS = {
+    Contact: "contact.",
+    Scene: "",
+    Posture: "posture.",
+    Strike: "strike.",
+    Joints: "joints.",
+}
+"""The parts of a scene whose fields are options, and where their keys stand in its file."""
+
+FORMER = {"--flat": "write --contact-kind flat", "--together": "write --contact A+B"}
+"""What to do in place of options that are gone."""
+
+
+def instead_of(option: str) -> str:
+    """What to do in place of an option that no command has; empty for any other word.
+
+    Args:
+        option: as typed, such as "--srdf".
+    """
+    for record, table in RECORDS.items():
+        for field, declared in options_of(record).items():
+            if not declared.on_command_line and option == f"--{declared.name}":
+                return f"{table}{field} is a key of a scene's file (shockpc schema describes it)"
+    return FORMER.get(option, "")
 
 
 def _declared(record: type) -> dict[str, tuple[Any, Any]]:
@@ -97,6 +118,8 @@ def _declared(record: type) -> dict[str, tuple[Any, Any]]:
     kinds: dict[str, Any] = {part.name: part.type for part in fields(record)}
     declared: dict[str, tuple[Any, Any]] = {}
     for field, one in options_of(record).items():
+        if not one.on_command_line:
+            continue
         given = [part for part in get_args(kinds[field]) if part is not type(None)]
         kind = given[0] if type(None) in get_args(kinds[field]) else kinds[field]
         if get_origin(kind) is Mapping:
@@ -130,7 +153,6 @@ class SceneOptions(NamedTuple):
         "end stop.",
         "NAME",
     )
-    together: bool = _in_contact("One landing on all matching contacts at once.")
     slide: bool = _in_contact("No friction: the contact stops the normal direction only.")
     directions: tuple[str | Vector, ...] | None = _in_contact(
         "Directions in which the contact stops the point: axes, or vectors with semicolons "
@@ -139,7 +161,6 @@ class SceneOptions(NamedTuple):
         "AXES|X,Y,Z;…",
         directions,
     )
-    flat: bool = _in_contact("A sole, whatever its geometry is: --contact-kind flat.")
     stance: tuple[str, ...] = _in_contact(
         "A foot that is on the ground already and stays where it is.", "NAME"
     )

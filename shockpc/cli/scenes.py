@@ -13,7 +13,6 @@ from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, robot_of, scene_of
 from shockpc.landing.strike import Strike, replaced_ways
-from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import typed
 from shockpc.text.errors import SceneError, UnknownName
@@ -52,7 +51,7 @@ def scenes_from(
         **{
             name: value
             for name, value in options.fields(Scene).items()
-            if name not in ("base", "srdf", "contact_stiffness")
+            if name not in ("base", "contact_stiffness")
         },
         posture=_posture(scene.posture, options),
         strike=_strike(scene.strike, options),
@@ -74,10 +73,6 @@ def scenes_from(
     changes = options.fields(Contact)
     if options.contact or changes or not scene.contact:
         typed.add(Contact.__name__)
-    if options.flat:
-        if "kind" in changes:
-            raise SceneError("--flat means --contact-kind flat; leave one of them out")
-        changes["kind"] = "flat"
     if options.directions is not None:
         if options.slide:
             raise SceneError(
@@ -144,11 +139,7 @@ def _with_file(scene: Scene, options: SceneOptions) -> Scene:
     """A scene with those options on which its robot depends."""
     return _with(
         scene,
-        **{
-            name: str(value)
-            for name, value in options.fields(Scene).items()
-            if name in ("base", "srdf")
-        },
+        base=options.given.get("base"),
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **options.packages},
     )
@@ -247,16 +238,8 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
     `default_landings`.
     """
     if scene.contact and not options.contact:
-        if options.together:
-            raise SceneError(
-                "--together is for the matches of --contact; the contacts of a scene strike "
-                "together, so leave it out"
-            )
         return [scene.contact]
     landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
-    if options.together:
-        landings = landings or [(foot,) for foot in each_foot(robot)]
-        landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
     if not landings:
         return default_landings(robot, scene, options.given.get("normal"))
     return [tuple(Contact(frame=frame) for frame in landing) for landing in dict.fromkeys(landings)]

@@ -334,7 +334,7 @@ def _designs(
 ) -> tuple[Robot, dict[str, Any]]:
     """As many contacts as there are designs are one for each."""
     names = inputs[0]
-    one_each = len(options.contact) == len(names) > 1 and not options.together
+    one_each = len(options.contact) == len(names) > 1
     options_of_each = (
         [options._replace(contact=(name,)) for name in options.contact]
         if one_each

@@ -144,7 +144,7 @@ def straight(profile: ShockProfile) -> Iterator[Diagnostic]:
     if not _posture_by_default(profile):
         return
     robot = profile.robot
-    remedy = "reference postures with --srdf"
+    remedy = "the file of reference postures as srdf in a scene"
     if robot.source.kind == "mjcf":
         remedy = "the file a keyframe"
     others = [name for name in robot.postures if name != BENT]

@@ -71,6 +71,8 @@ class Option(NamedTuple):
         default: what holds without it, as the help states it.
         wing: which serves it: without that it is no option of a command, and refused in files and
             Python where it is not the default; empty for the core.
+        on_command_line: whether commands have it as an option; else it is a key of a scene's file
+            and a field in Python alone.
         holds: what its texts are, if the command looks into them: names of what each landing of a
             study has a value of ("varied"), or of quantities that are computed ("quantity").
     """
@@ -87,6 +89,7 @@ class Option(NamedTuple):
     most: int | None = None
     default: str = ""
     wing: str = ""
+    on_command_line: bool = True
     holds: Literal["", "varied", "quantity"] = ""
 
     @property

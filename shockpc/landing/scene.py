@@ -293,7 +293,11 @@ class Scene(Record):
         "PLANE",
     )
     srdf: str | None = option(
-        None, "File of reference postures.", POSTURE, "FILE", default="the one beside the robot"
+        None,
+        "File of reference postures.",
+        POSTURE,
+        default="the one beside the robot",
+        on_command_line=False,
     )
     packages: Mapping[str, str] = field(default_factory=dict)
     xacro: Mapping[str, str] = field(default_factory=dict)

@@ -57,7 +57,7 @@ class Strike(Record):
     drop_height: float | None = option(
         None,
         "Height of a free fall before the impact. It gives the vertical velocity; --strike-angle "
-        "or --forward-speed adds a horizontal one.",
+        "adds a horizontal one, as does forward_speed in a scene.",
         STRIKE,
         "H",
         unit="m",
@@ -65,10 +65,10 @@ class Strike(Record):
     )
     forward_speed: float | None = option(
         None,
-        "Horizontal speed in the plane after the fall from --drop-height.",
+        "Horizontal speed in the plane after the fall from drop_height.",
         STRIKE,
-        "V",
         unit="m/s",
+        on_command_line=False,
     )
     angular_velocity: tuple[float, float, float] | None = option(
         None, "Angular velocity of the base, world axes.", STRIKE, "WX,WY,WZ", unit="rad/s"

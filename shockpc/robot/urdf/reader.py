@@ -155,7 +155,7 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
     if not links:
         raise RobotError(
             "it has no <link>, so there is no robot in it; give the file that uses its macros or, "
-            "for an SRDF, the URDF with this file as --srdf"
+            "for an SRDF, a scene with the URDF as robot and this file as srdf"
         )
     order = _carriers_first(links, joints)
     inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}

@@ -103,7 +103,6 @@ def refuse_overridden(
         "--speed": (VELOCITY, UP if "speed" in typed else ()),
         "--drop-height": (VELOCITY, UP if "drop_height" in typed else ()),
         "--strike-angle": (VELOCITY, forward if "strike_angle_deg" in typed else ()),
-        "--forward-speed": (VELOCITY, forward if "forward_speed" in typed else ()),
         "--velocity": (VELOCITY, typed.get("velocity", ())),
         "--angular-velocity": (ANGULAR_VELOCITY, typed.get("angular_velocity", ())),
         "--base-rpy": (ANGLES, typed.get("base_rpy_deg", ())),
