@@ -110,11 +110,14 @@ def flexible_robot(
         RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors
             that it carries.
     """
-    flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
+    flexes = dict[int, Flex]()
+    for pattern, flex in links:
+        flexes |= dict.fromkeys(robot.match_bodies(pattern), flex)
     _refuse(robot, flexes)
     lines = {}
     for body in flexes:
-        lines[body] = _line(robot, body, [np.array(end) for number, end in ends if number == body])
+        of_body = [np.array(end) for number, end in ends if number == body]
+        lines[body] = _line(robot, body, of_body)
     divisions = {}
     for body, flex in flexes.items():
         divisions[body] = _divide(robot, body, lines[body], flex.hinges)

@@ -458,7 +458,8 @@ class CompliantLanding:
         moved = self.displacements(np.array([duration]))[0]
         impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse
-        share = float(np.sqrt(along @ np.linalg.solve(M, along) / (jump @ M @ jump)))
+        square = along @ np.linalg.solve(M, along)
+        share = float(np.sqrt(square / (jump @ M @ jump)))
         if share > DAMPED_SHARE:
             damped = [joint.name for joint in robot.single_joints if impulse[joint.v].any()]
             names = few(damped, 2, what=" joints")

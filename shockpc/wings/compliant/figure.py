@@ -232,6 +232,7 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
     What happens at almost the same time is one text.
     """
     motion, landing = compliant.motion, profile.landing
+    # The numbers of contacts come first, then those of further end stops.
     stops = [contact.frame for contact in landing.acting][len(landing.contact_places) :]
     names = [*(place.name for place in profile.places("contact")), *stops]
     several = len(set(compliant.number[compliant.number >= 0].tolist())) > 1
@@ -241,6 +242,7 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
     for event in motion.events:
         contact = int(compliant.number[event.element])
         normal = bool(motion.elements.normal[event.element])
+        # Just before the event, and just after it.
         around = np.array([event.time, np.nextafter(event.time, np.inf)])
         before, after = motion.at(around).force[:, event.element]
         visible = normal or abs(after - before) > least_step

@@ -186,39 +186,42 @@ def simulate_landing(
         if happens is None:
             break
         if len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
-            remedies = (
-                ["take springs of joints that are stiffer than the contacts as rigid"]
-                if np.any(elements.contact < 0)
-                else []
-            )
-            remedies += ["take a softer contact, a larger restitution or none"]
-            remedies += ["end the motion earlier"] if until is not None else []
-            text = (
+            raise ArithmeticError(
                 f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
+                f"{_remedies(elements, until)}"
             )
-            raise ArithmeticError(text + ", or ".join(remedies))
         event = Event(time, happens.element, state.switch(happens.element, happens.kind))
         if event.kind in UNFELT:
             continue
-        previous = next((one for one in reversed(events) if one.element == event.element), event)
-        if {event.kind, previous.kind} == {
-            EventKind.UNLOADS,
-            EventKind.RELOADS,
-        } and time - previous.time < UNDONE_ANGLE / system.fastest:
+        # What is undone at once is no event.
+        earlier = (one for one in reversed(events) if one.element == event.element)
+        previous = next(earlier, event)
+        undone = {event.kind, previous.kind} == {EventKind.UNLOADS, EventKind.RELOADS}
+        if undone and time - previous.time < UNDONE_ANGLE / system.fastest:
             events.remove(previous)
         else:
             events.append(event)
     return StiffMotion(
-        elements,
-        modes,
-        tuple(segments),
-        tuple(events),
-        state.separated,
-        system.to_velocity,
-        system.constant,
-        system.gravity,
-        system.falling,
+        elements=elements,
+        modes=modes,
+        segments=tuple(segments),
+        events=tuple(events),
+        separated=state.separated,
+        to_velocity=system.to_velocity,
+        constant=system.constant,
+        gravity=system.gravity,
+        falling=system.falling,
     )
+
+
+def _remedies(elements: Elements, until: float | None) -> str:
+    """What to do where elements change too often to follow them."""
+    remedies = ["take a softer contact, a larger restitution or none"]
+    if np.any(elements.contact < 0):
+        remedies.insert(0, "take springs of joints that are stiffer than the contacts as rigid")
+    if until is not None:
+        remedies.append("end the motion earlier")
+    return ", or ".join(remedies)
 
 
 def _check(
@@ -242,9 +245,8 @@ def _check(
         raise ValueError(
             f"each restitution must lie in [0, 1], not {elements.restitution.tolist()}"
         )
-    if sorted(elements.contact[elements.normal].tolist()) != sorted(
-        {*elements.contact.tolist()} - {-1}
-    ):
+    contacts = sorted({*elements.contact.tolist()} - {-1})
+    if sorted(elements.contact[elements.normal].tolist()) != contacts:
         raise ValueError("each contact needs exactly one row that is its normal")
     if until is not None and not 0.0 < until < np.inf:
         raise ValueError(f"the end of the motion must be finite and above 0 s, not {until:g} s")

@@ -71,13 +71,17 @@ def _filtered(
     rates = segment.rate
     # Oscillations that decay as those of the filter do would have terms t exp(λt).
     gaps = np.abs(rates[:, None] - poles).min(axis=1)
-    rates = np.where(gaps < TOGETHER * abs(pole), rates * (1.0 + 2.0 * TOGETHER), rates)
+    close = gaps < TOGETHER * abs(pole)
+    rates = np.where(close, rates * (1.0 + 2.0 * TOGETHER), rates)
+    # Π −pole / (λ − pole), of each oscillation
     passed = np.prod(-poles / (rates[:, None] - poles), axis=1)
     wave = segment.wave * passed
     missing = value - segment.level - wave.real.sum(axis=1)
     own = missing + 0.0j
     if low_pass.order == 2:
-        own -= 1.0j * (rate - (rates * wave).real.sum(axis=1) - pole.real * missing) / pole.imag
+        # Re(own exp(pole t)) has the missing value and, with that, the missing rate.
+        missing_rate = rate - (rates * wave).real.sum(axis=1)
+        own -= 1.0j * (missing_rate - pole.real * missing) / pole.imag
     rates, wave = np.append(rates, pole), np.column_stack([wave, own])
     end = wave * np.exp(rates * segment.length)
     swing = np.pad(segment.swing, ((0, 0), (0, 1)))
