@@ -296,7 +296,7 @@ def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str,
 
 
 def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[str, float]:
-    """The columns of one landing at times, on contacts of finite stiffness.
+    """The columns of one landing that lasts, at times.
 
     They are changes of velocity until the time.
 

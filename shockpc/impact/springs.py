@@ -30,7 +30,7 @@ def early_springs(
 ) -> Iterator[Diagnostic]:
     """A warning where springs have an effect within the contact, but are left out.
 
-    The impulse model leaves them out, or also finite stiffness.
+    The impulse model leaves them out, or also the landing over time.
 
     Args:
         landing: gives the springs.
