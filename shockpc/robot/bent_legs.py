@@ -1,5 +1,6 @@
-"""A posture for robots without one in which they stand: straight legs are bent, with level feet
-under the hips.
+"""A posture for robots without one in which they stand.
+
+Straight legs are bent, with level feet under the hips.
 
 A leg that is straight carries the strike to the trunk as a column does, and its posture is
 singular; no robot lands so.
@@ -58,8 +59,9 @@ class Axis(NamedTuple):
 
 
 class Hinge(NamedTuple):
-    """A joint of a leg whose axis is parallel to that of the knee; its angles are about the knee's
-    axis [rad].
+    """A joint of a leg whose axis is parallel to that of the knee.
+
+    Its angles are about the knee's axis [rad].
 
     Attributes:
         joint: the joint.
@@ -101,8 +103,9 @@ class Leg(NamedTuple):
 
 
 def bent_legs(robot: Robot) -> Array | None:
-    """The neutral configuration (nq,) with straight legs bent and feet level under the hips; None
-    if no joint turns.
+    """The neutral configuration (nq,) with straight legs bent and feet level under the hips.
+
+    None if no joint turns.
 
     A leg is what `ends_leg` says. Its knee is the first joint whose axis is parallel to that of a
     joint before it, the hip, with a thigh between them and a shank beyond. The shank ends at the
@@ -124,8 +127,9 @@ def bent_legs(robot: Robot) -> Array | None:
 
 
 def stance_of(leg: Leg) -> tuple[float, float, float]:
-    """The angles of hip, knee and ankle about the axis of the knee, from zero and within their
-    limits [rad].
+    """The angles of hip, knee and ankle about the axis of the knee [rad].
+
+    They are from zero and within their limits.
 
     A knee that is straight in the neutral posture is bent by 30° from there; a bent one stays. Then
 
@@ -149,8 +153,9 @@ def stance_of(leg: Leg) -> tuple[float, float, float]:
 
 
 def _knee_angle(leg: Leg) -> float:
-    """The angle of the knee: as in the neutral posture if the leg is bent there, else 30° more
-    [rad].
+    """The angle of the knee [rad]: as in the neutral posture, or bent.
+
+    A leg that is straight in the neutral posture is bent by 30° more.
 
     It bends to the side on which its limits leave more room, and without limits to negative angles
     of its joint, as those of quadrupeds do. If the limits leave the same, it goes forward, unless a
@@ -191,8 +196,9 @@ def _turned(leg: Leg, knee: float) -> Array:
 
 
 def ends_leg(robot: Robot, foot: str, wheels: bool = True) -> bool:
-    """Whether the limb of a foot is a leg: a link or joint of it is named like a foot, a part of a
-    leg or, if asked, a wheel.
+    """True if the limb of a foot is a leg.
+
+    A link or joint of it is named like a foot, a part of a leg or, if asked, a wheel.
     """
     part = f"{LEG_PART}|wheel" if wheels else LEG_PART
     return any(
@@ -202,7 +208,7 @@ def ends_leg(robot: Robot, foot: str, wheels: bool = True) -> bool:
 
 
 def _limb_names(robot: Robot, body: int) -> Iterator[str]:
-    """The names of the links and joints of a limb, from its last body to the first beyond the base."""
+    """The names of a limb's links and joints, from its last body to the first beyond the base."""
     while body > 0:
         yield from robot.bodies[body].links
         yield robot.joints[body].name
@@ -279,8 +285,9 @@ def _hinge(robot: Robot, axis: Axis, knee: Axis) -> Hinge:
 
 
 def _lowest_point(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Array:
-    """The lowest point (3,) of a foot in the world [m]; without shapes the one that its centre of
-    mass halves.
+    """The lowest point (3,) of a foot in the world [m].
+
+    Without shapes it is the one that the foot's centre of mass halves.
     """
     body = robot.bodies[foot.body]
     place = placed[body.joint] * pin.SE3(body.rotation, body.offset)

@@ -1,5 +1,6 @@
-"""What a robot is made of: bodies, joints, frames, couplings, loops and drives; the first three are
-read from Pinocchio's model.
+"""The parts of a robot: bodies, joints, frames, couplings, loops and drives.
+
+The first three are read from Pinocchio's model.
 """
 
 import math
@@ -42,7 +43,7 @@ Pinocchio has no kind for geoms, and no reader here makes sensors.
 
 
 class Body(NamedTuple):
-    """What moves as one: a link and all that is fixed to it.
+    """A body that moves as one: a link and all that is fixed to it.
 
     Attributes:
         name: the link that the body's moving joint carries; the root link for the base.
@@ -66,7 +67,7 @@ class Body(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """How a body moves against the one that carries it.
+    """The motion of a body against the one that carries it.
 
     Attributes:
         name: as the file says.
@@ -105,8 +106,11 @@ class Joint(NamedTuple):
         return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
 
     def coordinates(self, q: Array) -> tuple[float, ...]:
-        """The coordinates of a joint of several degrees of freedom, of which a planar one has an
-        angle [rad, m]. Args: q (nq,).
+        """The coordinates of a joint of several degrees of freedom [rad, m].
+
+        A planar one has an angle among them.
+
+        Args: q (nq,).
         """
         own = q[self.q].tolist()
         return (*own[:2], math.atan2(own[3], own[2])) if self.kind == "planar" else tuple(own)
@@ -152,7 +156,7 @@ class Mimic(NamedTuple):
 
     @property
     def led(self) -> str:
-        """What it follows, for messages."""
+        """The leaders that the joint follows, for messages."""
         return (
             f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}"
             if self.leaders
@@ -217,8 +221,9 @@ class Drive:
 
     @property
     def reflected(self) -> float | None:
-        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None
-        where it is not known.
+        """Inertia at the joint [kg m², kg]; None where it is not known.
+
+        It is the armature, or rotor_inertia · gear_ratio².
 
         Of intervals it is that of their middles.
         """
@@ -228,8 +233,9 @@ class Drive:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Smallest and largest inertia at the joint that is possible [kg m², kg]; infinite is a
-        joint that is held.
+        """Smallest and largest inertia at the joint that is possible [kg m², kg].
+
+        Infinite is a joint that is held.
 
         A number of a simulation model says nothing. An identified one is no better than identified
         drives of one type agree.
@@ -252,8 +258,9 @@ class Drive:
 
     @property
     def per_turn(self) -> float:
-        """Turns of the joint for one of its rotor, below zero where it turns against it; 0 where
-        gear or ratio is not known.
+        """Turns of the joint for one of its rotor, below zero where it turns against it.
+
+        It is 0 where gear or ratio is not known.
         """
         if self.gear is None or self.gear_ratio is None:
             return 0.0
@@ -261,7 +268,7 @@ class Drive:
 
 
 class Drives(NamedTuple):
-    """What is known of the drives of a robot's joints beside the model.
+    """The data known of the drives of a robot's joints beside the model.
 
     Attributes:
         label: where they are from; empty if nothing is known.
@@ -273,8 +280,9 @@ class Drives(NamedTuple):
 
 
 def bodies_of(model: pin.Model) -> tuple[Body, ...]:
-    """The moving bodies of a model in the order of the tree, base first; each is named after the
-    link that its joint carries.
+    """The moving bodies of a model in the order of the tree, base first.
+
+    Each is named after the link that its joint carries.
 
     A root link called "world" that has no mass is the ground: the body is then named after the
     first link that is fixed to it.
@@ -300,8 +308,9 @@ def bodies_of(model: pin.Model) -> tuple[Body, ...]:
 
 
 def frames_of(model: pin.Model, bodies: Sequence[Body]) -> Mapping[str, Frame]:
-    """Every named place of a model, by name; where a link shares its name with another it is the
-    link's.
+    """Every named place of a model, by name.
+
+    Where a link shares its name with another place, the name is the link's.
     """
     frames: dict[str, Frame] = {}
     from_joints = [pin.SE3(body.rotation, body.offset).inverse() for body in bodies]
@@ -321,8 +330,9 @@ def frames_of(model: pin.Model, bodies: Sequence[Body]) -> Mapping[str, Frame]:
 
 
 def joints_of(model: pin.Model) -> tuple[Joint, ...]:
-    """The joints of a model, in its order, which is that of the bodies; the floating base's is the
-    first.
+    """The joints of a model, in its order, which is that of the bodies.
+
+    The floating base's is the first.
     """
     places = list(enumerate(zip(model.joints, model.jointPlacements, strict=True)))
     return tuple(_joint(model, joint, number, place) for number, (joint, place) in places[1:])

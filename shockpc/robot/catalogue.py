@@ -97,8 +97,9 @@ _SHARE = "share/example-robot-data"
 
 
 class CatalogueEntry(NamedTuple):
-    """One robot that can be called by name: the name to type, in lower case, the robot file, and
-    other names it answers to.
+    """A robot that can be called by name.
+
+    It has the name to type, in lower case, the robot file, and other names it answers to.
     """
 
     name: str
@@ -112,8 +113,9 @@ class CatalogueEntry(NamedTuple):
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """List every robot known by name: the project's first, then example-robot-data, each in
-    alphabetical order.
+    """List every robot known by name.
+
+    The project's come first, then those of example-robot-data, each in alphabetical order.
     """
     project = str(project_robots_folder())
     return tuple(
@@ -122,8 +124,9 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
 
 
 def _entries() -> Iterator[CatalogueEntry]:
-    """Every robot known by name, folder by folder, the project's first; a folder is listed when
-    what precedes it was taken.
+    """Every robot known by name, folder by folder, the project's first.
+
+    A folder is listed when what precedes it was taken.
     """
     folder, taken = project_robots_folder(), set[str]()
     for file in _files(folder):
@@ -144,7 +147,7 @@ def _entries() -> Iterator[CatalogueEntry]:
 
 
 def _files(folder: Path | str) -> list[str]:
-    """What a folder holds, in alphabetical order; nothing where there is none."""
+    """The files of a folder, in alphabetical order; nothing where there is none."""
     try:
         return sorted(os.listdir(folder))
     except OSError:
@@ -171,8 +174,9 @@ def robots_of_set(name: str) -> tuple[str, ...]:
 
 
 def find_robot(name_or_path: str) -> tuple[Path, str | None]:
-    """Find the file that a name or a path means, and its name in the catalogue, or None when it was
-    given as a path.
+    """Find the file that a name or a path means, and its name in the catalogue.
+
+    The name is None when the file was given as a path.
 
     It is a path when it holds a path separator or a suffix and exists; else a robot's name or
     alias, in any case, with "-" and "_" alike.
@@ -197,8 +201,9 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
 
 
 def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
-    """Find the SRDF that goes with a robot file: the one beside it, in ./srdf or in ../srdf that is
-    named like it.
+    """Find the SRDF that goes with a robot file.
+
+    It is the one beside it, in ./srdf or in ../srdf that is named like it.
 
     The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf`
     for `hyq_no_sensors.urdf`), then the same with the robot's name in the file, which may be empty,
@@ -226,8 +231,9 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
 
 @functools.cache
 def project_robots_folder() -> Path:
-    """Return the folder of the project's robots: inside an installed package, or beside it in a
-    checkout.
+    """Return the folder of the project's robots.
+
+    It is inside an installed package, or beside it in a checkout.
     """
     package = Path(__file__).resolve().parent.parent
     packaged = package / "robots"
@@ -235,8 +241,9 @@ def project_robots_folder() -> Path:
 
 
 def closing_scene(robot: Path) -> Path | None:
-    """The first scene that closes a loop of one of the project's robots, whose file, a tree, ends
-    at the loop's two ends.
+    """The first scene that closes a loop of one of the project's robots.
+
+    The robot's file, a tree, ends at the loop's two ends.
     """
     return _closing_scenes().get(robot) if robot.is_relative_to(project_robots_folder()) else None
 
@@ -254,8 +261,9 @@ def _closing_scenes() -> dict[Path, Path]:
 
 
 def data_folder() -> Path | None:
-    """Return the share folder of example-robot-data, which is also the package root of its meshes;
-    None if not installed.
+    """Return the share folder of example-robot-data; None if not installed.
+
+    It is also the package root of the meshes.
     """
     # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens
     # of milliseconds.

@@ -1,4 +1,4 @@
-"""Changes of a robot as they are typed: inertias of links, reflected inertia and place of joints."""
+"""Changes of a robot as typed: inertias of links, reflected inertia and place of joints."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -235,7 +235,7 @@ class _Inertias(NamedTuple):
     inertia: Array
 
     def moved(self, place: pin.SE3) -> "_Inertias":
-        """The same in the frame in which their own frame has a place."""
+        """The inertias in the frame in which their own frame has a place."""
         R = place.rotation
         return _Inertias(self.mass, self.com @ R.T + place.translation, R @ self.inertia @ R.T)
 
@@ -350,7 +350,10 @@ def _joint_frames(robot: Robot) -> dict[str, int]:
 
 
 def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> None:
-    """Move a joint with all that it carries; its rotation against the link that carries it stays."""
+    """Move a joint with all that it carries.
+
+    Its rotation against the link that carries it stays.
+    """
     number = _joint_frames(robot)[name]
     frame = model.frames[number]
     joint = frame.parentJoint
@@ -444,5 +447,8 @@ def _mass(model: pin.Model, link: str) -> float:
 
 
 def _frame(model: pin.Model, link: str) -> pin.Frame:
-    """The frame of a link in the Pinocchio model, which keeps the inertia of only the link with it."""
+    """The frame of a link in the Pinocchio model.
+
+    The model keeps the inertia of only the link with it.
+    """
     return model.frames[model.getFrameId(link, pin.FrameType.BODY)]

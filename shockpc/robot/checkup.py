@@ -1,5 +1,6 @@
-"""The check-up of a robot: what is implausible in its file but can be computed, each with its
-consequence.
+"""The check-up of a robot: implausible data of its file, each with its consequence.
+
+They can be computed all the same.
 
 What cannot be computed is refused while the file is read. Nothing is corrected here.
 """
@@ -57,7 +58,7 @@ class Finding(NamedTuple):
 
 
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
-    """What may mislead in a robot: errors first, then warnings, then notes."""
+    """The findings that may mislead in a robot: errors first, then warnings, then notes."""
     root = shared_xml(robot.source.xml, robot.source.path.name)
     implausible = (
         *_read(robot, root),
@@ -85,8 +86,9 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
 
 
 def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    """What the reader of the file warns of, what it leaves out for a reason, and the loops that a
-    URDF closes.
+    """The findings of reading: warnings, what is left out for a reason, and loops.
+
+    The loops are those that a URDF closes.
     """
     file = robot.source.path.name
     for warning in (*robot.source.warnings, *robot.notes):

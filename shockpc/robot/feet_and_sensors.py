@@ -1,5 +1,6 @@
-"""Places on a robot that its names and its standing posture give away: how it stands, feet to land
-on, sensors to protect.
+"""Places on a robot that its names and its standing posture give away.
+
+They are its way to stand, feet to land on, and sensors to protect.
 """
 
 import math
@@ -48,8 +49,9 @@ ALIKE = 0.05
 
 
 def standing_posture(robot: Robot) -> str:
-    """The name of the posture in which a robot stands: that with bent legs if it was needed, one
-    named so, or else "neutral".
+    """The name of the posture in which a robot stands.
+
+    It is that with bent legs if it was needed, one named so, or else "neutral".
     """
     mjcf, names = robot.source.kind == "mjcf", tuple(robot.postures)
     if BENT in names:
@@ -65,8 +67,9 @@ def standing_posture(robot: Robot) -> str:
 
 @memoized()
 def _heights(robot: Robot, posture: str) -> dict[str, float]:
-    """Height of every link, site and geom that moves, in a posture [m]; empty where none is above
-    another.
+    """Height of every link, site and geom that moves, in a posture [m].
+
+    Empty where none is above another.
     """
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
     places = robot.body_placements(q)
@@ -78,8 +81,9 @@ def _heights(robot: Robot, posture: str) -> dict[str, float]:
 
 
 def _marks(robot: Robot, frame: Frame) -> bool:
-    """Whether a frame is a named place of a URDF, whose links say what is a foot; in an MJCF sites
-    and geoms do so.
+    """True if a frame is a named place of a URDF.
+
+    There the links tell the feet; in an MJCF sites and geoms do so.
     """
     return robot.source.kind == "urdf" and frame.kind == "site"
 
@@ -93,8 +97,9 @@ def _trunk(robot: Robot) -> int:
 
 
 def _not_fixed_to_trunk(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of some frames that are not fixed to the trunk, such as pads under it, of a robot that
-    has limbs; else all.
+    """The frames that are not fixed to the trunk, of some frames of a robot with limbs.
+
+    Those fixed to it are such as pads under it. Without limbs all frames are returned.
     """
     trunk = _trunk(robot)
     if robot.parents.count(trunk) < 2:
@@ -104,8 +109,9 @@ def _not_fixed_to_trunk(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]
 
 
 def _limbs(robot: Robot) -> list[int]:
-    """The limb of each body: the first body of the branch that it is on, beyond the last body that
-    carries all others.
+    """The limb of each body: the first body of the branch that it is on.
+
+    Branches begin beyond the last body that carries all others.
     """
     trunk = _trunk(robot)
     limbs: list[int] = []
@@ -116,8 +122,9 @@ def _limbs(robot: Robot) -> list[int]:
 
 
 def _ends(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of some frames that are at the end of a limb: no other of them is beyond, and nothing
-    of the limb much lower.
+    """The frames that are at the end of a limb, of some frames.
+
+    No other of them is beyond, and nothing of the limb is much lower.
 
     A frame beyond which a body of the limb reaches lower is part of the leg, and left out whatever
     it is named.
@@ -173,8 +180,9 @@ def _tip(body: Body, places: list[Frame]) -> str:
 
 
 def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
-    """Those of the last bodies of limbs that are low, and those whose limbs have the same masses:
-    some may be drawn folded.
+    """The last bodies of limbs that are low, and those of limbs with the same masses.
+
+    Some of these may be drawn folded.
     """
     limbs = _limbs(robot)
 
@@ -191,8 +199,9 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
 
 @memoized()
 def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
-    """The frames of `feet`, and whether they are recognised as feet, by their names or because they
-    are low.
+    """The frames of `feet`, and True if they are recognised as feet.
+
+    They are recognised by their names or because they are low.
     """
     named = _links_named_like_feet(robot) or _places_named_like_feet(robot)
     if named:
@@ -247,8 +256,10 @@ def _places_named_like_feet(robot: Robot) -> tuple[str, ...]:
 
 
 def feet(robot: Robot) -> tuple[str, ...]:
-    """What a robot is likely to land on: links named like a foot, else a site or geom of each body
-    named so, else the limbs' ends.
+    """The frames on which a robot is likely to land.
+
+    They are links named like a foot, else a site or geom of each body named so, else the limbs'
+    ends.
 
     A foot is at the end of its limb, and low in the standing posture; rods of an ankle, hands and
     cameras are not. The end of a limb is the site or geom of its last body that is farthest from
@@ -259,16 +270,18 @@ def feet(robot: Robot) -> tuple[str, ...]:
 
 @memoized()
 def recognised(robot: Robot) -> bool:
-    """Whether `feet` are named like feet or wheels, or are the low ends of limbs; not where they
-    are tips anywhere.
+    """True if `feet` are named like feet or wheels, or are the low ends of limbs.
+
+    False where they are tips anywhere.
     """
     return _feet_or_tips(robot)[1]
 
 
 @memoized()
 def each_foot(robot: Robot) -> tuple[str, ...]:
-    """One frame for each foot: its sole if one is named so, its body if it has several parts, else
-    its only part.
+    """The frame of each foot.
+
+    It is the foot's sole if one is named so, its body if it has several parts, else its only part.
     """
     parts: dict[int, list[str]] = {}
     for name in feet(robot):
@@ -297,8 +310,9 @@ def _foot_of_parts(robot: Robot, names: list[str]) -> str:
 
 
 def sensors(robot: Robot) -> tuple[str, ...]:
-    """Links and sites that move and are named like a sensor or are IMUs by the file; a site in the
-    place of such a link is none.
+    """Links and sites that move and are named like a sensor or are IMUs by the file.
+
+    A site in the place of such a link is none.
     """
     links, sites = [], []
     for frame in robot.frames.values():
@@ -317,10 +331,10 @@ def sensors(robot: Robot) -> tuple[str, ...]:
 
 
 def is_foot(name: str) -> bool:
-    """Whether a link is named like a foot."""
+    """True if a link is named like a foot."""
     return re.search(FOOT, name) is not None
 
 
 def is_imu(name: str) -> bool:
-    """Whether a sensor is named like one that measures motion."""
+    """True if a sensor is named like one that measures motion."""
     return re.search(IMU, name) is not None

@@ -78,7 +78,7 @@ def read_source(
 
 
 class YourdfpyRobot(Protocol):
-    """What is used of a `yourdfpy.URDF`, whose import takes a second."""
+    """The part of a `yourdfpy.URDF` that is used; its import takes a second."""
 
     robot: Any
 
@@ -89,8 +89,9 @@ class YourdfpyRobot(Protocol):
 def source_of_yourdfpy(
     given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | os.PathLike[str] | None
 ) -> RobotSource:
-    """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes, by
-    default that of its file.
+    """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes.
+
+    By default that is the folder of its file.
 
     The name of the file is not known, so no SRDF is searched for beside it.
 

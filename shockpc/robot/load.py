@@ -45,8 +45,9 @@ def load_robot(
     frames: Sequence[str] = (),
     free: bool = False,
 ) -> Robot:
-    """Load a robot from a file (URDF, xacro, MJCF or SDFormat, by its content), by name, or from
-    what another library loaded.
+    """Load a robot from a file, by name, or from what another library loaded.
+
+    A file is URDF, xacro, MJCF or SDFormat, by its content.
 
     Args:
         robot: a path, or a name that `shockpc robots` lists; or a `pinocchio.Model` (or
@@ -113,8 +114,9 @@ def shared_robot(
     frames: Sequence[str],
     free: bool = False,
 ) -> Robot:
-    """As `load_robot`, but the same object for all who ask for the same robot, until a file that it
-    was read from changes.
+    """As `load_robot`, but the same object for all who ask for the same robot.
+
+    It is so until a file that the robot was read from changes.
 
     Robots are the same if the file, the xacro arguments, the packages, the SRDF and, of several
     robots in one MJCF, the bodies are, and whether its base is freed. The last 16 are kept, so that
@@ -141,7 +143,10 @@ def shared_robot(
 
 
 def _robot_of(source: RobotSource, frames: Sequence[str], built: dict[Hashable, Robot]) -> Robot:
-    """A robot of a source. Args: built, those that there are already, to which this one is added."""
+    """A robot of a source.
+
+    Args: built, those that there are already, to which this one is added.
+    """
     with _naming(source.path.name, source.warnings):
         format_ = format_of(source)
         chosen = format_.choose(source, frames)
@@ -152,8 +157,9 @@ def _robot_of(source: RobotSource, frames: Sequence[str], built: dict[Hashable, 
 
 @contextlib.contextmanager
 def _naming(file: str, unread: Sequence[str] = ()) -> Iterator[None]:
-    """Begin the messages of refusals with the name of the file, and add what of it is not read,
-    which is often the cause.
+    """Begin the messages of refusals with the name of the file.
+
+    What of it is not read is added, as that is often the cause.
     """
     try:
         yield
@@ -165,8 +171,9 @@ def _naming(file: str, unread: Sequence[str] = ()) -> Iterator[None]:
 
 
 def _finished(robot: Robot, srdf: Path | None) -> Robot:
-    """The robot with the postures and rotors of its SRDF, checked, with exact rotations and its
-    mimic joints in order.
+    """The robot with the postures and rotors of its SRDF, checked.
+
+    Its rotations are exact and its mimic joints in order.
     """
     model = robot.model
     postures = {**robot.postures, **({} if srdf is None else read_srdf(srdf, model, robot.start))}

@@ -78,7 +78,7 @@ def _read(path: Path) -> _DrivesFile:
 
 
 def _faults(drive: Drive) -> Iterator[str]:
-    """What no drive has, or what contradicts itself."""
+    """The faults of a drive: data that no drive has, or that contradict each other."""
     values = {
         key: getattr(drive, key)
         for key in (*_INERTIAS, "gear_ratio", "drive_stiffness", "stiffness")
@@ -90,7 +90,10 @@ def _faults(drive: Drive) -> Iterator[str]:
         if fault := interval_fault(value):
             yield f"has a {key} that {fault}"
         elif not valid or high > LARGEST_NUMBER:
-            yield f"has a {key} of {interval_text(value)}; it has to be {least}, and at most {LARGEST_NUMBER:g}"
+            yield (
+                f"has a {key} of {interval_text(value)}; it has to be {least}, and at most "
+                f"{LARGEST_NUMBER:g}"
+            )
     yield from _contradictions(drive)
 
 
@@ -107,7 +110,10 @@ def _contradictions(drive: Drive) -> Iterator[str]:
     elif inertia > LARGEST_NUMBER:
         yield f"has a reflected inertia of {inertia:g}; at most {LARGEST_NUMBER:g} is computed"
     elif drive.range is not None and not drive.range[0] <= inertia <= drive.range[1]:
-        yield f"has a reflected inertia of {inertia:g}, which is not within its range of {interval_text(drive.range)}"
+        yield (
+            f"has a reflected inertia of {inertia:g}, which is not within its range of "
+            f"{interval_text(drive.range)}"
+        )
     elif drive.range is not None and replace(drive, range=None, status=None).interval not in (
         (inertia, inertia),
         (0.0, math.inf),
@@ -167,8 +173,9 @@ def _values(table: str) -> dict[str, object]:
 
 
 def drives_like(robot: Robot, name: str) -> Drives:
-    """The published and derived drives of a robot of the catalogue for joints of the same names in
-    another robot.
+    """The published and derived drives of a robot of the catalogue, for another robot.
+
+    They are for joints of the same names.
 
     The label names the joints of the catalogue's robot that this one does not have.
 
@@ -210,8 +217,9 @@ def drives_like(robot: Robot, name: str) -> Drives:
 
 @memoized()
 def similar_robots(robot: Robot) -> tuple[str, ...]:
-    """Robots of the catalogue whose drives are known and would be those of every joint of this
-    robot, by the names of joints.
+    """Robots of the catalogue whose drives are known and would fit every joint of this robot.
+
+    Joints fit by their names.
 
     Their masses are about the same. If it has the name of one of them, that one; drives of all
     joints of a robot, whatever their names, say nothing here.
@@ -278,8 +286,9 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
 
 
 def default_drives(robot: Robot) -> Drives | None:
-    """The drives that are known of a robot of the catalogue, which go over what its file gives;
-    None where there are none.
+    """The known drives of a robot of the catalogue; None where there are none.
+
+    They go over what its file gives.
     """
     known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
     if not known:

@@ -1,4 +1,4 @@
-"""Which joints have a motor, and what it can exert, as a robot's file says."""
+"""The joints that have a motor, and the effort of each, as a robot's file says."""
 
 from collections.abc import Sequence
 
@@ -31,8 +31,9 @@ MOST_EFFORT = 20.0
 
 
 def efforts(robot: Robot) -> Array:
-    """What the motors (nv,) can exert: the effort limit, of an MJCF also of its actuators; NaN
-    where none is given [N m, N].
+    """The effort (nv,) that motors can exert [N m, N]; NaN where none is given.
+
+    It is the effort limit, of an MJCF also of its actuators.
     """
     limit = np.array(robot.model.upperEffortLimit, dtype=float)
     for name, effort in robot.motors.items():
@@ -43,8 +44,9 @@ def efforts(robot: Robot) -> Array:
 
 
 def passive(robot: Robot) -> np.ndarray:
-    """Which joint velocities (nv,) are of joints without a motor: the file gives motors or effort
-    limits, and none of this joint.
+    """Mask (nv,) of the velocities of joints without a motor.
+
+    The file gives motors or effort limits, and none of these joints.
 
     A file that gives none at all, such as many that CAD programs write, says nothing of any joint.
     So does a file in whose format a joint without an effort limit has an unlimited effort.
@@ -58,8 +60,9 @@ def passive(robot: Robot) -> np.ndarray:
 
 
 def effort_hint(robot: Robot, joints: Sequence[str]) -> str:
-    """What the effort limits of joints suggest for their reflected inertia, in words; empty where
-    they suggest nothing.
+    """The reflected inertia that the effort limits of joints suggest, as a text.
+
+    Empty where they suggest nothing.
     """
     v = [robot.joint(name).v.start for name in joints if robot.joint(name).unit == "rad"]
     known = [effort for effort in efforts(robot)[v] if effort <= MOST_EFFORT * robot.mass]
@@ -70,8 +73,9 @@ def effort_hint(robot: Robot, joints: Sequence[str]) -> str:
 
 
 def simulator_settings(robot: Robot) -> frozenset[str]:
-    """The joints whose reflected inertia in the file is one number for joints of different or
-    unknown effort.
+    """The joints whose reflected inertia in the file is a setting of a simulator.
+
+    It is one number for joints of different or unknown effort.
 
     Motors that exert different torques have different rotors or gears, so such a number is a
     setting of a simulator. Where a file gives one number to `MANY` joints or more and the effort of

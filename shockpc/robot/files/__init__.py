@@ -1,1 +1,4 @@
-"""Files of robots: opened inside the open folders, checked for what is not read; a process with limits."""
+"""Files of robots: opened inside the open folders, and checked for what is not read.
+
+Here is also the process with limits.
+"""

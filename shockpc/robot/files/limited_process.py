@@ -1,5 +1,6 @@
-"""A computation in a child process, within limits of time and memory that hold for whatever library
-it calls.
+"""A computation in a child process, within limits of time and memory.
+
+The limits hold for whatever library it calls.
 
 A fork of this process would hold for ever the locks that other threads hold at that moment, such as
 those of a library. So the first computation starts a fresh interpreter, the server, which has one
@@ -32,8 +33,8 @@ SECONDS, MEMORY, ANSWER = 15, 2**30, 2**28
 LIMITS = f"{SECONDS} s, {MEMORY / 2**30:g} GB and an answer of {ANSWER // 2**20} MB"
 
 _CODE = (
-    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from shockpc.robot.files.limited_process "
-    "import serve; serve()"
+    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
+    "from shockpc.robot.files.limited_process import serve; serve()"
 )
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable", "PYTHONHASHSEED": "0"}
 """Of the server: libraries start no threads, and load faster without windows; sets of texts have
@@ -44,8 +45,9 @@ the same order in every run.
 def in_child(
     work: Callable[[], T], libraries: Sequence[str] = (), seconds: int | None = None
 ) -> T | None:
-    """The value of a function, computed in a separate process, with the folder and the environment
-    of this one.
+    """The value of a function, computed in a separate process.
+
+    The process has the folder and the environment of this one.
 
     What the function raises is raised here; that, its value and the function itself are picklable.
     What it prints is discarded.
@@ -75,8 +77,9 @@ def in_child(
 
 
 class _Server:
-    """The server, as this process sees it: started when it is needed first, for one computation at
-    a time.
+    """The server, as this process sees it.
+
+    It is started when it is needed first, for one computation at a time.
     """
 
     _process: "subprocess.Popen[bytes] | None" = None
@@ -176,7 +179,7 @@ def serve() -> None:
 
 
 def _forked(*request: Any) -> bytes:
-    """What a child answers; empty if it exceeds the limits or crashes."""
+    """The answer of a child; empty if it exceeds the limits or crashes."""
     reading, writing = os.pipe()
     child = os.fork()
     if not child:

@@ -1,5 +1,6 @@
-"""The files of a robot: which folders may be read, the one function that opens a file, and the one
-XML parser.
+"""The files of a robot.
+
+Here are the folders that may be read, the one function that opens a file, and the one XML parser.
 
 A robot file may read its package, the folders given with it, and nothing else; that holds after
 symbolic links are resolved. A file is read once, as a whole, and only if it is a regular one of at
@@ -96,28 +97,31 @@ class OpenFolders(NamedTuple):
         self.seen.setdefault(path, _state(path, whole))
 
     def unchanged(self) -> bool:
-        """Whether all that was read is still as it was."""
+        """True if all that was read is still as it was."""
         return all(
             state == _state(path, state is not None and state[-1] is not None)
             for path, state in tuple(self.seen.items())
         )
 
     def remember(self) -> None:
-        """Note what was read as an input of this command, too, where the robot of an earlier one is
-        used again.
+        """Note what was read as an input of this command, too.
+
+        The robot of an earlier command may be used again.
         """
         for state in self.seen.copy().values():
             if state is not None:
                 inputs.setdefault(state[:2], "file of the robot")
 
     def contain(self, path: Path) -> bool:
-        """Whether a path, after following `..` and symbolic links, lies inside the folders."""
+        """True if a path, after following `..` and symbolic links, lies inside the folders."""
         place = Path(os.path.realpath(path))
         return any(place.is_relative_to(folder) for folder in self.allowed)
 
     def resolve(self, path: Path, named: str) -> Path:
-        """Return a path with links resolved, which the robot file calls `named`; RobotError if it
-        lies outside the folders.
+        """Return a path with links resolved, which the robot file calls `named`.
+
+        Raises:
+            RobotError: it lies outside the folders.
         """
         self.note(path)
         place = Path(os.path.realpath(path))
@@ -135,8 +139,10 @@ class OpenFolders(NamedTuple):
         return place
 
     def package(self, name: str, named: str) -> Path:
-        """Find a package as given, then in ROS_PACKAGE_PATH, then above the file; RobotError about
-        `named` if there is none.
+        """Find a package as given, then in ROS_PACKAGE_PATH, then above the file.
+
+        Raises:
+            RobotError: there is none; the text calls what needs it `named`.
         """
         if name in self.packages:
             return self.packages[name]
@@ -157,8 +163,9 @@ class OpenFolders(NamedTuple):
         )
 
     def asset(self, uri: str) -> Path:
-        """Find the file that a robot file names, an existing one inside the folders, symbolic links
-        resolved.
+        """Find the file that a robot file names.
+
+        It is an existing one inside the folders, symbolic links resolved.
 
         What is not where it is named is looked for by its name in the folder of the package "*", if
         that is given: of several files of one name it is the one whose path ends like the one that
@@ -228,8 +235,9 @@ class OpenFolders(NamedTuple):
         return place
 
     def _package_name(self, folder: Path) -> str | None:
-        """The name that a folder's package.xml gives to the package; None without one, or outside
-        the open folders.
+        """The name that a folder's package.xml gives to the package.
+
+        None without a package.xml, or outside the open folders.
         """
         path = folder / "package.xml"
         readable = os.path.isfile(path) and self.contain(path)
@@ -243,8 +251,9 @@ class OpenFolders(NamedTuple):
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
-    """Work out what a robot file may read: its folder, the packages, folders given by name, and
-    ROS_PACKAGE_PATH.
+    """Work out what a robot file may read.
+
+    It is its folder, the packages, folders given by name, and ROS_PACKAGE_PATH.
 
     Its folder is the nearest one above it with a `package.xml`; else the parent of the folder that
     holds it, as meshes often lie beside that, unless the home folder lies in there.
@@ -298,8 +307,10 @@ def _ros_package_path() -> list[Path]:
 
 
 def decoded(data: bytes) -> str:
-    """The text of XML data: in the encoding of its byte-order mark or of its declaration, any that
-    Python knows; else in UTF-8.
+    """The text of XML data.
+
+    It is in the encoding of its byte-order mark or of its declaration, any that Python knows; else
+    in UTF-8.
 
     Raises:
         UnicodeDecodeError: it is in neither.
@@ -358,13 +369,17 @@ def read_xml(path: Path, what: str = "robot file") -> Element:
 
 @functools.lru_cache(maxsize=2)
 def shared_xml(text: str, name: str) -> Element:
-    """As `parse_xml`, but parsed once for all who ask again; none of them may change the elements."""
+    """As `parse_xml`, but parsed once for all who ask again.
+
+    None of them may change the elements.
+    """
     return parse_xml(text, name)
 
 
 def parse_xml(text: str, name: str) -> Element:
-    """Parse XML text, which messages call by a name, without following anything in it, and return
-    its root element.
+    """Parse XML text without following anything in it, and return its root element.
+
+    Messages call the text by a name.
 
     Tags and attributes carry their prefixes as written; values are without blanks around them.
 

@@ -1,5 +1,6 @@
-"""What in a URDF or SDFormat file is not read although it may change a shock, by tables of tags and
-attributes.
+"""Content of URDF and SDFormat files that is not read although it may change a shock.
+
+It follows from tables of tags and attributes.
 
 A row of a table has a path of tags from the root, the names at that path, of which "(element)" is
 the element itself, "(text)" its text and the others are its attributes, and a treatment: read; no
@@ -66,7 +67,10 @@ class Unread(NamedTuple):
 
 
 class _Rule(NamedTuple):
-    """A treatment, the condition of a report, and its text; empty where there is nothing to report."""
+    """A treatment, the condition of a report, and its text.
+
+    The text is empty where there is nothing to report.
+    """
 
     treatment: Treatment
     when: str = ""
@@ -102,7 +106,9 @@ _TEXT = _Rule(
 
 
 def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
-    """What a file holds that is not read although it may change a shock; one record for each kind.
+    """The content of a file that is not read although it may change a shock.
+
+    There is one record for each kind.
 
     Args:
         root: its <robot> or <model>.
@@ -134,8 +140,9 @@ def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
 
 
 class _Kind(NamedTuple):
-    """What is reported together: of one treatment, in one place of files, and with one consequence;
-    the known names there.
+    """A kind of content reported together, and the known names there.
+
+    It is of one treatment, in one place of files, and with one consequence.
     """
 
     treatment: Treatment
@@ -189,8 +196,9 @@ class _Walk(NamedTuple):
         self.kinds.setdefault(kind, []).append(place)
 
     def reported(self, name: str, known: Mapping[str, _Rule], path: str, strict: bool) -> bool:
-        """Whether an unknown name is reported: where every one is, or if it is close to a known one
-        that matters.
+        """True if an unknown name is reported.
+
+        That is where every one is, or if it is close to a known one that matters.
 
         A name with a prefix is one of another program unless it is close to a known one with that
         prefix. Only the first unknown names of a file are compared.
@@ -266,8 +274,9 @@ class _Walk(NamedTuple):
                 self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(apart, 6)})")
 
     def _names_one(self, element: Element) -> bool:
-        """Whether an element holds a link, a joint or a mass, or the name of a link or joint as an
-        attribute or a text.
+        """True if an element holds a link, a joint or a mass, or names a link or joint.
+
+        The name is an attribute or a text.
         """
         return any(
             part.tag in ("link", "joint", "inertial") or value in self.named
@@ -294,7 +303,7 @@ def _nearest(name: str, known: tuple[str, ...], cutoff: float) -> str:
 
 
 def _subjects(places: list[tuple[str, str]]) -> str:
-    """What holds the things of a kind and how many there are, such as 'joints "a", "b": 2 × '."""
+    """The owners of the things of a kind, and their number, such as 'joints "a", "b": 2 × '."""
     by_tag: dict[str, list[str]] = {}
     for owner in dict.fromkeys(owner for owner, _ in places):
         tag, _, name = owner.partition(" ")
@@ -306,8 +315,9 @@ def _subjects(places: list[tuple[str, str]]) -> str:
 
 
 def _differences(first: Element, other: Element, node: _Node, within: str = "") -> Iterator[str]:
-    """What differs between two elements, with both values; a number that is not written counts as
-    zero.
+    """The differences between two elements, with both values.
+
+    A number that is not written counts as zero.
 
     Args:
         first: the element that counts.
