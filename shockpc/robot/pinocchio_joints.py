@@ -1,5 +1,6 @@
-"""Parts of a Pinocchio model that the readers of URDF and MJCF build alike: joints, and rotations
-of quaternions.
+"""Parts of a Pinocchio model that the readers of URDF and MJCF build alike.
+
+They are joints, and rotations of quaternions.
 """
 
 import functools
@@ -13,7 +14,10 @@ from shockpc.core.spatial import Array
 
 @functools.lru_cache(maxsize=64)  # most joints of a robot have one of a few axes
 def axis_joint(kind: str, *axis: float) -> Any:
-    """A revolute, continuous or prismatic joint. Args: axis, its three components, of any length."""
+    """A revolute, continuous or prismatic joint.
+
+    Args: axis, its three components, of any length.
+    """
     # By the parser, because a continuous joint about any axis has no constructor in Python.
     axis_and_limit = (
         f'<axis xyz="{" ".join(map(repr, axis))}"/><limit lower="0" upper="0" effort="0" '

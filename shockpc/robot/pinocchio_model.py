@@ -20,8 +20,9 @@ _UNLIMITED = 1e300  # Pinocchio writes the largest double for a joint without li
 
 
 def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | None) -> Robot:
-    """Build the robot of a Pinocchio model, which stays as it is; commands and messages call it by
-    the label.
+    """Build the robot of a Pinocchio model, which stays as it is.
+
+    Commands and messages call it by the label.
 
     The base is free if the first joint is a free flyer. Armature is the model's, or rotorInertia ·
     rotorGearRatio² where that is zero; limits that are both zero are none; reference configurations
@@ -135,8 +136,9 @@ def _check_joints(model: pin.Model) -> None:
 
 
 def _complete_frames(model: pin.Model) -> None:
-    """Give each joint a frame of type BODY, and make the inertias of each joint's frames sum to
-    that of the joint.
+    """Give each joint a frame of type BODY.
+
+    Make the inertias of each joint's frames sum to that of the joint.
     """
     for k in range(1, model.njoints):
         bodies = [
@@ -161,8 +163,9 @@ def _complete_frames(model: pin.Model) -> None:
 
 
 def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) -> RobotSource:
-    """What stands for the file: the model as Pinocchio serialises it, and the geometry as the links
-    of a URDF.
+    """The source in place of a file.
+
+    It is the model as Pinocchio serialises it, and the geometry as the links of a URDF.
     """
     root = Element("robot", name=model.name)
     SubElement(root, "pinocchio").text = model.saveToString()

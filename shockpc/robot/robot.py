@@ -1,6 +1,4 @@
-"""A robot: what was read of its file, and what its bodies, joints and frames compute from
-themselves.
-"""
+"""A robot as read of its file, and what follows from its bodies, joints and frames."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -37,7 +35,7 @@ STOP = "stop:"
 
 @dataclass(eq=False, repr=False)
 class RobotSource:
-    """What was read of a robot: its text, where it came from, and what may be read along with it.
+    """The source of a robot: its text, where it came from, and what may be read with it.
 
     Attributes:
         name: its catalogue name, if it was asked for by name; what it was, if there is no file.
@@ -132,8 +130,9 @@ class Robot:
         return self.source.robot_name
 
     def deflection(self, q: Array) -> Array:
-        """By how much (nv,) the springs of the file are deflected in a configuration (nq,) [rad,
-        m]; zero where it has none.
+        """Deflection (nv,) of the springs of the file in a configuration (nq,) [rad, m].
+
+        It is zero where there is no spring.
         """
         out = np.zeros(self.model.nv)
         if self.relaxed is not None:
@@ -143,7 +142,7 @@ class Robot:
 
     @property
     def label(self) -> str:
-        """How a command names this robot: its catalogue name, else the path of its file."""
+        """The name of this robot in commands: its catalogue name, else the path of its file."""
         return self.source.name or str(self.source.path)
 
     @property
@@ -153,8 +152,10 @@ class Robot:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Of the file's reader, and one for all bodies whose inertia, with that of all that is
-        fixed to them, no body has.
+        """Warnings of the file's reader, and one of inertias that no body has.
+
+        The last is one for all bodies whose inertia, with that of all that is fixed to them, no
+        body has.
         """
         implausible = []
         for body in self.bodies:
@@ -176,8 +177,9 @@ class Robot:
 
     @cached_property
     def negative_moments(self) -> tuple[str, ...]:
-        """Links with a negative principal moment of inertia, with their moments, of bodies that
-        have one with all their links.
+        """Links with a negative principal moment of inertia, with their moments.
+
+        They are links of bodies that have one with all their links.
         """
         names = []
         for body in self.bodies:
@@ -199,7 +201,7 @@ class Robot:
 
     @cached_property
     def free_base(self) -> bool:
-        """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
+        """True if the base can move (every URDF; an MJCF whose root body has a free joint)."""
         return self.joints[0].kind == "free"
 
     @cached_property
@@ -211,8 +213,9 @@ class Robot:
         )
 
     def movable(self, base: str) -> slice:
-        """Which bodies can move: all but the base if that is "fixed" (in a file that fixes it, it
-        is none of the bodies).
+        """The bodies that can move: all but the base if that is "fixed".
+
+        In a file that fixes the base, it is none of the bodies.
         """
         return slice(int(self.free_base and base == "fixed"), None)
 
@@ -232,8 +235,9 @@ class Robot:
         return joints_of(self.model)
 
     def joint_origins(self, Q: Array) -> Array:
-        """Origins (N, n, 3) of the frames of `single_joints`, each in the frame of the body that it
-        moves [m].
+        """Origins (N, n, 3) of the frames of `single_joints`, in the frames of their bodies [m].
+
+        The body of a joint is the one that it moves.
 
         A frame moves with its joint: that of a prismatic joint slides. Args: Q (N, nq)
         configurations.
@@ -259,15 +263,17 @@ class Robot:
 
     @cached_property
     def single_joints(self) -> tuple[Joint, ...]:
-        """The joints as the file has them: the same, with the parts of a composite joint in its
-        place.
+        """The joints as the file has them.
+
+        They are `joints`, with the parts of a composite joint in its place.
         """
         return tuple(part for joint in self.joints for part in joint.parts or (joint,))
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints between bodies, as the file has them; the floating base's is not
-        among them.
+        """Names of the joints between bodies, as the file has them.
+
+        The floating base's is not among them.
         """
         return tuple(joint.name for joint in self.single_joints[self.free_base :])
 
@@ -297,7 +303,7 @@ class Robot:
         )
 
     def velocities(self, names: Iterable[str]) -> np.ndarray:
-        """Which joint velocities (nv,) are of the joints of these exact names."""
+        """Mask (nv,) of the velocities of the joints of these exact names."""
         chosen = np.zeros(self.model.nv, dtype=bool)
         for name in names:
             chosen[self.joint(name).v] = True
@@ -305,8 +311,9 @@ class Robot:
 
     @cached_property
     def actuated_dofs(self) -> np.ndarray:
-        """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those
-        of floating joints.
+        """Mask (nv,) of the velocities of joints that a drive may move or hold.
+
+        They are all but those of floating joints.
         """
         sizes = [joint.v.stop - joint.v.start for joint in self.joints]
         driven = np.repeat([joint.kind != "free" for joint in self.joints], sizes)
@@ -315,7 +322,7 @@ class Robot:
 
     @cached_property
     def mass(self) -> float:
-        """Of all bodies [kg]."""
+        """Mass of all bodies [kg]."""
         # rounded as in a landing, which `sum` of Python's own numbers is not since 3.12
         return float(sum(self.masses))
 
@@ -336,8 +343,9 @@ class Robot:
 
     @cached_property
     def gyration(self) -> Array:
-        """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0
-        for a body without mass.
+        """Radius of gyration (nb,) of every body about its centre of mass [m].
+
+        It is that for the mean axis, and 0 for a body without mass.
         """
         # k² = tr I / 3 m
         trace = np.maximum(np.trace(self.inertias, axis1=1, axis2=2), 0.0)
@@ -346,8 +354,9 @@ class Robot:
 
     @cached_property
     def rotation_lengths(self) -> Array:
-        """Length (nb,) by which the rotation of a body counts as a speed [m]: its radius of
-        gyration, or the others' smallest.
+        """Length (nb,) by which the rotation of a body counts as a speed [m].
+
+        It is the body's radius of gyration, or the others' smallest.
         """
         k = self.gyration
         smallest = k[k > 0.0].min(initial=1.0)
@@ -355,8 +364,9 @@ class Robot:
 
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
-        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None
-        where all are the same.
+        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames.
+
+        None where all are the same.
         """
         rotation = read_only([body.rotation for body in self.bodies])
         offset = read_only([body.offset for body in self.bodies])
@@ -370,8 +380,9 @@ class Robot:
 
     @cached_property
     def depth_first(self) -> bool:
-        """Whether all that a body carries follows it without others between, as in all files; a
-        model that is built may differ.
+        """True if all that a body carries follows it without others between.
+
+        It is so in all files; a model that is built may differ.
         """
         moves, joints = self.ancestors, self.joints
         return all(
@@ -389,8 +400,9 @@ class Robot:
 
     @cached_property
     def ancestors(self) -> np.ndarray:
-        """Which joint velocities (columns) move which bodies (rows): those of the joints from the
-        base to the body.
+        """Mask (nb, nv) of the joint velocities (columns) that move bodies (rows).
+
+        They are those of the joints from the base to the body.
         """
         # the last row is the world's
         ancestors = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)
@@ -424,8 +436,9 @@ class Robot:
         return self.match("joint", pattern, self.joint_names)
 
     def match_frames(self, pattern: str, kind: str = "frame", hint: str = "") -> tuple[str, ...]:
-        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob
-        means.
+        """The frame of an exact name, or the frames that a glob means.
+
+        A glob means links, sites and geoms on moving bodies.
         """
         return (
             (pattern,)
@@ -434,8 +447,9 @@ class Robot:
         )
 
     def match_bodies(self, pattern: str) -> tuple[int, ...]:
-        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means
-        the body that it belongs to.
+        """Indices of the bodies that a name or a glob means.
+
+        The name of a link, site or geom means the body that it belongs to.
         """
         return tuple(
             sorted({self._places[name] for name in self.match("body", pattern, self._places)})
@@ -469,8 +483,9 @@ class Robot:
             self.joint(mimic.joint).set(led + mimic.offset, q)
 
     def joint_placements(self, q: Array) -> list[pin.SE3]:
-        """Placements of Pinocchio's joints in the world, without `pin.Data`, whose size is as the
-        cube of the number of joints.
+        """Placements of Pinocchio's joints in the world.
+
+        They are computed without `pin.Data`, whose size is as the cube of the number of joints.
         """
         placed, model = [pin.SE3.Identity()], self.model
         for joint, place, parent in list(
@@ -487,8 +502,9 @@ class Robot:
         return [joints[body.joint] * pin.SE3(body.rotation, body.offset) for body in self.bodies]
 
     def frame(self, name: str) -> Frame:
-        """The frame of that exact name; of the end stop of a joint the centre of mass of the body
-        that the joint carries.
+        """The frame of that exact name.
+
+        Of the end stop of a joint it is the centre of mass of the body that the joint carries.
         """
         if name not in self.frames and name.startswith(STOP):
             body = next(

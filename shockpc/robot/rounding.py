@@ -1,5 +1,6 @@
-"""What rounding of a robot file's angles and lengths leaves: by how much its mechanism may differ
-from the one that is meant.
+"""The rounding of a robot file's angles and lengths.
+
+By it the robot's mechanism may differ from the one that is meant.
 
 CAD programs write a quarter turn as 1.5708 or 1.57, so joint axes that are meant to be parallel are
 so to these digits only. A number near a multiple of 15 degrees within its last digit is taken as
@@ -43,8 +44,9 @@ COSINES, HALF_COSINES = (np.cos(np.arange(n) * np.pi / (n - 1)) for n in (13, 25
 
 @memoized()
 def rounding_of(robot: Robot) -> Array:
-    """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries
-    it, by rounding.
+    """Rounding (nb, 2) of every body's place against the one that carries it.
+
+    By it the body may be turned [rad] and shifted [m].
     """
     above = _carriers(robot)
     moving = {body.name for body in robot.bodies}
@@ -62,7 +64,7 @@ def rounding_of(robot: Robot) -> Array:
 
 
 def _carriers(robot: Robot) -> dict[str, tuple[str, Array]]:
-    """What carries each link of a file, by name, and the rounding (2,) of its place there."""
+    """The carrier of each link of a file, by name, and the rounding (2,) of its place there."""
     if robot.source.kind == "pinocchio":
         return {}
     root = shared_xml(robot.source.xml, robot.source.path.name)
@@ -88,8 +90,9 @@ def _of_part(joint: Joint) -> Array:
 def _bodies(
     element: Element, carrier: str, degrees: bool
 ) -> Iterator[tuple[str, tuple[str, Array]]]:
-    """What carries each named body of an MJCF, and the rounding (2,) of the body's placement and of
-    its joints.
+    """The carrier of each named body of an MJCF, and a rounding (2,).
+
+    It is that of the body's placement and of its joints.
     """
     for part in element:
         name = part.get("name", "") if part.tag == "body" else ""
@@ -127,7 +130,7 @@ def _end(joint: Element, tag: str) -> str:
 
 
 def _of_joint(joint: Element) -> Array:
-    """The same (2,) for the placement and the axis of one joint of a URDF."""
+    """Rounding (2,) of the placement and the axis of one joint of a URDF [rad, m]."""
     origin, axis = joint.find("origin"), joint.find("axis")
     rpy, xyz = ("", "") if origin is None else (origin.get("rpy", ""), origin.get("xyz", ""))
     turned = sum(_of_angle(text) for text in rpy.split())
@@ -136,7 +139,7 @@ def _of_joint(joint: Element) -> Array:
 
 
 def _decimals(text: str) -> int:
-    """How many decimals a number has, without zeros at its end."""
+    """The number of decimals of a number, without zeros at its end."""
     from decimal import Decimal  # which few mechanisms need
 
     exponent = Decimal(text).normalize().as_tuple().exponent

@@ -1,4 +1,4 @@
-"""What numbers a robot may have: how large it may be, and which inertias no body has."""
+"""Limits of the numbers of a robot: their size, and inertias that no body has."""
 
 from collections.abc import Mapping
 
@@ -20,7 +20,8 @@ POINT = 1e-12
 
 
 def refuse_number(subject: str, what: str, value: float, unit: str) -> None:
-    """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg;
+    """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg.
+
     `subject` and `what` name it.
 
     Raises:
@@ -67,8 +68,9 @@ def refuse_tree(carriers: Mapping[str, str]) -> None:
 
 
 def negative_moment(mass: float, inertia: Array) -> bool:
-    """Whether a principal moment of an inertia (3, 3) [kg m²] is negative, and by more than the
-    rounding of a mass [kg] leaves.
+    """True if a principal moment of an inertia (3, 3) [kg m²] is negative.
+
+    It is so by more than the rounding of a mass [kg] leaves.
     """
     least, _, most = np.linalg.eigvalsh(inertia).tolist()
     return _below_zero(mass, least, most)
@@ -79,8 +81,9 @@ def _below_zero(mass: float, least: float, most: float) -> bool:
 
 
 def inertia_fault(mass: float, inertia: Array) -> str | None:
-    """Say why no body of a mass above zero [kg] has this inertia (3, 3) about its centre of mass
-    [kg m²]; None if one can.
+    """Say why no body has this inertia (3, 3) about its centre of mass [kg m²]; None if one can.
+
+    The body's mass is above zero [kg].
     """
     least, middle, most = np.linalg.eigvalsh(inertia).tolist()
     if max(abs(least), abs(most)) < POINT * mass:

@@ -1,5 +1,6 @@
-"""How the base of a robot moves unless a scene says otherwise: what its file says, and what its
-limbs show.
+"""The motion of a robot's base unless a scene states it.
+
+It follows from what the robot's file says, and from its limbs.
 """
 
 import re
@@ -24,7 +25,7 @@ TRAVELS = r"(?i)wheel|caster|rotor_?\d|propell|thruster|copter|drone|flying|uav"
 
 
 class UsualBase(NamedTuple):
-    """How the base moves unless a scene says otherwise, and why."""
+    """The motion of the base unless a scene states it, and the reason."""
 
     base: Literal["free", "fixed"]
     reason: Reason
@@ -32,7 +33,7 @@ class UsualBase(NamedTuple):
 
 @memoized()
 def usual_base(robot: Robot) -> UsualBase:
-    """How the base of a robot moves unless a scene says otherwise, and why.
+    """The motion of a robot's base unless a scene states it, and the reason.
 
     A file that holds the base fixes it: by a weld, by giving it no joint, or by a root link called
     "world". If legs hang on a root link of that name, it is freed: exports for simulators hold
@@ -49,8 +50,9 @@ def usual_base(robot: Robot) -> UsualBase:
 
 @memoized()
 def has_legs_on_base(robot: Robot) -> bool:
-    """Whether two legs or more hang on the base without a joint between, such as a rail, on which
-    the robot could fall.
+    """True if two legs or more hang on the base without a joint between.
+
+    Such a joint is that of a rail, on which the robot could fall.
     """
     base = 0 if robot.free_base else -1
     limbs = set()
@@ -64,7 +66,7 @@ def has_legs_on_base(robot: Robot) -> bool:
 
 
 def hangs(robot: Robot, base: str | None) -> bool:
-    """Whether a robot with legs hangs on its base, which its file holds.
+    """True if a robot with legs hangs on its base, which its file holds.
 
     Args: base, how it moves in a landing.
     """
@@ -72,8 +74,9 @@ def hangs(robot: Robot, base: str | None) -> bool:
 
 
 def is_arm(robot: Robot) -> bool:
-    """Whether a robot of a URDF hangs on its root by one chain, and no name in it is that of a
-    foot, leg, wheel or propeller.
+    """True if a robot of a URDF hangs on its root by one chain, without feet.
+
+    No name in it is that of a foot, leg, wheel or propeller.
 
     With fewer than three joints its end could not be stopped in space. Other formats say themselves
     whether the base moves, and so does a URDF in which a joint carries the whole robot.

@@ -1,5 +1,6 @@
-"""An MJCF compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it
-does.
+"""An MJCF compiled by MuJoCo.
+
+MuJoCo gives defaults, frames, replicas and compiler settings their meaning.
 
 MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes,
 both read from the open folders.
@@ -80,8 +81,9 @@ class Compiled(NamedTuple):
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:
-    """Replace every <include> of a <mujoco> element by the contents of its file, and return the
-    text of the whole model.
+    """Replace every <include> of a <mujoco> element by the contents of its file.
+
+    Returns the text of the whole model.
 
     The path of every mesh is written relative to the main file; one that is not found from there
     may lie beside the included file that names it. The element is changed in place.
@@ -123,8 +125,9 @@ def _include(
     opened: list[Path],
     included: dict[Element, Path],
 ) -> None:
-    """Insert included files below one element, found from the folder of the main file, or else of
-    the file that includes them.
+    """Insert included files below one element.
+
+    They are found from the folder of the main file, or else of the file that includes them.
 
     Their meshes are added to `included`, with the file that names each one.
     """
@@ -164,8 +167,9 @@ def _size(element: Element) -> int:
 
 
 def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
-    """The text of a model without textures, height fields and all else that moves no mass; `parts`
-    receives models attached.
+    """The text of a model without textures, height fields and all else that moves no mass.
+
+    `parts` receives models attached.
     """
     size = _size(root)
     if size > _LARGEST:
@@ -244,8 +248,9 @@ def compiled(source: "RobotSource") -> Compiled:
 def _compile(
     xml: str, folders: OpenFolders, freed: bool
 ) -> tuple[Compiled, bytes, Mapping[Path, Any]]:
-    """All but the model, which is given as MuJoCo saves it, and the state of the files that were
-    read.
+    """The compiled model without the model itself, that model, and the state of the files read.
+
+    The model is given as MuJoCo saves it.
 
     Args: xml, folders and freed, of a `RobotSource`, whose import would take the child as long as
     that of MuJoCo.
@@ -349,8 +354,9 @@ def _name(mujoco: Any, spec: Any) -> None:
 
 
 def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any, MeshFile]]:
-    """Read the meshes that give mass; the geoms of others, returned with their files, become boxes
-    without mass in their places.
+    """Read the meshes that give mass, and return the geoms of others with their files.
+
+    Such geoms become boxes without mass in their places.
     """
     meshes, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
     needed: dict[str, str] = {}
@@ -394,7 +400,7 @@ def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any
 
 
 def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:
-    """Whether MuJoCo takes part of a body's mass from a geom."""
+    """True if MuJoCo takes part of a body's mass from a geom."""
     rule, (low, high) = spec.compiler.inertiafromgeom, spec.compiler.inertiagrouprange
     from_geoms = (
         rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or not geom.parent.explicitinertial

@@ -119,7 +119,7 @@ def _set_limits(m: Any, model: pin.Model, joints: Sequence[int]) -> None:
 
 
 def _floats(model: pin.Model) -> bool:
-    """Whether the base of a model is free."""
+    """True if the base of a model is free."""
     return bool(model.joints[1].shortname() == "JointModelFreeFlyer")
 
 
@@ -173,8 +173,9 @@ def _with_loops(robot: Robot, loops: tuple[Loop, ...], drawn: Array) -> Robot:
 
 
 def _welds_base(loop: Loop) -> bool:
-    """Whether a loop of a robot with a floating base holds the place and the orientation of the
-    base in the world.
+    """True if a loop of a robot with a floating base holds the base in the world.
+
+    It holds its place and its orientation.
     """
     return loop.holds_orientation and set(loop.bodies) == {-1, 0}
 
@@ -189,8 +190,9 @@ def _welded_place(weld: Loop) -> Array:
 
 
 def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
-    """Where the coordinates q (nq,) of a robot of an MJCF stand in MuJoCo's qpos, and the length of
-    qpos.
+    """The indices of the coordinates q (nq,) of a robot of an MJCF in MuJoCo's qpos.
+
+    The second value is the length of qpos.
 
     Raises:
         RobotError: the robot is not of an MJCF.
@@ -207,8 +209,9 @@ def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
 
 
 def qvel_order(robot: Robot) -> tuple[np.ndarray, int]:
-    """Where the velocities q̇ (nv,) of a robot of an MJCF stand in MuJoCo's qvel, and the length of
-    qvel.
+    """The indices of the velocities q̇ (nv,) of a robot of an MJCF in MuJoCo's qvel.
+
+    The second value is the length of qvel.
 
     Raises:
         RobotError: as for `qpos_order`.

@@ -23,8 +23,9 @@ LARGEST_COORDINATE = 1e6
 
 
 class Shape(NamedTuple):
-    """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid,
-    without approximation.
+    """One convex piece of a body, without approximation.
+
+    It is the Minkowski sum of the hull of some points and an ellipsoid.
 
     A box or a mesh is only the hull. A sphere and an ellipsoid have one point; a capsule and a
     cylinder two, the cylinder with a flat ellipsoid, a disc.
@@ -45,8 +46,9 @@ class Shape(NamedTuple):
     name: str = ""
 
     def reach(self, directions: Array) -> Array:
-        """Return how far the shape reaches (m,) along unit vectors (m, 3), its support function
-        [m].
+        """Return the reach (m,) of the shape along unit vectors (m, 3) [m].
+
+        It is the shape's support function.
         """
         return np.asarray(
             (directions @ self.points.T).max(axis=1)
@@ -54,9 +56,7 @@ class Shape(NamedTuple):
         )
 
     def farthest(self, direction: Array) -> Array:
-        """Return points (k, 3) [m] among which are those that reach farthest along a unit vector
-        (3,).
-        """
+        """Return points (k, 3) [m] among which are the farthest along a unit vector (3,)."""
         along = direction @ self.rounding
         length = float(np.linalg.norm(along))
         # All points of a disc across the direction are equally far, to a part in a million; its
@@ -65,12 +65,13 @@ class Shape(NamedTuple):
         return self.points if level else np.asarray(self.points + self.rounding @ along / length)
 
     def belongs_to(self, frame: Frame) -> bool:
-        """Whether it is one of the shapes of this link, or the geom of this name."""
+        """True if it is one of the shapes of this link, or the geom of this name."""
         return frame.name == (self.link if frame.kind == "link" else self.name)
 
     def placed(self, rotation: Array, offset: Array) -> "Shape":
-        """Return the shape in another frame, in which the present one has this rotation (3, 3) and
-        this origin (3,) [m].
+        """Return the shape in another frame.
+
+        The present frame has this rotation (3, 3) and this origin (3,) [m] in it.
         """
         points = read_only(self.points @ rotation.T + offset)
         mesh = self.mesh and self.mesh._replace(
@@ -80,8 +81,9 @@ class Shape(NamedTuple):
 
 
 def primitive(link: str, kind: str, size: Array) -> Shape:
-    """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes,
-    or radius and half length [m].
+    """A shape around the origin, its axis along z.
+
+    The size is as MuJoCo has it: half the sides or axes, or radius and half length [m].
 
     Raises:
         ValueError: there is no such shape, or it has too few or negative sizes.
@@ -117,8 +119,9 @@ def checked(shape: Shape) -> Shape:
 
 
 def inertia_box(body: Body) -> Shape | None:
-    """The box of uniform density with the body's mass and inertia, a_x = sqrt(6 (I_y + I_z − I_x) /
-    m); None if there is none.
+    """The box of uniform density with the body's mass and inertia; None if there is none.
+
+    It has the sides a_x = sqrt(6 (I_y + I_z − I_x) / m), and likewise a_y and a_z.
     """
     if not body.mass > 0.0:
         return None
@@ -143,7 +146,7 @@ class HalfSpaces(NamedTuple):
     offsets: Array
 
     def depth(self, r: Array) -> float:
-        """How far inside all faces a point (3,) lies; below zero outside [m]."""
+        """Depth of a point (3,) inside all faces; below zero outside [m]."""
         return float((self.offsets - self.normals @ r).min())
 
 
@@ -167,8 +170,9 @@ def facets(shape: Shape) -> list[Array]:
 
 
 def half_spaces(shape: Shape) -> HalfSpaces | None:
-    """The half-spaces of a convex shape; None for a mesh, which need not be convex, and for a flat
-    shape, which has no inside.
+    """The half-spaces of a convex shape.
+
+    None for a mesh, which need not be convex, and for a flat shape, which has no inside.
     """
     found = None if shape.mesh is not None else hull(_corners(shape))
     if found is None:
@@ -188,7 +192,10 @@ def _corners(shape: Shape) -> Array:
 
 @functools.cache
 def _ball_points() -> Array:
-    """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
+    """Points on the unit sphere.
+
+    They are a circle of 64 at every 32nd part of the half turn, and the poles.
+    """
     latitude, angle = np.meshgrid(
         math.pi * (np.arange(1, 32) / 32 - 0.5), 2.0 * math.pi * np.arange(64) / 64, indexing="ij"
     )

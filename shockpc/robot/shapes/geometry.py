@@ -139,13 +139,16 @@ def _unread_text(kind: str, unread: list[Unread], read: int, lost: list[str]) ->
 
 @memoized()
 def body_outline(robot: Robot) -> Outline:
-    """The collision geometry of every body; the visual one, if the file has no collision geometry."""
+    """The collision geometry of every body.
+
+    It is the visual one, if the file has no collision geometry.
+    """
     return outline(robot, _outline_kind(robot.source))
 
 
 @memoized()
 def shapes_at(robot: Robot, name: str) -> np.ndarray:
-    """Which shapes (n,) of `body_outline` belong to a frame, in the order of its pieces."""
+    """Mask (n,) of the shapes of `body_outline` that belong to a frame, in order of its pieces."""
     frame = robot.frame(name)
     belongs: list[bool] = []
     for carried in body_outline(robot).shapes:
@@ -155,8 +158,9 @@ def shapes_at(robot: Robot, name: str) -> np.ndarray:
 
 @memoized()
 def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
-    """The shapes of a link itself, or the shape of a geom, as `body_outline` has them, and those
-    that cannot be read.
+    """The shapes of a link itself, or the shape of a geom, and those that cannot be read.
+
+    They are as `body_outline` has them.
 
     No mesh of another link is read, unless one says that y is up, of which all meshes together
     decide.
@@ -176,16 +180,18 @@ def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread,
 
 
 def drawn_outline(robot: Robot) -> Outline:
-    """The visual geometry of every body, its meshes with all vertices, unless they are those of
-    `body_outline`.
+    """The visual geometry of every body, its meshes with all vertices.
+
+    Where it is the geometry of `body_outline`, its meshes are as there.
     """
     return outline(robot, "visual", not _is_solid(robot.source))
 
 
 @memoized()
 def robot_size(robot: Robot, shapes: bool = True) -> float:
-    """Diagonal of the box around all frames, centres of mass and shapes of a robot in its neutral
-    posture [m].
+    """Diagonal of the box around a robot in its neutral posture [m].
+
+    The box is around all frames, centres of mass and shapes.
 
     Args:
         robot: the robot.
@@ -216,8 +222,9 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
 
 
 def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
-    """Links whose moments of inertia no body within the robot can have, with the radius of gyration
-    [m].
+    """Links whose moments of inertia no body within the robot can have.
+
+    With each comes its radius of gyration [m].
 
     Mass that lies within a robot is nowhere farther from its centre than the robot is large.
     Moments too small to matter are left out, such as those of a sensor's placeholder. Meshes are
@@ -247,8 +254,9 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
 
 @memoized()
 def inertias_about_origins(robot: Robot) -> tuple[str, ...]:
-    """Links whose inertias look as if they were given about the links' origins; none unless those
-    of all that tell do.
+    """Links whose inertias look as if they were given about the links' origins.
+
+    None unless those of all links that tell do.
 
     Taken to the centre of mass they stay possible then, for every link whose centre is not near its
     origin; a bar that hangs from its origin, given about its centre as it should be, would have a
@@ -268,7 +276,7 @@ def inertias_about_origins(robot: Robot) -> tuple[str, ...]:
 
 
 def size_text(robot: Robot) -> str:
-    """How large a robot is and what that was measured on, for messages."""
+    """The size of a robot and what was measured for it, for messages."""
     what = (
         "the robot measures"
         if any(body_outline(robot).shapes)
@@ -292,8 +300,9 @@ def _is_solid(source: RobotSource) -> bool:
 def _loader(
     source: RobotSource, reduced: bool
 ) -> "functools._lru_cache_wrapper[tuple[Mesh, Array]]":
-    """What reads the meshes of a file, each once: four legs often share one, and that of a foot may
-    be read before the others.
+    """A reader of the meshes of a file, each once.
+
+    Four legs often share one, and that of a foot may be read before the others.
     """
     spanning = outer_vertices if reduced else np.asarray
 
@@ -335,7 +344,7 @@ def _shapes(
 
 
 def _is_y_up(shape: Shape | Unread) -> bool:
-    """Whether a shape is a mesh whose file says that y is up."""
+    """True if a shape is a mesh whose file says that y is up."""
     return isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up
 
 
@@ -373,8 +382,9 @@ def _links(source: RobotSource) -> dict[str, list[Element]]:
 def _shapes_as_read(
     source: RobotSource, kind: GeometryKind, reduced: bool, link: str
 ) -> tuple[Shape | Unread, ...]:
-    """The shapes of one link of a URDF, of whatever meshes as they are; read once, for the link and
-    for the whole robot.
+    """The shapes of one link of a URDF, of whatever meshes as they are.
+
+    They are read once, for the link and for the whole robot.
     """
     return tuple(
         _urdf_shapes(_links(source).get(link, ()), kind, _loader(source, reduced), np.eye(3))
@@ -425,8 +435,9 @@ def _urdf_shape(link: str, shape: Element, load: Loader, turn: Array) -> Shape:
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
-    """The shape of a mesh as read, with its outer vertices, after a change (3, 3) of its
-    coordinates from an origin (3,) [m].
+    """The shape of a mesh as read, with its outer vertices, in other coordinates.
+
+    They follow by a change (3, 3) from an origin (3,) [m].
     """
     mesh, outer = read
     return Shape(
@@ -437,8 +448,9 @@ def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> 
 
 
 def _distance_to_joints(root: Element, shapes: Iterable[Shape | Unread]) -> float:
-    """Sum the distances from the joints of each link to the boxes around its meshes of which the
-    file says that y is up [m].
+    """Sum the distances from the joints of each link to the boxes around its meshes [m].
+
+    The meshes are those of which the file says that y is up.
     """
     places = {link.get("name"): [np.zeros(3)] for link in root.findall("link")}
     for joint in root.iterfind("joint"):
@@ -466,8 +478,9 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
 def _mjcf_shapes(
     source: RobotSource, kind: GeometryKind, load: Loader, only: str | None = None
 ) -> Iterator[Shape | Unread]:
-    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom; not
-    planes and height fields.
+    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom.
+
+    Planes and height fields are left out.
     """
     from shockpc.robot.mjcf.compiled import compiled
 

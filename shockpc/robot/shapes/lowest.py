@@ -27,8 +27,11 @@ def lowest_points(shapes: Sequence[Shape], up: Array, tolerance: float) -> Array
 
 
 def lowest_point(shapes: Sequence[Shape], up: Array) -> Array:
-    """The lowest point (3,) of some shapes; the mean of the lowest ones where several are equally
-    low. Args: up as above.
+    """The lowest point (3,) of some shapes.
+
+    It is the mean of the lowest ones where several are equally low.
+
+    Args: up as above.
     """
     candidates = [shape.farthest(-up) for shape in shapes]
     points = np.concatenate(candidates)
@@ -36,7 +39,7 @@ def lowest_point(shapes: Sequence[Shape], up: Array) -> Array:
 
 
 def equally_low(candidates: Sequence[Array], up: Array) -> list[np.ndarray]:
-    """Which of several groups of points (k, 3) are the lowest of all: (k,) of each group.
+    """Masks (k,) of the points that are the lowest of all, for several groups (k, 3) of points.
 
     A foot's sole is level to rounding only; its extent sets what counts as level.
     """

@@ -43,8 +43,9 @@ def hull(points: Array) -> Any | None:
 
 
 def hull_corners(vertices: Array) -> Array:
-    """Return those of the vertices (n, 3) that are corners of their hull; all if they lie in a
-    plane, for then it has no volume.
+    """Return those of the vertices (n, 3) that are corners of their hull.
+
+    All are if they lie in a plane, for then the hull has no volume.
     """
     convex = hull(vertices) if len(vertices) > 4 else None
     return vertices if convex is None else np.asarray(vertices[convex.vertices])
@@ -70,7 +71,7 @@ def outer_vertices(vertices: Array) -> Array:
 
 
 def _inside(x: Array, level: int) -> np.ndarray:
-    """Which points (n,) of x (n, 3) are inside one of the tetrahedra of `outer_vertices`."""
+    """Mask (n,) of the points x (n, 3) inside one of the tetrahedra of `outer_vertices`."""
     directions, triangles = _directions(level)
     farthest = np.array([(x @ direction).argmax() for direction in directions])
     middle = x[sorted(set(farthest.tolist()))].mean(axis=0)
@@ -90,8 +91,9 @@ def _inside(x: Array, level: int) -> np.ndarray:
 
 @functools.cache
 def _directions(level: int) -> tuple[Array, np.ndarray]:
-    """Directions (n, 3), and the triangles (m, 3) of neighbours: those of an octahedron, each
-    divided into four so many times.
+    """Directions (n, 3), and the triangles (m, 3) of neighbours.
+
+    They are those of an octahedron, each divided into four so many times.
     """
     signs = np.array(list(itertools.product([-1.0, 1.0], repeat=3)))
     triangles = signs[:, :, None] * np.eye(3)

@@ -1,5 +1,6 @@
-"""The bytes of a mesh file become triangles: STL, OBJ and PLY, read by trimesh, COLLADA, read by
-pycollada, and MuJoCo's MSH.
+"""Triangles from the bytes of a mesh file.
+
+STL, OBJ and PLY are read by trimesh, COLLADA by pycollada, and MuJoCo's MSH here.
 
 The libraries are given bytes in memory and nothing by which to find another file, so materials and
 textures are never opened.
@@ -53,8 +54,9 @@ _INSTANCE = 1000
 
 
 def read_mesh(data: bytes, suffix: str) -> Mesh:
-    """The triangles of a mesh file; polygons are divided into triangles, vertices at the same place
-    become one.
+    """The triangles of a mesh file.
+
+    Polygons are divided into triangles, and vertices at the same place become one.
 
     The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the
     axes of the link, whatever the file says, and Pinocchio reads them so. COLLADA coordinates are
@@ -113,8 +115,10 @@ def _without_repeats(vertices: Array) -> tuple[Array, np.ndarray]:
 
 
 def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
-    """Vertices, triangles, and whether the file says that y is up; ValueError if they cannot be
-    read for whatever reason.
+    """Vertices, triangles, and True if the file says that y is up.
+
+    Raises:
+        ValueError: they cannot be read for whatever reason.
     """
     try:
         with warnings.catch_warnings():
@@ -145,7 +149,10 @@ def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
 
 
 def _by_pycollada(data: bytes) -> tuple[Array, np.ndarray, bool]:
-    """The triangles of a COLLADA scene, each geometry at every place where a node instantiates it."""
+    """The triangles of a COLLADA scene.
+
+    Each geometry is at every place where a node instantiates it.
+    """
     from collada import Collada
     from collada.polylist import Polylist
     from collada.scene import GeometryNode, Node
@@ -169,8 +176,9 @@ def _by_pycollada(data: bytes) -> tuple[Array, np.ndarray, bool]:
 
 
 def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
-    """The vertices and triangles of MuJoCo's binary format: four counts, vertices, normals, texture
-    coordinates, triangles.
+    """The vertices and triangles of MuJoCo's binary format.
+
+    The format has four counts, vertices, normals, texture coordinates, triangles.
     """
     counts = [int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)]
     vertices, normals, coordinates, triangles = counts
@@ -184,8 +192,9 @@ def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
 
 
 def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
-    """Reduce a COLLADA document to what its triangles depend on; with it, its unit [m], and whether
-    it says that y is up.
+    """Reduce a COLLADA document to what its triangles depend on.
+
+    With it come its unit [m], and True if it says that y is up.
     """
     root = parse_xml(decoded(data), "the file")
     if root.tag != "COLLADA":
@@ -213,8 +222,9 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
 
 
 def _refuse_growth(root: ElementTree.Element) -> None:
-    """Refuse a scene whose nodes instantiate one another so often that it would be too long if it
-    were written out.
+    """Refuse a scene whose nodes instantiate one another too often.
+
+    Written out, it would be too long.
     """
     known = {}
     for element in root.iter():

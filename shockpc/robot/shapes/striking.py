@@ -1,4 +1,7 @@
-"""The shapes with which a frame strikes: a foot with all of its body, another frame with its own."""
+"""The shapes with which a frame strikes.
+
+Those of a foot are all of its body's, those of another frame its own.
+"""
 
 from typing import NamedTuple
 
@@ -69,7 +72,7 @@ def _marked_points(robot: Robot, body: int) -> tuple[Shape, ...]:
 
 
 def _is_ball_at_end(shapes: tuple[Shape, ...], frame: Frame, links: tuple[str, ...]) -> bool:
-    """Whether a foot is a link with a ball at the end of another, beside which nothing is as low.
+    """True if a foot is a link with a ball at the end of another, and nothing beside is as low.
 
     The meshes of the shank are then not read.
     """

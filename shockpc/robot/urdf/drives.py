@@ -15,7 +15,7 @@ _RATIOS = ("mechanicalReduction", "mechanical_reduction")
 
 
 class UrdfDrives(NamedTuple):
-    """What a URDF says of its drives beside the reflected inertia, which is added to the model.
+    """The data of a URDF's drives beside the reflected inertia, which is added to the model.
 
     Attributes:
         springs: stiffness of the joints with a spring [N m/rad, N/m].
@@ -32,8 +32,9 @@ class UrdfDrives(NamedTuple):
 
 
 def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> UrdfDrives:
-    """Add the reflected inertia and the damping of a URDF's joints to the model, and read what else
-    it says of their drives.
+    """Add the reflected inertia and the damping of a URDF's joints to the model.
+
+    Returns what else the file says of their drives.
 
     Read are <dynamics> of a joint: armature and RaiSim's rotor_inertia, both at the joint, RaiSim's
     stiffness, and spring_stiffness with spring_reference; and transmissions of one joint by one
@@ -63,7 +64,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
 
 
 class _Drives:
-    """What has been read of the drives of a URDF, by joint.
+    """The data read of the drives of a URDF, by joint.
 
     Attributes:
         inertias: reflected inertia [kg m², kg].
@@ -175,13 +176,14 @@ def _values(transmission: Element, ends: list[Element]) -> dict[str, str]:
 
 
 def _is_single(model: pin.Model, joint: str) -> bool:
-    """Whether a joint has one degree of freedom."""
+    """True if a joint has one degree of freedom."""
     return bool(model.existJointName(joint) and model.nvs[model.getJointId(joint)] == 1)
 
 
 def with_rest(rest: dict[str, float], model: pin.Model, start: Array) -> Array | None:
-    """The configuration (nq,) in which the springs of a URDF are without force; None where it says
-    of none.
+    """The configuration (nq,) in which the springs of a URDF are without force.
+
+    None where the file says of none.
     """
     if not rest:
         return None
@@ -196,8 +198,9 @@ def with_rest(rest: dict[str, float], model: pin.Model, start: Array) -> Array |
 
 
 def _reductions(transmission: Element, ends: tuple[Element, ...]) -> Iterator[str]:
-    """The reductions of a transmission as written: of each of its ends as an element or an
-    attribute, or its own.
+    """The reductions of a transmission as written.
+
+    They are of each of its ends as an element or an attribute, or its own.
     """
     for owner in (*ends, transmission):
         written = [part.get("value", part.text) or "" for part in owner if part.tag in _RATIOS]
@@ -214,8 +217,9 @@ def _velocities(model: pin.Model, joint: str) -> slice:
 
 
 def _at_least_zero(joint: str, what: str, text: str | None) -> float:
-    """A number of a drive, zero where none is written; refused if it is empty, negative or not
-    finite.
+    """A number of a drive, zero where none is written.
+
+    It is refused if it is empty, negative or not finite.
     """
     value = vector("0" if text is None else text, 1)
     if value is None or value[0] < 0.0:

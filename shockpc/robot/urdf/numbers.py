@@ -31,8 +31,9 @@ def numbers(
     unit: str = "",
     size: int = 1,
 ) -> Array:
-    """The numbers (size,) of an attribute; refused if missing without a default, not finite, or too
-    large for their unit.
+    """The numbers (size,) of an attribute.
+
+    They are refused if missing without a default, not finite, or too large for their unit.
     """
     element = owner.find(tag)
     text = default if element is None else element.get(key, default)

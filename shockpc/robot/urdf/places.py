@@ -1,5 +1,6 @@
-"""What a URDF holds beside links and joints that is part of the robot: named places, and joints
-that close loops.
+"""Parts of a robot that a URDF holds beside links and joints.
+
+They are named places, and joints that close loops.
 """
 
 from collections.abc import Container, Iterator, Mapping
@@ -31,8 +32,10 @@ _OPEN = "so the loop is left open: its bodies move as if nothing held them toget
 
 
 def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Add the places of a URDF's <frame>, <drake:frame>, <fixed_frame> and <sensor>, and of the
-    IMUs of <gazebo>, to the model.
+    """Add the places of a URDF to the model.
+
+    They are those of <frame>, <drake:frame>, <fixed_frame> and <sensor>, and of the IMUs of
+    <gazebo>.
 
     A place with the name of a link or joint, or of another place, is left out: the first is what
     the name means.
@@ -80,8 +83,9 @@ def _add_place(model: pin.Model, name: str, link: str, place: pin.SE3 | None) ->
 
 
 def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
-    """The elements that name a place on a link, with the link and the place in its frame, None
-    where its pose is not read.
+    """The elements that name a place on a link, with the link and the place in its frame.
+
+    The place is None where its pose is not read.
     """
     for tag in ("frame", "drake:frame", "fixed_frame", "sensor"):
         for element in root.findall(tag):
@@ -131,8 +135,9 @@ def ball_joints(
     joints: Mapping[str, Element],
     masses: Mapping[str, float],
 ) -> dict[str, str]:
-    """The joints that are parts of a ball joint which a loop closes, by name, with the name of that
-    loop.
+    """The joints that are parts of a ball joint which a loop closes, by name.
+
+    The values are the names of these loops.
 
     A rod with a ball joint at its end is written as links without mass, whose joints have their
     axes through one point, and a loop there. By themselves such links can turn without resistance;
@@ -172,7 +177,9 @@ def ball_joints(
 def read_loops(
     root: Element, robot: Robot, balls: Container[str]
 ) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
-    """The loops that <loop_joint> of Isaac Sim and Drake and <drake:ball_constraint> close, and a
+    """The loops that joints and constraints of other programs close.
+
+    They are <loop_joint> of Isaac Sim and Drake and <drake:ball_constraint>; with them comes a
     warning for each left open.
 
     A <loop_joint> joins a frame on each of two links, at xyz and rpy of its <link1> and <link2>.
@@ -281,7 +288,7 @@ def _end(frame: Frame, place: pin.SE3) -> tuple[int, pin.SE3]:
 def _closed(
     name: str, kind: str, a: tuple[int, pin.SE3], b: tuple[int, pin.SE3], axis: Array
 ) -> list[Loop]:
-    """What a joint of some kind between two ends holds.
+    """The loops that a joint of some kind between two ends holds.
 
     Args: axis (3,), of length 1, in the frames of both ends.
     """

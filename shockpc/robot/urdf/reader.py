@@ -76,8 +76,9 @@ def _ignored_xacro(root: Element, name: str) -> tuple[str, ...]:
 
 
 def _without_quaternions(text: str, name: str) -> str:
-    """A URDF with the angles of rpy in place of each quat_xyzw, which only some readers and some
-    versions of URDF have.
+    """A URDF with the angles of rpy in place of each quat_xyzw.
+
+    Only some readers and some versions of URDF have quat_xyzw.
 
     Raises:
         RobotError: a quaternion stands beside angles, or in a file whose version does not have it,
@@ -100,7 +101,10 @@ def _without_quaternions(text: str, name: str) -> str:
 
 
 def _angles(part: Element, quaternion: str, version: str, subject: str) -> list[float]:
-    """Roll, pitch and yaw [rad] of the quat_xyzw of an element; refused as `_without_quaternions`."""
+    """Roll, pitch and yaw [rad] of the quat_xyzw of an element.
+
+    It is refused as in `_without_quaternions`.
+    """
     what = f'quat_xyzw="{quaternion}"'
     if "rpy" in part.attrib:
         raise RobotError(
@@ -265,8 +269,9 @@ def _named(elements: list[Element], kind: str) -> dict[str, Element]:
 
 
 def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _Order:
-    """The joint above each link and the link that carries it, branch by branch from the root, which
-    has neither.
+    """The joint above each link and the link that carries it, branch by branch from the root.
+
+    The root has neither.
     """
     above: _Order = {}
     below: dict[str, list[str]] = {link: [] for link in links}
@@ -339,7 +344,7 @@ def _refuse_circle(above: _Order, order: _Order) -> None:
 
 
 def _fixed(joint: Element) -> Element:
-    """The same joint without its freedom."""
+    """A copy of the joint without its freedom."""
     fixed = copy.copy(joint)
     fixed.attrib = joint.attrib | {"type": "fixed"}
     return fixed
@@ -411,14 +416,15 @@ def _range(joint: Element, subject: str) -> tuple[float, float]:
 
 
 def _limits(joint: Element) -> set[str]:
-    """Which of its limits a joint has."""
+    """The names of the limits that a joint has."""
     limit = joint.find("limit")
     return set() if limit is None else {"lower", "upper"} & limit.attrib.keys()
 
 
 def _inertia(link: Element, subject: str) -> pin.Inertia:
-    """The mass of a link with its centre and its moments, in the link's frame; none without
-    <inertial>.
+    """The mass of a link with its centre and its moments, in the link's frame.
+
+    They are zero without <inertial>.
     """
     inertial = link.find("inertial")
     if inertial is None:
@@ -493,8 +499,9 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
 
 
 def _needs_xacro(root: Element) -> bool:
-    """Whether a file has to be expanded: its links carry no mass without xacro, or its numbers are
-    expressions.
+    """True if a file has to be expanded.
+
+    Its links carry no mass without xacro, or its numbers are expressions.
     """
     # Expanded files often keep <xacro:…> elements that mean nothing any more; their links are
     # complete.

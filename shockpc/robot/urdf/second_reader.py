@@ -1,5 +1,6 @@
-"""A second, independent reader of a URDF: yourdfpy, with the kinematics composed here from what it
-read.
+"""A second, independent reader of a URDF: yourdfpy.
+
+The kinematics are composed here from what it read.
 
 Nothing else imports this module, because importing yourdfpy takes a second.
 """
@@ -37,7 +38,7 @@ _KINDS = {
 
 
 class SecondReading(NamedTuple):
-    """What yourdfpy reads of a URDF, compared with the robot that is computed.
+    """The reading of a URDF by yourdfpy, compared with the robot that is computed.
 
     Attributes:
         links: number of links that it reads.
@@ -56,8 +57,9 @@ class SecondReading(NamedTuple):
 
 
 def second_reading(robot: Robot) -> SecondReading:
-    """Read the URDF of a robot a second time, and compare links, joints, limits, mimics, inertias
-    and placements of links.
+    """Read the URDF of a robot a second time, and compare the two readings.
+
+    Compared are links, joints, limits, mimics, inertias and placements of links.
 
     Placements are compared at random configurations, with the base where it starts.
 
@@ -153,7 +155,7 @@ def _limits(joint: Any, unwritten: tuple[float, float]) -> tuple[float, float]:
 
 
 def _same_rule(rule: Mimic | None, joint: str, mimic: Any, joints: Mapping[str, Any]) -> bool:
-    """Whether a joint follows others by the same rule in both readers.
+    """True if a joint follows others by the same rule in both readers.
 
     Args:
         rule: of our reader.
@@ -201,8 +203,9 @@ def _inertias(robot: Robot, record: Any) -> Iterator[str]:
 def _placement_errors(
     robot: Robot, record: Any, generator: np.random.Generator
 ) -> Iterator[tuple[str, float]]:
-    """Difference of the placement of every link at one random configuration, relative to distances
-    above 1 m.
+    """Difference of the placement of every link at one random configuration.
+
+    It is relative to distances above 1 m.
     """
     values = {}
     for joint in robot.single_joints:

@@ -17,8 +17,9 @@ from shockpc.text.errors import RobotError
 
 
 def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
-    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other
-    robots' joints are skipped.
+    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model.
+
+    Other robots' joints are skipped.
     """
     root = read_xml(path, "SRDF file")
     if root.tag != "robot" or root.find("link") is not None:

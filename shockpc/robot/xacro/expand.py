@@ -34,7 +34,8 @@ _LIBRARIES = ("xacro", "xacro.substitution_args", "yaml", "xml.dom.expatbuilder"
 # class; and all of `math`.
 _PYTHON = (
     "list dict map len str float int bool min max round sorted range abs all any complex divmod "
-    "enumerate filter frozenset hash isinstance issubclass ord repr reversed slice set sum tuple zip"
+    "enumerate filter frozenset hash isinstance issubclass ord repr reversed slice set sum tuple "
+    "zip"
 )
 _XACRO = "load_yaml abs_filename dotify arg message warning error print_location fatal tokenize"
 _OFFERED = {*_PYTHON.split(), *_XACRO.split(), "python", "xacro", "math"}
@@ -52,7 +53,7 @@ _OBJECT = re.compile(
 
 
 class _Expanded(NamedTuple):
-    """What a document becomes.
+    """The result of expanding a document.
 
     Attributes:
         urdf: the text.
@@ -70,8 +71,9 @@ class _Expanded(NamedTuple):
 def expand_xacro(
     text: str, folders: OpenFolders, arguments: Mapping[str, str]
 ) -> tuple[str, tuple[str, ...]]:
-    """Expand the text of a xacro file, which may read from these folders, with values for its
-    arguments.
+    """Expand the text of a xacro file, with values for its arguments.
+
+    The file may read from these folders.
 
     Returns: the URDF text, with mesh paths as found, and what xacro warned of.
 
@@ -141,8 +143,9 @@ def _expanded(text: str, folders: OpenFolders, arguments: dict[str, str]) -> _Ex
 
 
 def _confine(xacro: Any, document: "_Document") -> None:
-    """Give xacro the functions of a document in place of those that read the disk, the environment
-    and what Python can do.
+    """Give xacro the functions of a document in place of its own.
+
+    Its own read the disk, the environment and what Python can do.
     """
     substitution: Any = importlib.import_module("xacro.substitution_args")
     xacro.open = document.open
@@ -212,8 +215,9 @@ class _Document:
         return io.StringIO(text)
 
     def glob(self, pattern: str) -> list[str]:
-        """The files of a folder that a pattern names; a wildcard among folders could search the
-        whole disk.
+        """The files of a folder that a pattern names.
+
+        A wildcard among folders could search the whole disk.
         """
         folder, named = os.path.split(self.checked(pattern))
         root = self.folders.resolve(Path(folder), pattern)
@@ -272,7 +276,10 @@ class _Document:
 
 
 def _reason(cause: BaseException, places: str) -> str:
-    """What went wrong, in words, behind the name of a file. Args: places, where, as xacro says."""
+    """The reason of a failure, in words, behind the name of a file.
+
+    Args: places, where, as xacro says.
+    """
     if isinstance(cause, FileNotFoundError):
         return f' includes "{cause.filename}", which does not exist'
     if isinstance(cause, RecursionError):

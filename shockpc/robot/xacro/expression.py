@@ -25,8 +25,8 @@ _MAY_HOLD = (
 )
 
 _METHODS = {
-    str: "capitalize count endswith find index isalnum isalpha isdigit join lower lstrip partition removeprefix removesuffix "
-    "replace rfind rpartition rsplit rstrip split startswith strip title upper zfill",
+    str: "capitalize count endswith find index isalnum isalpha isdigit join lower lstrip partition "
+    "removeprefix removesuffix replace rfind rpartition rsplit rstrip split startswith strip title upper zfill",
     tuple: "count index",
     list: "append copy count extend index insert pop remove reverse",
     dict: "copy get items keys pop update values",
@@ -78,8 +78,9 @@ class _Checked(ast.NodeTransformer):
 
 
 def _hides_something(node: ast.AST) -> bool:
-    """Whether a node that is allowed has what is not: bytes, an ellipsis, `**`, or a dot or an
-    index as a variable of a comprehension.
+    """True if a node that is allowed has what is not.
+
+    That is bytes, an ellipsis, `**`, or a dot or an index as a variable of a comprehension.
     """
     if isinstance(node, ast.Constant):
         return not isinstance(node.value, _CONSTANTS)
@@ -93,8 +94,9 @@ def _hides_something(node: ast.AST) -> bool:
 
 
 def _attribute(owner: Any, name: str) -> Any:
-    """What a dot gives: a method that only computes, or an entry of a namespace or a YAML
-    dictionary.
+    """The value of a dot: a method that only computes, or an entry.
+
+    The entry is one of a namespace or a YAML dictionary.
     """
     for kind, methods in _METHODS.items():
         if isinstance(owner, kind) and name in methods.split():
