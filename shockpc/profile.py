@@ -47,8 +47,9 @@ JUDGE = Judge(health_of, warnings_of, unknowns_of)
 """Judges every profile."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4
-"""Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular
-that a proof refuses it.
+"""Jump of a joint velocity for a strike of 1 m/s above which a posture may be nearly singular.
+
+A proof may refuse it then.
 """
 
 ILL_CONDITIONED = 3e5

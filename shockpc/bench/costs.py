@@ -48,8 +48,9 @@ COMMANDS = {
     "shockpc analyze --format json": (*ANALYZE, "--format", "json"),
     "shockpc analyze --out, with the figure": (*ANALYZE, "--out", "FOLDER"),
 }
-"""Arguments of Python by the name of the row, FOLDER for one that is removed; run times are
-compared with that of the first.
+"""Arguments of Python by the name of the row, with FOLDER for a folder that is removed.
+
+Run times are compared with that of the first.
 """
 
 FEET = tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR", "RL", "RR"))
@@ -65,7 +66,7 @@ STIFF: dict[str, dict[str, Any]] = {
 """Landings of Go2 on contacts of 1e5 N/m: what their scenes give."""
 
 ROWS = 16384
-"""Of each sweep; sixteen times as many where processes are compared."""
+"""Number of rows of each sweep; sixteen times as many where processes are compared."""
 
 
 def _package(budget: float) -> Sheet:
@@ -262,6 +263,7 @@ COSTS = {
     "measured steps": measured_steps,
     "touchdowns in logs": found_touchdowns,
 }
-"""Tables of what the package costs, and of how far the model is from measurements; the argument is
-the time for each clock [s].
+"""Tables of the costs of the package, and of the difference of the model from measurements.
+
+The argument is the time for each clock [s].
 """

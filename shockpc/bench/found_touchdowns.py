@@ -16,11 +16,12 @@ from shockpc.wings.recordings.touchdowns.study import touchdowns
 FEET = ("LF", "RF", "LH", "RH")
 
 STEP = 5e-4
-"""Of the simulation, whose samples are the log at 2 kHz [s]."""
+"""Time step of the simulation, whose samples are the log at 2 kHz [s]."""
 
 SAMPLES_APART = 40
-"""Samples without contact before one that counts as a touchdown: a contact of the simulation
-chatters.
+"""Number of samples without contact before one that counts as a touchdown.
+
+A contact of the simulation chatters.
 """
 
 MATCH = 6e-3
@@ -33,9 +34,7 @@ FALLS = 24
 """Falls, from attitudes and with rates of a seeded sample."""
 
 LOGS = ((1, 0.0), (2, 0.0), (4, 0.0), (10, 0.0), (2, 1e-4), (2, 3e-4), (2, 1e-3))
-"""Every how many samples of the simulation one is in the log, and noise of positions in it [m,
-rad].
-"""
+"""Samples of the simulation for each one in the log, and noise of positions in it [m, rad]."""
 
 
 def quadruped() -> str:

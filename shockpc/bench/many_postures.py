@@ -45,8 +45,9 @@ WITH_DERIVATIVES = 256
 """Postures in which maps have derivatives, which take much memory."""
 
 Way: TypeAlias = Callable[[System, Array], Prepared]
-"""Makes what computes a landing in postures (N, nq) ready; raises `UnsuitedError` or `StudyError`
-where it cannot.
+"""Makes what computes a landing in postures (N, nq) ready.
+
+It raises `UnsuitedError` or `StudyError` where it cannot.
 """
 
 
@@ -263,7 +264,7 @@ WAYS: dict[str, Way] = {
     "code in C: shock of all bodies": partial(_in_c, None),
     "code in C: one shock": partial(_in_c, 1),
 }
-"""What is read are shocks of the first bodies."""
+"""Ways to compute many postures by name; shocks of the first bodies are read."""
 
 
 def in_symbols(budget: float) -> Sheet:

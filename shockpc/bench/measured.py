@@ -24,8 +24,9 @@ MODELS = {
 """Joint models of Cassie."""
 
 STIFFNESS = 1e5
-"""Of each of the four contact points [N/m], where the prediction has finite stiffness: a generic
-value, fitted to nothing.
+"""Stiffness of each of the four contact points where the prediction has a finite one [N/m].
+
+It is a generic value, fitted to nothing.
 """
 
 IGNORED = {"second_foot_later_ms": "", "ankle_spring_joint_*": ""}
@@ -39,8 +40,9 @@ LAWS = {
 """Laws of the contact of the hinged blocks: coefficients of restitution and of friction."""
 
 CLEAR = 0.006
-"""Height of the next corner above the lowest one from which on that one alone struck [m]: what the
-blocks' motion capture tells.
+"""Height of the next corner above the lowest one from which on that one alone struck [m].
+
+It is what the blocks' motion capture tells.
 """
 
 

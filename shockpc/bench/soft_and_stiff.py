@@ -22,11 +22,12 @@ from shockpc.show.tables import Cell, Column, Sheet
 from shockpc.wings.compliant.course import CompliantLanding
 
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
-"""Of the contact [N/m]."""
+"""Stiffnesses of the contact [N/m]."""
 
 ROTOR, SPRING = 0.01, 100.0
-"""Reflected inertia of every drive [kg m²], and stiffness of the spring before it [N m/rad]: the
-impulse does not feel it.
+"""Reflected inertia of every drive [kg m²], and stiffness of the spring before it [N m/rad].
+
+The impulse does not depend on the spring.
 """
 
 

@@ -34,8 +34,9 @@ KEYS = ("case", "budget", "part", "baseline")
 """Keys of a file of budgets."""
 
 LEAST_CHANGE = 1e-3
-"""Share of a metric's largest value in the baseline by which a value may always be off where a
-tolerance is a share.
+"""Share of a metric's largest value in the baseline by which a value may always be off.
+
+It is for tolerances that are shares.
 """
 
 DESIGNS, MOST_DESIGNS = 1000.0, 1_000_000

@@ -25,8 +25,9 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import ShockError, SolveError, StudyError
 
 BLOCK = 512
-"""Postures that are computed together: more leave the processor's cache, and fewer cost more calls
-of NumPy for each.
+"""Number of postures that are computed together.
+
+More leave the processor's cache, and fewer cost more calls of NumPy for each.
 """
 
 

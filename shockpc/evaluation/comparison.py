@@ -37,8 +37,9 @@ WITH_FRICTION = (
     "joint_impulse_friction",
     "joint_moment_friction",
 )
-"""Quantities that are always compared: of contacts that stick, or with friction where all designs
-land with friction.
+"""Quantities with friction that are always compared where all designs land with friction.
+
+Elsewhere those of contacts that stick are compared.
 """
 
 

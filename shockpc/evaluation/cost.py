@@ -36,8 +36,9 @@ STEP = 1e-5
 """Step of a difference, as a share of the range of what varies."""
 
 SLACK = 2e-7
-"""By how much a constraint is narrowed for an optimiser, which may miss it by as much, as a share
-of its scale.
+"""Share of its scale by which a constraint is narrowed for an optimiser.
+
+The optimiser may miss it by as much.
 """
 
 

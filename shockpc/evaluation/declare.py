@@ -23,14 +23,17 @@ from shockpc.text.arguments import checked, is_numeric
 F = TypeVar("F", bound=Callable[..., Any])
 
 Reads: TypeAlias = str
-"""What a command reads for the parameter of this name, as `shockpc.cli.study_command.INPUTS`
-describes.
+"""Name of the parameter for which a command reads an input.
+
+`shockpc.cli.study_command.INPUTS` describes what it reads.
 """
 
 Passed: TypeAlias = Literal["target", "trace", "progress"]
-"""What a command passes besides: the number that the study is about, by --at or --quantity; what
-measures stages, for --explain; a
-function that makes one which counts, of the number of landings."""
+"""Further arguments that a command passes to a study.
+
+They are the number that the study is about, by --at or --quantity; what measures stages, for
+--explain; and a function that makes one which counts, of the number of landings.
+"""
 
 
 QuantityOption: TypeAlias = Annotated[

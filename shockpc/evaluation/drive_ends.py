@@ -23,7 +23,7 @@ from shockpc.text.diagnostic import ShockWarning
 from shockpc.text.errors import ShockError, attempt
 
 End = Literal["smallest", "largest"]
-"""Which inertias all drives have."""
+"""The inertias that all drives have."""
 
 ENDS: tuple[End, End] = ("smallest", "largest")
 
@@ -31,13 +31,13 @@ MOVED = 0.01
 """Share of a number by which it differs between the ends for both to be given."""
 
 BETWEEN = "the smallest to the largest possible inertias"
-"""Where an answer is looked at, in words."""
+"""The inertias between which answers are compared, in words."""
 
 AT_BOTH = "with the smallest and the largest possible inertias"
 """Over tables of both ends."""
 
 BEYOND = "drives in between may give values outside these two"
-"""What these two ends do not say."""
+"""The limitation of these two ends, in words."""
 
 T = TypeVar("T")
 

@@ -19,13 +19,15 @@ from shockpc.text.printed import count
 from shockpc.text.shown import brief, shown_by
 
 MAX_CONDITION = 1e10
-"""Condition up to which double precision suffices for what is compared with measurements, or proven
-or compared afterwards.
+"""Condition up to which double precision suffices.
+
+It is for what is compared with measurements, or proven or compared afterwards.
 """
 
 AHEAD = 8
-"""Chunks that other processes may compute before the first one has been read, which limits the
-memory.
+"""Number of chunks that other processes may compute before the first one has been read.
+
+It limits the memory.
 """
 
 

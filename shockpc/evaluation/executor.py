@@ -28,11 +28,12 @@ S = TypeVar("S")
 T = TypeVar("T")
 
 PATIENCE = 10.0
-"""How long to wait for the scheduler of a cluster [s]."""
+"""Time to wait for the scheduler of a cluster [s]."""
 
 ABSENT = 10
-"""How often in sequence, every half second, a cluster has no worker before that is said, so that it
-is known within ten seconds.
+"""Number of checks in sequence that find no worker of a cluster before that is said.
+
+They are half a second apart, so that it is known within ten seconds.
 """
 
 

@@ -41,8 +41,9 @@ PUSH = Quantity(
     scope=Scope(f"{REDUNDANT}; --any-ground leaves it out"),
     relations=Relations(linear=True),
 )
-"""With `HEIGHTS` what `feasible` decides by, as numbers that a constraint can follow: they have
-either sign.
+"""The push of the ground, as a number that a constraint can follow: it has either sign.
+
+`feasible` decides by it and `HEIGHTS`.
 """
 
 LOSS = ENERGY_LOST._replace(scope=Scope(f"{ENERGY_LOST.scope.missing}; --any-ground leaves it out"))

@@ -7,7 +7,7 @@ from shockpc.quantities.selection import Selection
 from shockpc.text.errors import StudyError
 
 NAME_ONE = "name a quantity that depends on it, such as shock_friction or peak_force"
-"""What to do where none of the numbers of a study depends on the ground."""
+"""Remedy, for messages, where none of the numbers of a study depends on the ground."""
 
 
 def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE) -> None:

@@ -16,10 +16,10 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
 Target = Literal["", "LINK", "JOINT"]
-"""What the name or glob of a kind means; empty for a kind of the landing."""
+"""The parts that the name or glob of a kind means; empty for a kind of the landing."""
 
 Factors = Literal["never", "also", "only"]
-"""Whether values can be factors of what the landing has, or have to be."""
+"""Values as factors of what the landing has: never, also, or only."""
 
 Options: TypeAlias = list[tuple[str, str]] | None
 """Options of `shockpc analyze` with their texts; None where no option sets a value."""

@@ -11,7 +11,7 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
 Vary: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
-"""What varies: values by subject as `variation` takes them, or pairs of both."""
+"""Values that vary, by subject as `variation` takes them, or pairs of both."""
 
 
 def pairs(vary: Vary) -> list[tuple[str, Any]]:

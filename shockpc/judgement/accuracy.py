@@ -25,41 +25,42 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.diagnostic import Diagnostic
 
 SENSITIVE = 1e-9
-"""A result that a change of the data in their last digits moves by more than this share carries a
-warning.
-"""
+"""Largest share by which a change of the data in their last digits moves a result unwarned."""
 
 PATTERNS = 2
-"""Patterns of changes of the data, of which the largest effect counts: a scalar may happen to stay
-as it is under one of them.
+"""Number of patterns of changes of the data, of which the largest effect counts.
+
+A scalar may happen to stay as it is under one of them.
 """
 
 ENLARGED = 10.0
-"""By how much more than its condition says an impact may enlarge a change of the data; seen are 0.1
-in ten robots [1].
+"""Factor on its condition by which an impact may enlarge a change of the data [1].
+
+In ten robots it is 0.1.
 """
 
 RESTING_SHARE = 1e-13
-"""A body that moves by less than this share of the fastest one counts as at rest where errors are
-compared with motion.
+"""Share of the fastest body's motion below which a body counts as at rest.
+
+It is used where errors are compared with motion.
 """
 
 STRAIN = 100.0
-"""Impulse through a joint relative to the largest of the contacts beyond which a warning names the
-joint [1].
-"""
+"""Impulse through a joint, relative to the largest of the contacts, that a warning names [1]."""
 
 OVERSIZED = 100.0
-"""Impulse or effective mass relative to what the mass and the speed of the robot allow, from which
-it is the first warning [1].
+"""Impulse or effective mass from which it is the first warning [1].
+
+It is relative to what the mass and the speed of the robot allow.
 """
 
 SHARE = 0.1
 """Part of a unit combination of rows from which a row takes part in it [1]."""
 
 FASTEST_PLAUSIBLE = 100.0
-"""Motion relative to the strike beyond which a warning names the body: that of a robot is about 1
-[1].
+"""Motion relative to the strike beyond which a warning names the body [1].
+
+That of a robot is about 1.
 """
 
 

@@ -116,4 +116,4 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     overloaded,
     beyond_stops,
 )
-"""What warns of a profile; of one kind of warnings the first counts most."""
+"""Functions that warn of a profile; of warnings of a kind the first counts most."""

@@ -18,13 +18,16 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
 
 SMALL_ANGLES = (0.1, 3.2)
-"""Angles in degrees of which the largest lies between these may be meant in radians, where half a
-turn is 3.14.
+"""Range of the largest of some angles in degrees that may be meant in radians.
+
+Half a turn is 3.14 rad.
 """
 
 HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
-"""Mass of a robot beyond which its file may give grams [kg]; reflected inertia [kg m²] that no
-robot below the second mass has.
+"""Limits of plausible masses [kg] and reflected inertias [kg m²].
+
+Beyond the first mass the file of a robot may give grams. No robot below the second mass has the
+reflected inertia.
 """
 
 

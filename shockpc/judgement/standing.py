@@ -23,17 +23,19 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 
 STRAIGHT = 0.05
-"""A limb is nearly straight if there is a direction in which its joints move its end by less than
-this share of the most [1].
+"""Share of the largest motion of a limb's end, below which the smallest means a straight limb [1].
+
+The motions are along several directions, by the limb's joints.
 """
 
 BEND = 0.7
-"""By how much every joint is moved to count the directions in which a limb that is not straight
-moves its end [rad, m].
+"""Motion of every joint of a limb with which it is not straight [rad, m].
+
+With it the directions are counted in which the limb moves its end.
 """
 
 MARKS = {"standing": "lies", "straight": "legs straight"}
-"""What a row of a table says of a landing with a warning of these kinds."""
+"""Words in the row of a table for a landing with a warning, by kind."""
 
 TURNS = {
     (0, 1): "0,90,0",
@@ -42,8 +44,9 @@ TURNS = {
     (1, -1): "90,0,0",
     (2, 1): "180,0,0",
 }
-"""What turns the axis of the base along which all feet lie, and its sign, downward: roll, pitch,
-yaw [deg].
+"""Roll, pitch and yaw [deg] that turn an axis of the base downward, by axis and sign.
+
+It is the axis along which all feet lie.
 """
 
 

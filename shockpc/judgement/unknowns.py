@@ -17,8 +17,9 @@ from shockpc.robot.shapes.geometry import body_outline, inertias_about_origins
 from shockpc.text.printed import few, listed
 
 NOT_KNOWN = ("unknown", "simulation model")
-"""Status of drives that nobody knows: nothing is known, or a number of a simulation, which nobody
-measured.
+"""Status of drives that are not known: nothing is known, or a number that was not measured.
+
+Such a number is of a simulation.
 """
 
 CATALOGUE = ("published", "derived", "identified")
@@ -28,10 +29,10 @@ DECIDING = 3
 """Joints that decide, in a text."""
 
 CARRIES = {"flat": "its flat sole", "edge": "an edge of its sole", "corner": "a corner of its sole"}
-"""What of a contact carries, by its kind."""
+"""The part of a contact that carries, by its kind, in words."""
 
 CONTACT_OPTIONS = "--contact-point and --contact-kind change it"
-"""What changes a contact that was chosen."""
+"""Remedy for a contact that was chosen."""
 
 
 def unknowns_of(profile: ShockProfile) -> tuple[Unknown, ...]:
@@ -245,7 +246,7 @@ NOBODY_KNOWS: tuple[Callable[[ShockProfile], Iterator[Unknown]], ...] = (
     _inertias,
     _meshes,
 )
-"""What nobody knows, or what looks wrong."""
+"""Functions that give what is not known, or what looks wrong."""
 
 CAUSES = (*NOBODY_KNOWS, _known_drives, _springs, _contacts, _posture, _base, _duration)
-"""What a landing takes for granted; of equal effect the first counts most."""
+"""Functions that give the assumptions of a landing; of equal effect the first counts most."""

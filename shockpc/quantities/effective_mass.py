@@ -33,16 +33,15 @@ NARROW = 1e-4
 """Largest radius of a pivot, as a share of that below which it is zero."""
 
 IMMOVABLE = 1e-7
-"""Part of the normal along directions that cannot move with which a sticking contact cannot give
-way.
-"""
+"""Part of the normal, along directions that cannot move, that keeps a sticking contact in place."""
 
 LEFT_OUT = 10.0
-"""The same where a direction is left out, relative to what rounding of the file makes of it."""
+"""The part as `IMMOVABLE` where a direction is left out, relative to rounding of the file."""
 
 TILTS = {"edge": 1, "flat": 2}
-"""How many rotations about axes along the ground each kind of contact holds: the first of its
-moments.
+"""Number of rotations about axes along the ground that each kind of contact holds.
+
+They are the first of its moments.
 """
 
 HOLD_TWIST = ("corner", "edge", "flat")

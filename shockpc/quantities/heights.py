@@ -333,7 +333,7 @@ REACH = Quantity(
     _reach_of,
 )
 HEIGHTS = (SPREAD, CLEARANCE, REACH)
-"""What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
+"""Numbers by which `feasible` decides; they have either sign, so that a constraint can follow."""
 
 
 def reach_rates(

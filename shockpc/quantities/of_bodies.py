@@ -40,9 +40,10 @@ NEGLIGIBLE_ROTATION = 1e-12
 """Share of the strike's speed up to which a body is at rest."""
 
 ROUNDED = 1e-9
-"""Rotation that moves no point of the robot by more than this share of the strike is no rotation:
-files give angles and lengths
-with ten digits or so, and their rounding rotates bodies by as much."""
+"""Share of the strike by which a rotation has to move some point of the robot to count.
+
+Files give angles and lengths with ten digits or so, and their rounding rotates bodies by as much.
+"""
 
 STILL = "the body does not rotate in the plane"
 NO_GEOMETRY = "the body has no geometry to take the shock over; take its shock at a point instead"

@@ -53,7 +53,7 @@ REMEDIES = {
     ),
     NEEDS_STIFFNESS: ", because its spring gives its torque after the instant of the impact",
 }
-"""What to change where a part of a joint has no margin."""
+"""Remedies where a part of a joint has no margin, by reason."""
 
 OF_A_JOINT, OF_A_POINT = "the part is of a joint", "the part is at a point"
 

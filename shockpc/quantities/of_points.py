@@ -279,7 +279,7 @@ AT_CENTRE = (
         relations=Relations(also=("friction",), length_of=DELTA_V),
     ),
 )
-"""What bodies have too, at their centres of mass."""
+"""Quantities that bodies have too, at their centres of mass."""
 
 POINTS = (
     DELTA_V,

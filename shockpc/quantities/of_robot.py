@@ -19,8 +19,9 @@ DRIVEN = "a motor holds the rate of a joint and does work"
 GAINS = "with friction and restitution the impact would gain energy"
 
 ROUNDING = 1e-9
-"""Share of the work of the impulse on the approach below which a gain of energy is rounding: a full
-rebound loses none.
+"""Share of the work of the impulse on the approach below which a gain of energy is rounding.
+
+A full rebound loses none.
 """
 
 UNKNOWN = (

@@ -13,7 +13,7 @@ from shockpc.quantities.of_points import point_velocity
 from shockpc.quantities.quantity import Places
 
 FORCE, MOMENT, ALONG = JOINTS[:3]
-"""What a joint carries: linear in accelerations and forces, as it is in jumps and impulses."""
+"""Loads of a joint: linear in accelerations and forces, as they are in jumps and impulses."""
 
 ROUNDING = 1e-10
 """Share of the largest peak through a joint below which a torque is rounding."""

@@ -18,8 +18,9 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.geometry import body_outline
 
 BESIDE = 0.1
-"""Distance of the centre of mass from the support of three feet or more, as a share of its height,
-up to which they carry it.
+"""Distance of the centre of mass from a support that carries it, as a share of its height.
+
+It is for three feet or more.
 """
 
 

@@ -59,7 +59,7 @@ class Picture(NamedTuple):
 
 
 ROWS = 20
-"""Of a table, in a notebook."""
+"""Number of rows of a table in a notebook."""
 
 
 def table_report(table: "Table", rows: int | None = None) -> "Report":

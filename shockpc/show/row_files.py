@@ -69,7 +69,7 @@ class RowFiles:
     folder: Path
     format: Format
     _notes: list[_Notes] = field(default_factory=list, init=False, repr=False)
-    """Of the chunks in a CSV file, which does not hold them."""
+    """Notes of the chunks in a CSV file, which does not hold them."""
 
     def prepare(self, resume: bool) -> None:
         """Make the folder and describe the study in it.

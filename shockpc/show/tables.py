@@ -36,13 +36,15 @@ All others are the same for both.
 
 
 WIDTH, NARROW, GAP = 100, 12, "  "
-"""Characters of a line of a table on a terminal; of a column of names at least; and between
-columns.
+"""Characters of a line of a table on a terminal, of a column of names at least, and the gap.
+
+The gap is between columns.
 """
 
 NAMES = 0.7
-"""Share of the width that the first columns, which name the rows, may have to be repeated where a
-table continues.
+"""Share of the width up to which the first columns are repeated where a table continues.
+
+They name the rows.
 """
 
 

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from shockpc.evaluation.column import Column
 
 BRACKETED = 0.5
-"""Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest,
-are in brackets [1].
+"""Share of a body's motion out of the plane above which its CoPc and RoPc are in brackets [1].
+
+They describe the rest.
 """
 
 
@@ -140,7 +141,7 @@ STICKING = (
     "these numbers are for contacts that stick, and the friction only decides whether flat ground "
     "allows a landing; add --quantity shock_friction"
 )
-"""What a friction changes where no quantity with friction was asked for."""
+"""Text on what a friction changes where no quantity with friction was asked for."""
 
 
 def proof_text(bound: float) -> str:

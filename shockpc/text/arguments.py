@@ -16,8 +16,9 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 from shockpc.text.errors import StudyError
 
 LARGEST_NUMBER = 1e12
-"""Largest number of an option or a record without a maximum, in whatever unit: beyond it squares
-run out of range.
+"""Largest number of an option or a record without a maximum, in whatever unit.
+
+Beyond it squares run out of range.
 """
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -11,9 +11,7 @@ LARGEST_FILE = 64 * 2**20
 Inputs: TypeAlias = dict[tuple[int, int], str]
 
 inputs: Inputs = {}
-"""What every file is that the command has read, by device and inode; none of its outputs may
-replace one.
-"""
+"""The files that the command has read, by device and inode; no output may replace one."""
 
 
 def usable_path(text: str) -> Path:

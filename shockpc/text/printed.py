@@ -13,9 +13,7 @@ UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 _COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
-"""How lines begin, or what they contain, that CI runners take for commands, and what is printed
-instead.
-"""
+"""Patterns of lines that CI runners take for commands, and what is printed instead."""
 
 
 class Cause(NamedTuple):

@@ -40,10 +40,10 @@ class OfDrive(Kind):
     unit_of_prismatic: str = ""
 
     zero: ClassVar[bool] = False
-    """Whether a value may be zero."""
+    """True if a value may be zero."""
 
     example: ClassVar[str] = ""
-    """Of values, in messages."""
+    """Example of values, for messages."""
 
     def unit_of(self, robot: Robot, subject: str, target: str) -> str:
         units = {"rad": self.unit_of_revolute, "m": self.unit_of_prismatic}

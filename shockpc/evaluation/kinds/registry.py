@@ -20,4 +20,4 @@ KINDS: dict[str, Kind] = {
 """Kinds by word; a subject without such a word is a joint's position, `JOINT_POSITION`."""
 
 WORDS = tuple(kind.form for kind in KINDS.values())
-"""What can be varied besides positions of joints, as it is typed."""
+"""Names, as they are typed, of what can be varied besides positions of joints."""

@@ -39,13 +39,16 @@ DRAWN_QUANTITIES = (
 """Quantities that are drawn besides those that are asked for, which come first."""
 
 MOST_ROWS, MOST_DESIGNS = 6, len(CURVES)
-"""Rows of one quantity, unless the limb that is struck has more bodies; and designs beside the
-first one.
+"""Largest numbers of rows of a quantity, and of designs beside the first one.
+
+A struck limb with more bodies has more rows.
 """
 
 BAR, THIN, LETTER, WIDTH, GAP, FOOT = 0.2, 0.04, 0.062, 2.6, 0.36, 1.25
-"""Height of a row, least height of one of its bars, width of a letter beside them, of the bars,
-between panels, and room under the pictures [inches].
+"""Sizes of the panels [inches].
+
+They are the height of a row, the least height of one of its bars, the widths of a letter beside
+them, of the bars and between panels, and the room under the pictures.
 """
 
 HEADING, SPACE = 1.3, 0.3

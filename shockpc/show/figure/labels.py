@@ -16,7 +16,7 @@ from shockpc.show.figure.style import INK, PAPER, faded
 from shockpc.show.figure.window import Window
 
 PALE = faded(INK, 0.6)
-"""Of marks that say little of a body."""
+"""Colour of marks that say little of a body."""
 
 LETTERS, SMALL, TAG = 7.5, 6.0, 0.09
 """Size of labels and of those of circles [pt], and radius of a ring with a number [inches]."""

@@ -34,9 +34,7 @@ NOTE, UNDER = 0.85 * LINE, 0.3
 """Height of a line of a note, and between pictures and the notes under them [inches]."""
 
 MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.6
-"""Room around everything, for the vertical coordinate left of a picture, and for the column
-[inches].
-"""
+"""Room around everything, for the vertical coordinate of a picture, and for the column [inches]."""
 
 
 class Page:

@@ -22,7 +22,7 @@ from shockpc.show.figure.view import View
 from shockpc.show.figure.window import Window
 
 GOLD = "#ffd24d"
-"""Of sensors."""
+"""Colour of sensors."""
 
 ARROW_SIGN = Path([(-1, 0), (0.3, 0), (0.3, 0.25), (1, 0), (0.3, -0.25), (0.3, 0)])
 CROSSED = Path.make_compound_path(

@@ -28,8 +28,9 @@ LARGEST_GRID = 2500
 
 
 MOST_CROSSINGS = 10**7
-"""Most rows of the grid that the edges of a mesh cross, all together; a mesh that would cross more
-has a coarser grid.
+"""Largest number of rows of the grid that the edges of a mesh cross, all together.
+
+A mesh that would cross more has a coarser grid.
 """
 
 

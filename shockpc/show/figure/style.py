@@ -40,13 +40,13 @@ BANDS = (
 """One colour for each band, lightest first."""
 
 CURVES = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
-"""Of curves and marks that differ in their colours."""
+"""Colours of curves and marks."""
 
 MARKERS = ("o", "^", "s", "D")
-"""Of quantities whose colours are the same."""
+"""Markers of quantities whose colours are the same."""
 
 COUNTS = "#b9a77c"
-"""Of how often a value occurs, whose colour does not mean its size."""
+"""Colour of how often a value occurs; it does not mean the size of the value."""
 
 INK, PAPER = "#1a1a1a", "#ffffff"
 """Lines and letters; background."""
@@ -55,12 +55,13 @@ SHOCK = "normalised shock |Δv| / v_in [-]"
 """Label of bars and axes."""
 
 DECADE, DECADES = 15.0, 1e3
-"""Ratios of the limits of a logarithmic axis up to which all numbers between powers of ten are
-written, and twos and fives.
+"""Ratios of the limits of a logarithmic axis up to which numbers between powers of ten are written.
+
+Up to the first all of them are, up to the second twos and fives.
 """
 
 DPI = 120
-"""Of the PNG."""
+"""Resolution of the PNG [dots per inch]."""
 
 STYLE = {
     "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],

@@ -20,13 +20,16 @@ FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
 
 LARGEST_BOX = 1.5
-"""Largest box of an inertia that is filled, relative to the extent of joints, centres of mass and
-contacts if there is no shape.
+"""Largest box of an inertia that is filled, for a robot without shapes.
+
+It is relative to the extent of joints, centres of mass and contacts.
 """
 
 COVERED, BEHIND = 0.1, 0.02
-"""Share of a body that covers the struck limb, from which on only its edge is drawn; and distance
-behind the base, as a share of the robot's size, from which on a body is far.
+"""Limits for bodies that cover others, and for bodies that are far.
+
+The first is the share of a body that covers the struck limb, from which on only its edge is drawn;
+the second the distance behind the base, as a share of the robot's size, from which on it is far.
 """
 
 

@@ -79,9 +79,11 @@ STYLES: tuple[dict[str, Any], ...] = (
     {**PLAIN, "mode": "lines", "line": {"color": CURVES[3], "width": 4}},
     {**PLAIN, "mode": "markers", "marker": {"size": 1, "opacity": 0}},
 )
-"""Bodies; the strike at each contact, and its arrow head; a line to each sensor, its mark and
-letter; CoPc; screw axes;
-ends of the box that is shown, which are not seen."""
+"""Styles of the parts of the picture.
+
+They are bodies; the strike at each contact, and its arrow head; a line to each sensor, its mark and
+letter; CoPc; screw axes; and ends of the box that is shown, which are not seen.
+"""
 
 CONFIG = {
     "responsive": True,

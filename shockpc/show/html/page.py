@@ -32,7 +32,7 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
     "img-src data: blob:"
 )
-"""What a page may load: nothing."""
+"""The policy of a page on what it may load: nothing."""
 
 Files = Mapping[str, str | bytes]
 """Files of a report by path."""

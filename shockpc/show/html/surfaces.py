@@ -18,11 +18,12 @@ FINEST, LONGEST = 1 / 2000, 1 / 30
 """Smallest cell of the grid, and longest edge of a triangle, as shares of the robot's size."""
 
 MOST_DIVIDED = 8
-"""How many times as many triangles as in the end there may be while edges are divided."""
+"""Largest number of triangles while edges are divided, relative to that in the end."""
 
 FLAT = 1e-2
-"""Share of the largest curvature of a sum of squares below which a direction counts as flat; there
-a vertex stays at the mean.
+"""Share of the largest curvature of a sum of squares below which a direction counts as flat.
+
+There a vertex stays at the mean.
 """
 
 
@@ -269,6 +270,7 @@ _PARTS = {
     2: [[3, 1, 4], [0, 3, 4], [0, 4, 2]],
     3: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
 }
-"""The parts of a triangle with corners 0, 1, 2 of which so many edges are divided: at 3 (of 0 and
-1), 4 and 5.
+"""The parts of a triangle with corners 0, 1, 2 by the number of its edges that are divided.
+
+They are divided at 3 (of 0 and 1), 4 and 5.
 """

@@ -23,7 +23,7 @@ from shockpc.show.tables import rounded
 from shockpc.show.wording import contact_name, without_common
 
 STATUS = {"unknown": "drives unknown", "simulation model": "drives of a simulation"}
-"""How well drives are known, in words."""
+"""Words for how well drives are known."""
 
 ASKED = 3
 """Points that were asked for in the first line."""

@@ -34,8 +34,9 @@ from shockpc.text.printed import cause_lines, causes
 from shockpc.text.wings import from_wings
 
 WORST, JOINTS = 6, 3
-"""Bodies, the heaviest among them unless they are asked for by name, and joints in the tables of an
-answer.
+"""Numbers of bodies and of joints in the tables of an answer.
+
+The heaviest body is among them unless bodies are asked for by name.
 """
 
 LIVE = ("bodies", "points", "contacts", "joints")

@@ -60,8 +60,9 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "joint_torque_share": "of the torque limit [-]",
     },
 }
-"""Headings that people read, with {} for the component of a vector; other quantities are headed by
-their keys. Those of wings follow.
+"""Headings that people read, with {} for the component of a vector.
+
+Other quantities are headed by their keys. Those of wings follow.
 """
 
 ALWAYS: dict[PlaceKind, tuple[str, ...]] = {

@@ -31,9 +31,7 @@ READINGS = {"filtered_peak": "", "filtered_peak_axes": ""}
 """Columns of what accelerometers read."""
 
 OUT_OF_PLANE = 0.25
-"""Share of a body's motion out of the plane above which a note says what its CoPc and RoPc
-describe.
-"""
+"""Share of a body's motion out of the plane above which a note explains its CoPc and RoPc."""
 
 
 def shown_tables(
@@ -398,11 +396,12 @@ VIEWS: dict[str, View] = {
         shocks_sheet, _slides, _friction_shock_keys, "effect of friction", brief=True
     ),
 }
-"""The views of a landing by name, in the order of reading; before them is that of the bodies, after
-them those of wings and that of the posture.
+"""The views of a landing by name, in the order of reading.
+
+Before them is that of the bodies, after them those of wings and that of the posture.
 """
 
 POSTURE = View(
     _joints_with_position, has_joints, kept("joint", "position_deg", "position"), "posture"
 )
-"""Where every joint of one coordinate stands."""
+"""The position of every joint of one coordinate."""

@@ -18,14 +18,17 @@ COLUMNS = 8
 """Most pictures in a line."""
 
 WIDTH, HEIGHT, CAPTION, GAP, FOOT, BAR = 1.45, 1.15, 0.42, 0.12, 0.42, 4.6
-"""Sides of a picture, height of what is written under it, distance to the next, room for the colour
-bar, and its width [inches].
+"""Sizes of the contact sheet [inches].
+
+They are the sides of a picture, the height of what is written under it, the distance to the next,
+the room for the colour bar, and its width.
 """
 
 
 LEAST_WIDTH, SCALE = 6.0, 0.5
-"""Of the pictures together: room for the lines above them [inches]; of lines and marks in such
-small pictures.
+"""Least width of the pictures together [inches], and the scale of lines and marks in them.
+
+The width is room for the lines above the pictures.
 """
 
 

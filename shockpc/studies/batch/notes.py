@@ -13,7 +13,7 @@ from shockpc.text.wings import from_wings
 NO_DRIVES = {
     "free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"
 }
-"""What a joint model without drives of the catalogue means."""
+"""The meaning of a joint model without drives of the catalogue, in words."""
 
 
 def robot_notes(batch: Batch) -> Iterator[str]:

@@ -67,7 +67,7 @@ Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
 2 bad arguments or files, 3 a number has no solution, or a budget is
 undecided: drives that are not known decide whether it is met.
 """
-"""What stands under the help of the command."""
+"""The text under the help of the command."""
 
 
 def report(text: str) -> tuple[str, Path | None]:

@@ -19,10 +19,10 @@ from shockpc.text.names import glob_of
 from shockpc.text.printed import few, printable
 
 MODEL = {"joint_model": "joint model", "drives": "drives"}
-"""What a design has once, with its name in texts."""
+"""Entries that a design has once, with their names in texts."""
 
 KINDS = ("bodies", "joints", "points")
-"""What a design has several of, each by name."""
+"""Entries that a design has several of, each by name."""
 
 NUMBERS = {
     "mass": ("mass", "kg"),

@@ -16,7 +16,7 @@ EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""
 
 Status = Literal["passed", "exceeded", "undecided", "not computed", "skipped"]
-"""How a number compares with its limits; undecided where that depends on the drives."""
+"""The comparison of a number with its limits; undecided where that depends on the drives."""
 
 FAILING = ("exceeded", "undecided", "not computed")
 """Statuses with which a budget of severity error does not pass."""

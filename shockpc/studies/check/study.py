@@ -34,7 +34,7 @@ MOST_CHANGES = 12
 """Changes of a design that a note lists."""
 
 UNCHANGED = "no change of the bodies, joints and points that the baseline holds"
-"""What a note says where numbers changed and the design did not."""
+"""The text of a note where numbers changed and the design did not."""
 
 
 @checked

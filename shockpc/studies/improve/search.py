@@ -18,7 +18,9 @@ from shockpc.evaluation.cost import SLACK, ShockCost
 from shockpc.studies.improve.lockstep import in_lockstep
 
 RUNS, ROUGH, SLOW = 80, 36, 4
-"""Runs by default; where derivatives are differences; and where each point needs a separate
+"""Default numbers of runs.
+
+The second is for derivatives that are differences, the third where each point needs a separate
 landing.
 """
 
@@ -26,22 +28,25 @@ TRIED = 20
 """Random points of which a run begins at the best."""
 
 STEPS, CHANGE = 100, 1e-10
-"""Steps of a run at most, and the change of the objective by a step, relative to the start, at
-which it ends.
+"""Largest number of steps of a run, and the change of the objective by a step at which it ends.
+
+The change is relative to the start.
 """
 
 SHORTENED, STUCK = 10, 5
-"""Points of a step that was shortened as often as SLSQP does, and such steps in succession at which
-a run ends: its constraints, as they are linearised, contradict one another, and it would go on like
-this for all its steps.
+"""Points of a step that was shortened as often as SLSQP does, and such steps that end a run.
+
+The steps are in succession: the constraints of the run, as they are linearised, contradict one
+another, and it would go on like this for all its steps.
 """
 
 LOWEST_SLACK = -1e6
-"""Of a constraint of SLSQP, which does not converge with infinite ones [1]."""
+"""Lowest slack of a constraint of SLSQP, which does not converge with infinite ones [1]."""
 
 OPTIMUM_TOLERANCE = 1e-6
-"""Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and
-within which landings are as bad.
+"""Share of a range, or of a scale, within which a bound or a constraint holds an optimum.
+
+Landings within it are as bad as the worst.
 """
 
 

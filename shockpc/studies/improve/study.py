@@ -44,18 +44,18 @@ from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 
 USUAL_RANGE = 45.0
-"""How far from the landing as given joints are looked at where nothing is said [deg]."""
+"""Default distance of the ranges of joints from the landing as given [deg]."""
 
 AGREEING = 0.01
-"""How much worse than the optimum, as a share of it, a run may end that counts as one that agrees.
-"""
+"""Share of the optimum by which a run may end worse and still count as one that agrees."""
 
 FLAT = 0.05
-"""How much worse than the optimum, as a share of it, a value may be that counts as flat."""
+"""Share of the optimum by which a value may be worse and still count as flat."""
 
 SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
-"""Shares of the way to a bound at which a variable is looked at, and then as many between two of
-them.
+"""Shares of the way to a bound at which a variable is evaluated.
+
+Then it is evaluated at as many between two of them.
 """
 
 ALONE = {"deg": 1.0, "m": 0.01}

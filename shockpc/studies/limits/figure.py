@@ -18,7 +18,7 @@ SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Limits of the bands as multiples of the bound; the last band is open."""
 
 LEAST = (0.0, *(1.0 / share for share in SHARES[:0:-1]))
-"""The same where the bound is the smallest value allowed."""
+"""Limits of the bands as multiples of a bound that is the smallest value allowed."""
 
 COLOURS = (*BANDS[:5], *BANDS[6:])
 """Five blues for what is allowed, four reds beyond the bound."""
@@ -29,7 +29,7 @@ FINER = 5
 """Strike angles of the map for each of those that are computed."""
 
 BESIDE = 1.0
-"""How far the map goes beside a single strike angle, which has no width [deg]."""
+"""Width of the map on each side of a single strike angle, which has no width [deg]."""
 
 JUMP = 5.0
 """Between postures, the strike with the maximum is not joined over more than this [deg]."""

@@ -49,7 +49,7 @@ NOT_LIMITED = {
         "shockpc sweep"
     ),
 }
-"""What a sweep varies without being limited, and why."""
+"""Quantities that a sweep varies but that are not limited, with the reason."""
 
 
 class Varied(NamedTuple):

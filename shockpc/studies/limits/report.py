@@ -27,7 +27,7 @@ ENDS = {
     "loop": "the loop cannot be closed beyond",
     "ground": "flat ground begins or ceases to allow the landing",
 }
-"""What ends an interval besides the bound."""
+"""Reasons why an interval ends, besides the bound, in words."""
 
 ROWS = 12
 """Postures of the table on a terminal, about."""
@@ -39,7 +39,7 @@ UNCHANGED = 1e-9
 """Share of a number by which rounding may change it."""
 
 LEAST_MOVE = {"rad": "1 degree", "m": "1 cm"}
-"""How far a limit has to move to be reported, by unit; 1 % of the range otherwise."""
+"""Least motion of a limit that is reported, by unit; 1 % of the range otherwise."""
 
 
 def limits_report(study: JointLimits) -> Report:

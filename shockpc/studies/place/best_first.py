@@ -19,8 +19,9 @@ from shockpc.studies.place.cone import ConvexCell, Optimum, least_shock
 from shockpc.studies.place.field import Fields
 
 INSIDE = 1e-7
-"""Depth inside a set, above which a place is not allowed [m]; cone programs leave their half-spaces
-by less.
+"""Depth inside a set above which a place is not allowed [m].
+
+Cone programs leave their half-spaces by less.
 """
 
 

@@ -16,16 +16,15 @@ from shockpc.studies.place.field import Fields
 from shockpc.text.errors import StudyError
 
 ACCURACY = 1e-9
-"""Gap between the value at a point and the bound of the set, below which the point counts as the
-optimum [1].
-"""
+"""Gap between the value at a point and the bound of the set that makes it the optimum [1]."""
 
 SOLVER_TOLERANCE = 1e-11
 """Gap and residual at which Clarabel ends [1]."""
 
 LANDINGS_TOGETHER = 12
-"""Landings up to which all are in one program; of more, only those that limit the result (at most a
-few) are added, in turns.
+"""Number of landings up to which all are in one program.
+
+Of more, only those that limit the result (at most a few) are added, in turns.
 """
 
 ADDED = 4

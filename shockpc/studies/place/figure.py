@@ -33,8 +33,10 @@ from shockpc.studies.place.study import PlaceStudy
 from shockpc.text.printed import count, printable
 
 ROOM, FOOT, GAP, PAD = 6.6, 0.85, 0.28, 0.2
-"""Largest width and height of the views together, room for coordinates and the colour bar, between
-views, and around the body in each view [inches].
+"""Sizes of the figure [inches].
+
+They are the largest width and height of the views together, and the room for coordinates and the
+colour bar, between views, and around the body in each view.
 """
 
 NEARBY_SHARE = 0.3
@@ -58,7 +60,7 @@ REGION_STYLE: dict[str, Any] = {
     "zorder": 3.0,
     "label": "where a sensor may be",
 }
-"""Of the outline of the region."""
+"""Style of the outline of the region."""
 
 
 class _Content(NamedTuple):

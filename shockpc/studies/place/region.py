@@ -18,9 +18,7 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 """Lower and upper corner of a box in the body's frame [m]."""
 
 MARKER = 0.01
-"""Share of the body's size below which a shape marks a frame and is no surface to mount a sensor
-on.
-"""
+"""Share of the body's size below which a shape marks a frame, and carries no sensor."""
 
 
 class Region(NamedTuple):

@@ -38,16 +38,17 @@ NEAREST = 1e-3
 """Smallest distance between alternatives [m]."""
 
 EQUAL_SHARE = 1.0 - 1e-6
-"""Share of the largest shock from which others are equal to it, of which the first is named;
-rounding makes them differ.
+"""Share of the largest shock from which others are equal to it.
+
+Rounding makes them differ; the first is named.
 """
 
 EQUAL = 0.01
-"""By how much more than the smallest the largest shock at a place may be, as a share of it, for the
-mean over landings to decide.
+"""Share by which largest shocks may exceed the smallest one for the mean over landings to decide.
 
 On all level feet a robot rotates little, so that many places are nearly equal; the landings on some
-of them tell these apart."""
+of them tell these apart.
+"""
 
 
 class Margin(NamedTuple):

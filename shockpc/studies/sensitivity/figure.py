@@ -19,15 +19,13 @@ MOST_BARS = 16
 """Bars."""
 
 HEIGHT = 0.24
-"""Of one bar with the space around it [inches]."""
+"""Height of a bar with the space around it [inches]."""
 
 LEAST_SHOWN = 0.001
 """Smallest effect that is written as a number [%]."""
 
 COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
-"""Of a change that makes the number worse, one that makes it better, and one of a number that
-neither direction makes worse.
-"""
+"""Colours of changes that make the number worse, and better; None: neither direction is worse."""
 
 
 def draw_tornado(study: Sensitivity) -> Figure:

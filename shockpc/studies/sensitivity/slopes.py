@@ -35,33 +35,39 @@ from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.changes import link_inertia, links_with_mass
 
 STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4
-"""First step of a difference as a share of the parameter's size; where its two differences do not
-agree, a step so much finer is tried, so many times in all.
+"""First step of a difference as a share of the parameter's size, its refinement, and their number.
+
+Where its two differences do not agree, a step so much finer is tried, so many times in all.
 """
 
 AGREE = 1e-5
-"""How far two differences are apart that agree, as a share of the derivative: what follows from
-both is off by its square.
+"""Share of the derivative within which two differences agree.
+
+What follows from both is off by its square.
 """
 
 SETTLED, SMALL = 1e-3, 1e-4
-"""Largest error of a difference with which it is a derivative, as a share of it, or of the number
-for a change by the size.
+"""Largest error of a difference with which it is a derivative, as a share.
+
+The first is a share of it, the second of the number for a change by the size.
 """
 
 ROUNDING = 4.0
-"""Rounding of a derivative, at most, relative to the median of what rounding leaves of second
-differences.
+"""Largest rounding of a derivative.
+
+It is relative to the median of what rounding leaves of second differences.
 """
 
 ONE_SIDED = 22.0 / 3.0
-"""How much more the rounding of its rows counts in a one-sided derivative: they enter by (1, −12,
-32, −21) / 3, not by (−1, 8, −8, 1) / 6, of which the sums are 22 and 3.
+"""Factor by which the rounding of its rows counts more in a one-sided derivative.
+
+They enter by (1, −12, 32, −21) / 3, not by (−1, 8, −8, 1) / 6; the sums are 22/3 and 3.
 """
 
 CENTRAL, FORWARD = np.array([1.0, 0.5, -0.5, -1.0]), np.array([1.0, 0.5, 0.25, 0.0])
-"""The rows of a parameter, as shares of the step; the second where less than none would be left on
-the other side.
+"""The rows of a parameter, as shares of the step, for central and for one-sided differences.
+
+One-sided ones are taken where less than none would be left on the other side.
 """
 
 EPSILON = float(np.finfo(float).eps)

@@ -37,7 +37,7 @@ USUAL = 98.0
 """Share of a map's values that its colours tell apart, where others are far greater [%]."""
 
 COLOUR_MAP = "YlGnBu"
-"""Of what is no shock."""
+"""Colour map of quantities other than shocks."""
 
 
 class _Curve(NamedTuple):

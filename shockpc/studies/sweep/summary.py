@@ -14,17 +14,18 @@ from shockpc.evaluation.variation import Variation
 from shockpc.text.printed import Cause, causes
 
 PERCENTILES = (5, 95, 99)
-"""Of a sample, besides its median."""
+"""Percentiles of a sample, besides its median."""
 
 RANKED = 100_000
 """Rows of which ranks are compared: what chance adds to their correlation is 0.003."""
 
 BINS = 80
-"""Of the distributions."""
+"""Number of intervals of the distributions."""
 
 CONSTANT = 1e-9
-"""Share of the largest value by which values differ at least, for intervals of doubles to lie
-between them.
+"""Share of the largest value by which values have to differ to be divided into intervals.
+
+Intervals of doubles lie between them then.
 """
 
 
