@@ -35,8 +35,8 @@ computed from.
 """
 
 DATA_TOLERANCE = 1e-8
-"""The same where loops are closed: bars that are parallel to the digits of a file, and to the gap
-that closing leaves.
+"""`TOLERANCE` where loops are closed: bars that are parallel to the digits of a file, and to the
+gap that closing leaves.
 """
 
 SMALL = 1e-2

@@ -17,7 +17,7 @@ from shockpc.method.dynamics import dynamics
 from shockpc.text.errors import SceneError, SolveError
 
 Other = Literal["free", "locked", "springs_free"]
-"""Which joints move: all, none, or those with springs."""
+"""The joints that move: all, none, or those with springs."""
 
 OTHERS: tuple[Other, ...] = ("free", "locked", "springs_free")
 """All of these."""

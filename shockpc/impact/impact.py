@@ -63,7 +63,7 @@ class Impact:
     jumps: Any
     _columns: dict[int, int] | None = None
     has_values = True
-    """Whether its numbers have values that can be compared; symbols have none."""
+    """True if its numbers have values that can be compared; symbols have none."""
 
     moments: Any = None
     """(N, nb, 3, k) impulsive moments on the bodies beside those of the rows, world axes [N m s];

@@ -36,7 +36,7 @@ EXACT = 1e-10
 """Share of the largest singular value of K G below which one is rounding."""
 
 NEARBY = 1e-2
-"""How far joints may move to close exactly what is closed to the digits of a file [rad, m]."""
+"""Largest motion of joints to close exactly what is closed to the digits of a file [rad, m]."""
 
 STEPS, NEAR_STEPS, RETRIES, SPREAD = 50, 12, 8, 0.25
 """Steps of Gauss–Newton, from anywhere and from nearby; other starts, and how much farther away

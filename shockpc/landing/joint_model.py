@@ -32,12 +32,12 @@ from shockpc.text.printed import listed
 Status = Literal[
     "given", "file", "published", "derived", "identified", "simulation model", "unknown"
 ]
-"""How well the drive of a joint is known: as its source says, or given by the scene, or a number of
-the robot's file.
+"""The quality of the data on a joint's drive: as its source says, or given by the scene, or a
+number of the robot's file.
 """
 
 NOTHING = "nothing is known"
-"""What is said of a joint with a motor of which neither file, drives nor scene give a drive, a
+"""The source named for a joint with a motor of which neither file, drives nor scene give a drive, a
 spring or a lock.
 """
 
@@ -46,7 +46,7 @@ SETTING = (
     "the robot's file, one number for joints of different or unknown effort: a setting of a "
     "simulator"
 )
-"""What is said of joints as in `simulator_settings`."""
+"""The source named for joints as in `simulator_settings`."""
 
 
 class DriveSource(NamedTuple):

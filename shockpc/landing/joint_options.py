@@ -13,7 +13,7 @@ from shockpc.landing.record import JOINT_MODEL, SOFT, Record, documented, option
 from shockpc.robot.gear import Gear
 
 JointModelName = Literal["free", "geared", "rigid", "locked"]
-"""What all joints do."""
+"""The model of all joints."""
 
 
 @frozen(kw_only=True)

@@ -37,7 +37,7 @@ largest distance of two feet.
 """
 
 LIKE = ("directions", "restitution", "restitution_along", "normal")
-"""What the feet that land together have in common with the one that is given."""
+"""The fields that the feet that land together have in common with the one that is given."""
 
 
 class FootPoints(NamedTuple):

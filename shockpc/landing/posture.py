@@ -393,7 +393,7 @@ COMPONENTS = {
     "planar": ("shift-x", "shift-y", "turn-z"),
     "free": ("shift-x", "shift-y", "shift-z", "turn-x", "turn-y", "turn-z"),
 }
-"""What a joint of several degrees of freedom can do, in the order of its velocities: along and
+"""The motions of a joint of several degrees of freedom, in the order of its velocities: along and
 about the axes of what it moves.
 """
 

@@ -27,7 +27,7 @@ singular by chance.
 """
 
 JOINT_STEP, LOOP_STEP = 0.5, 0.05
-"""How far joints move to get there, and how far where loops have to stay closed [rad, m]."""
+"""Motion of joints to get there, and where loops have to stay closed [rad, m]."""
 
 BESIDE = LOOP_STEP / 10.0
 """Distance from a posture up to which others have nearby what it has [rad, m]."""

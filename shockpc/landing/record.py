@@ -15,7 +15,7 @@ from shockpc.text.arguments import LARGEST_NUMBER, default_of, typed
 from shockpc.text.wings import from_wings, is_here
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
-"""How scene files are checked against the records they become: no unknown keys, no numbers that are
+"""The check of scene files against the records they become: no unknown keys, no numbers that are
 not finite.
 """
 

@@ -33,10 +33,10 @@ CONTACTS = (
     "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard "
     "ground 1e6 N/m or more"
 )
-"""What stiffness contacts have; the guide for designers gives all sources."""
+"""The stiffness of usual contacts; the guide for designers gives all sources."""
 
 ORIGIN = (0.0, 0.0, 0.0)
-"""Of an offset that is not given."""
+"""The value of an offset that is not given."""
 
 
 @documented

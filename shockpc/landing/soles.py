@@ -32,9 +32,10 @@ RINGS, AROUND = 17, 16
 """Parallels of a round shape, and points on each, that represent its part near the ground."""
 
 PLANE, FLAT = 0.1, 0.5
-"""Of meshes, which do not say whether they are round: height up to which points belong to the face
-under their middle, as a share of the ground's tolerance; share of the area near the ground that
-this face has at least. That share is 0.1 for a ball and 0.3 for a wheel."""
+"""Limits of meshes, which do not say whether they are round: height up to which points belong to
+the face under their middle, as a share of the ground's tolerance; share of the area near the ground
+that this face has at least. That share is 0.1 for a ball and 0.3 for a wheel.
+"""
 
 WIDE = 1.5
 """Width of the sole in which a frame without geometry lies, in units of `most_inside`: the end of a

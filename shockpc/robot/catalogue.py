@@ -91,7 +91,7 @@ _RENAMED: dict[str, tuple[str, ...]] = {
     ),
 }
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf", ".toml")
-"""How the names of files of robots end, and of scenes."""
+"""The endings of names of files of robots, and of scenes."""
 
 _SHARE = "share/example-robot-data"
 

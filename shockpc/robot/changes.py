@@ -20,10 +20,10 @@ Entry = Literal["inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia
 Property = Literal[
     "mass", "point-mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"
 ]
-"""What can be changed."""
+"""The properties that can be changed."""
 
 ADDED = ("point-mass", "com-x", "com-y", "com-z", *get_args(Entry))
-"""Of these a value is added to the present one."""
+"""The properties whose value is added to the present one."""
 
 SMALL = 0.01
 """Share of a body's mass below which a change of its links is probably not the change of the body

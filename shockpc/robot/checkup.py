@@ -36,7 +36,7 @@ _NO_ARMATURE = {
     "mjcf": "no joint and no actuator on a joint has one",
     "pinocchio": "the model has none, and no rotorInertia with a rotorGearRatio",
 }
-"""What was looked for, by the kind of the file."""
+"""The result of the search, by the kind of the file."""
 
 
 Level: TypeAlias = Literal["error", "warning", "note"]

@@ -21,7 +21,7 @@ VARIANTS = ("standing.*", "homing.*")
 """Names of the postures of which the first is taken if a robot has none of those."""
 
 KEYFRAMES = ("(?i).*stand.*", "(?i).*home.*", "(?i).*(walk|default|init).*")
-"""The same for keyframes of an MJCF, which are postures of a whole robot; a file's only keyframe is
+"""Patterns for keyframes of an MJCF, which are postures of a whole robot; a file's only keyframe is
 taken whatever its name.
 """
 

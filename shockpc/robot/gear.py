@@ -8,6 +8,6 @@ spur gears.
 """
 
 SENSE: dict[Gear, int] = {"planetary": 1, "belt": 1, "harmonic": -1, "spur": -1}
-"""Whether the rotor turns with its joint (1) or against it (−1), seen from the link that carries
+"""1 if the rotor turns with its joint, −1 if it turns against it, seen from the link that carries
 the rotor.
 """

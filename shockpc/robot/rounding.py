@@ -26,7 +26,7 @@ zero: nobody means them.
 """
 
 COARSE = 1e-4
-"""The same for the entries of rotations of which the file's numbers are not read: a digit less, as
+"""`RESIDUE` for the entries of rotations of which the file's numbers are not read: a digit less, as
 they add up.
 """
 
@@ -39,7 +39,7 @@ LEAST_DIFFERENCE = 1e-12
 """Difference of the length of a unit vector from 1 that is no rounding of double precision [1]."""
 
 COSINES, HALF_COSINES = (np.cos(np.arange(n) * np.pi / (n - 1)) for n in (13, 25))
-"""Of multiples of 15 degrees, and of half of that, of which quaternions consist."""
+"""Cosines of multiples of 15 degrees, and of half of that, of which quaternions consist."""
 
 
 @memoized()

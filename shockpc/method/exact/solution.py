@@ -33,8 +33,8 @@ from shockpc.method.exact.kinematics import (
 )
 
 BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "fixed": [False] * 6}
-"""Which velocities of a floating base are free: along the plane's first and second axis and its
-normal, then about them.
+"""Flags of the velocities of a floating base that are free: along the plane's first and second axis
+and its normal, then about them.
 """
 
 

@@ -37,8 +37,8 @@ _CODE = (
     "from shockpc.robot.files.limited_process import serve; serve()"
 )
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable", "PYTHONHASHSEED": "0"}
-"""Of the server: libraries start no threads, and load faster without windows; sets of texts have
-the same order in every run.
+"""Environment of the server: libraries start no threads, and load faster without windows; sets of
+texts have the same order in every run.
 """
 
 

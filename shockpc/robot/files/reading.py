@@ -66,15 +66,15 @@ _READ_BY = ("ascii", "cp037", "utf-16-le", "utf-16-be", "utf-32-le", "utf-32-be"
 """Encodings by one of which the XML declaration of any other can be read."""
 
 _NO_CHARACTER_SETS = ("idna", "punycode", "raw_unicode_escape", "unicode_escape", "undefined")
-"""What Python calls text encodings and are none of files; decoding some takes time that grows with
-the square of the size.
+"""Encodings of Python that are none of text files; decoding some takes time that grows with the
+square of the size.
 """
 
 
 _State: TypeAlias = tuple[int, int, int, int, bytes | None] | None
-"""What tells a file from others and from a later version: device, inode, size, time of change [ns],
-and its bytes if they are
-compared too; None if it does not exist."""
+"""The state that tells a file from others and from a later version: device, inode, size, time of
+change [ns], and its bytes if they are compared too; None if it does not exist.
+"""
 
 
 class OpenFolders(NamedTuple):

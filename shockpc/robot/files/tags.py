@@ -35,9 +35,10 @@ allowed, as `difflib` has it.
 _NEAREST = 0.6
 """Similarity from which a known name is offered for an unknown one."""
 _MOST = 20
-"""How many kinds are reported of one treatment; of more only the number."""
+"""Largest number of kinds reported of one treatment; of more only the number."""
 _TRIES = 500
-"""How many unknown names of one file are compared with known ones where unknown names are allowed.
+"""Largest number of unknown names of one file that are compared with known ones where unknown names
+are allowed.
 """
 _STRICT = (
     "link",
@@ -376,7 +377,7 @@ _TESTS: dict[str, Callable[[str, Element, str], bool]] = {
     "beyond a turn": lambda value, element, key: _largest(value) > 2.0 * math.pi + 1e-3,
     "not 1.0 1.1 or 1.2": lambda value, element, key: value not in ("1.0", "1.1", "1.2"),
 }
-"""Whether a value is reported, by the condition of its row.
+"""Tests that report a value, by the condition of its row.
 
 Args: the value of an attribute, its element, and its key.
 """

@@ -7,7 +7,7 @@ CONNECT, WELD, JOINT, TENDON = range(4)
 """Kinds of equalities, mjtEq."""
 
 WRAPPED_JOINT = 1
-"""What a fixed tendon wraps, mjtWrap."""
+"""The object that a fixed tendon wraps, mjtWrap."""
 
 MESH = 7
 """A mesh, mjtGeom; its frame depends on the file of the mesh."""

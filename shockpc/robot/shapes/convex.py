@@ -12,7 +12,7 @@ from shockpc.robot.bodies_and_joints import Body, Frame
 from shockpc.robot.shapes.mesh import Mesh, hull
 
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
-"""How many sizes a primitive has."""
+"""The number of sizes of a primitive."""
 
 _SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 _BOX = np.array([side[:1] + side[k : k + 2] for side in _SIDES for k in (1, 2)])

@@ -43,17 +43,17 @@ _URDF_SIZES = {
 }
 """Attributes, how many numbers each holds, and what makes of them the sizes that MuJoCo has."""
 _NO_SHAPES = ("declare_convex", "material", "proximity_properties")
-"""What may stand beside a shape in the geometry of a URDF."""
+"""The elements that may stand beside a shape in the geometry of a URDF."""
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
 
 _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
-"""How many times the distances between its frames a robot without shapes may measure [1], and what
-these count at least [m]; share
-of its body's mass times the robot's size squared below which the moments of inertia of a link do
-not matter [1]."""
+"""Largest size of a robot without shapes, as a multiple of the distances between its frames [1];
+least value of these distances [m]; share of its body's mass times the robot's size squared below
+which the moments of inertia of a link do not matter [1].
+"""
 
 TELLING = 3
 """Links of different masses whose inertias say about which point they are given; one or two may

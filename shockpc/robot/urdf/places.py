@@ -22,7 +22,7 @@ aligned [m].
 """
 
 LOOPS = 200
-"""How many joints may close loops."""
+"""Largest number of joints that close loops."""
 
 AXIS = " (axis)"
 """End of the name of a loop that holds this second point."""

@@ -49,7 +49,7 @@ _NO_TEXT = re.compile("[\0\ud800-\udfff]")
 _OBJECT = re.compile(
     r"""(?:&lt;|<)((?:[^<>&"']|<locals>|&lt;locals&gt;){1,200}) at 0x[0-9a-f]+(?:&gt;|>)"""
 )
-"""What Python prints of a function or an iterator, which differs from run to run."""
+"""The text that Python prints of a function or an iterator, which differs from run to run."""
 
 
 class _Expanded(NamedTuple):

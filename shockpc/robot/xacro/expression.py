@@ -26,7 +26,8 @@ _MAY_HOLD = (
 
 _METHODS = {
     str: "capitalize count endswith find index isalnum isalpha isdigit join lower lstrip partition "
-    "removeprefix removesuffix replace rfind rpartition rsplit rstrip split startswith strip title upper zfill",
+    "removeprefix removesuffix replace rfind rpartition rsplit rstrip split startswith strip title "
+    "upper zfill",
     tuple: "count index",
     list: "append copy count extend index insert pop remove reverse",
     dict: "copy get items keys pop update values",
