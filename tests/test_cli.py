@@ -24,6 +24,7 @@ import shockpc.show.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
+from shockpc.cli.options import EVERYBODY
 from shockpc.landing.strike import GRAVITY
 from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.printed import json_text
@@ -703,6 +704,8 @@ def test_the_short_help_of_an_analysis(capfd, monkeypatch):
     assert sum(line.startswith("  ") for line in text.splitlines()) <= 40
     assert re.search(r"--contact .*May\s+be\s+repeated\.\s+--set", text, re.DOTALL)
     assert re.search(r"--speed .*\[default: 1\]\s+--strike", text, re.DOTALL)
+    listed = re.findall(r"^  --([\w-]+)", text.partition("Output:")[0], re.MULTILINE)
+    assert tuple(name.replace("-", "_") for name in listed) == EVERYBODY
 
 
 def test_options_of_a_command_come_before_the_shared_ones(capfd):

@@ -11,6 +11,7 @@ import sys
 
 import pytest
 
+from shockpc.cli.app import SHELL_NAMED
 from shockpc.cli.completion import ASKED
 from shockpc.cli.entry import main
 
@@ -176,14 +177,23 @@ def test_completion_is_shown_and_installed(tmp_path):
         ("--show-completion", None),
         ("--install-completion", ".bash_completions/shockpc.sh"),
     ):
-        # Typer looks for the shell among the parents of a process, which under make is no bash; for
-        # tests it takes its name.
         words = [sys.executable, "-m", "shockpc", option, "bash"]
-        shell = {
-            **os.environ,
-            "HOME": str(tmp_path),
-            "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
-        }
+        shell = {**os.environ, "HOME": str(tmp_path)}
         done = subprocess.run(words, capture_output=True, text=True, check=True, env=shell)
         script = done.stdout if file is None else (tmp_path / file).read_text()
         assert f"{ASKED}=complete_bash" in script
+
+
+@pytest.mark.parametrize(
+    ("shell", "script"), [("zsh", "#compdef shockpc"), ("fish", "complete --command shockpc")]
+)
+def test_completion_is_that_of_the_named_shell(capfd, monkeypatch, shell, script):
+    monkeypatch.setenv(SHELL_NAMED, "")
+    assert main(["--show-completion", shell]) == 0
+    assert capfd.readouterr().out.startswith(script)
+
+
+def test_an_unknown_shell_is_refused(capfd, monkeypatch):
+    monkeypatch.setenv(SHELL_NAMED, "")
+    assert main(["--show-completion", "tcsh"]) == 2
+    assert "'tcsh' is not one of 'bash', 'zsh', 'fish'" in capfd.readouterr().err

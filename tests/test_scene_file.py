@@ -313,12 +313,14 @@ def test_mistakes_are_named(here):
 
 
 def test_mistakes_have_their_lines(here):
-    """Of a key, of a table of an array, and of the table in which a drive is not."""
+    """Of a key, of a table of an array, of an unknown table, and of a drive outside its table."""
     text = 'robot = "leg"\nfrictoin = 1\n[[contact]]\nframe = "a"\n[[contact]]\nofset = [0]\n'
     message = mistake(here, text)
     assert message.startswith("HERE/landing.toml:5: contact[1].frame is missing")
     assert "; line 6: contact[1].ofset: no such key; nearest: offset" in message
     assert "; line 2: frictoin: no such key; nearest: friction" in message
+    table = mistake(here, 'robot = "leg"\n[posture]\n[[posture.sensor]]\nat = "a"\n')
+    assert table.startswith("HERE/landing.toml:3: posture.sensor: no such key")
     drive = mistake(here, 'robot = "leg"\narmature = 0.1\n')
     assert drive == "HERE/landing.toml:2: armature: no such key; it belongs into [joints]"
 

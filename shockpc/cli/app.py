@@ -59,8 +59,25 @@ NARROW = 27
 """Characters for the names of options in a short help."""
 
 
+SHELL_NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"
+"""The variable with which Typer takes the name of a shell, instead of detecting the shell."""
+
+COMPLETION = {
+    "--install-completion": "Install completion for the current shell, or for SHELL.",
+    "--show-completion": "Print the script of completion for the current shell, or for SHELL.",
+}
+"""Typer's options for the completion of shells, with their help here. SHELL may follow them."""
+
+
 class Commands(TyperGroup):
     """The commands in their groups."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The options, of which those of the completion say that a shell may follow."""
+        every: list[Any] = super().get_params(ctx)
+        for option in every:
+            option.help = COMPLETION.get(option.opts[0], option.help)
+        return every
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a section for each group."""
@@ -110,6 +127,8 @@ class GroupedCommand(TyperCommand):
         sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
         parameters = self.get_params(ctx)
         short = not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters)
+        if short:
+            parameters = _common_first(parameters)
         for parameter in parameters:
             if short and (
                 parameter.name in RARE_OF_RUN
@@ -122,7 +141,7 @@ class GroupedCommand(TyperCommand):
                 else getattr(parameter, "rich_help_panel", None) or "Other options"
             )
             name, text = parameter.get_help_record(ctx) or ("", "")
-            if short and heading in PANELS and parameter.name.rstrip("_") in EVERYBODY:
+            if short and _is_of_everybody(parameter):
                 heading, text = "Landing (more with --help-all)", _shortened(text)
             text += " May be repeated." * getattr(parameter, "multiple", False)
             sections.setdefault(heading, []).append((name, text))
@@ -137,6 +156,8 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     because each takes time.
     """
     named = [word for word in words[:1] if word in COMMANDS]
+    if words[1:] and words[0] in COMPLETION:
+        os.environ[SHELL_NAMED] = "1"
     app = typer.Typer(
         cls=Commands,
         help="Mechanical shock of a legged robot's landing, body by body, from its rigid-body model.\n\n\b\n"
@@ -174,6 +195,19 @@ def _command(name: str) -> Command:
         return study_command(name, COMMANDS[name])
     function: Command = getattr(importlib.import_module(f"{COMMANDS[name]}.command"), name)
     return function
+
+
+def _is_of_everybody(parameter: Any) -> bool:
+    """Whether a parameter is an option of a landing that --help lists."""
+    panel = getattr(parameter, "rich_help_panel", None)
+    return panel in PANELS and parameter.name.rstrip("_") in EVERYBODY
+
+
+def _common_first(parameters: Sequence[Any]) -> list[Any]:
+    """The parameters, in which the options of a landing have the order of `EVERYBODY`."""
+    of_landing = filter(_is_of_everybody, parameters)
+    ordered = iter(sorted(of_landing, key=lambda option: EVERYBODY.index(option.name.rstrip("_"))))
+    return [next(ordered) if _is_of_everybody(option) else option for option in parameters]
 
 
 def _shortened(text: str) -> str:

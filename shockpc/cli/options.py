@@ -234,23 +234,24 @@ class SceneOptions(NamedTuple):
         }
 
 
-EVERYBODY = frozenset(
-    (
-        *(
-            "contact",
-            "set",
-            "speed",
-            "strike_angle",
-            "drop_height",
-            "joints",
-            "drives",
-            "armature",
-            "rotor",
-        ),
-        *("contact_stiffness", "friction", "at", "pulse", "part", "imu_bandwidth"),
-    )
+EVERYBODY = (
+    "contact",
+    "set",
+    "drop_height",
+    "speed",
+    "strike_angle",
+    "drives",
+    "armature",
+    "rotor",
+    "joints",
+    "at",
+    "pulse",
+    "contact_stiffness",
+    "friction",
+    "imu_bandwidth",
+    "part",
 )
-"""The options of a landing that --help lists."""
+"""The options of a landing that --help lists, in its order."""
 
 RARE = frozenset({*SceneOptions._fields, *OF_RECORDS} - {"given", *EVERYBODY})
 """Those that --help-all adds."""

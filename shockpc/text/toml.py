@@ -111,6 +111,7 @@ def _lines_of_keys(text: str) -> dict[str, int]:
                 if table in last:
                     table = f"{table}[{last[table]}]"
             lines.setdefault(table, number)
+            lines.setdefault(re.sub(r"\[\d+\]$", "", table), number)
         elif key:
             name = ".".join(re.findall(_PART, key[1]))
             lines.setdefault(f"{table}.{name}" if table else name, number)
