@@ -27,8 +27,8 @@ def shock(
     """The shock of p points of a robot in B states, each of which strikes the ground with c points.
 
     A state with NaN, or whose matrices are singular, has NaN, and does not change the others. A
-    device is never waited for. Tensors of 16 bits are computed with in 32. The impulse does not
-    depend on the time step of the simulation.
+    device is never waited for. Tensors of 16 bits are computed with in 32. The impulse,
+    λ = −(J_c M⁻¹ J_cᵀ)⁻¹ (1 + e) J_c v, does not depend on the time step of the simulation.
 
     Args:
         M: (B, nv, nv) joint-space inertia [kg, kg m, kg m²]. The simulator's armature is a part of
