@@ -2,6 +2,7 @@
 differ least.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -141,120 +142,151 @@ def fit_of(predictor: Predictor, noise: Array | None) -> Fit:
     Raises:
         StudyError: a range is not valid, or there are too few landings.
     """
-    p = len(predictor.unknowns)
-    corners = [
-        tuple(value_of(one, share) for one in predictor.unknowns) for share in (0.0, 0.5, 1.0)
-    ]
-    for values in corners[::2]:
-        _ = predictor.study(values).first  # what is wrong with a range is said at once
-    before, energy, W = (
-        predictor(None),
-        predictor.strike_energy,
-        mobilities(predictor.study(corners[1])),
+    low, middle, high = (
+        tuple(value_of(unknown, share) for unknown in predictor.unknowns)
+        for share in (0.0, 0.5, 1.0)
     )
-    known = np.isfinite(before.measured)
+    for values in (low, high):
+        _ = predictor.study(values).first  # what is wrong with a range is said at once
+    before = predictor(None)
+    W = mobilities(predictor.study(middle))
     moved = np.nan_to_num(before.measured).any(axis=1)
-    used = moved & (energy > 0.0) & np.isfinite(W).all(axis=(1, 2))
-    if used.sum() <= p:
-        reasons = list(
-            dict.fromkeys([*predictor.rows.messages.values(), *before.messages.values()])
-        )
-        if still := np.count_nonzero(known.any(axis=1) & ~moved):
-            reasons.append(f"in {still} of the table all measured velocities are those before")
-        raise StudyError(
-            f"{used.sum()} landings that can be computed do not identify {p} unknowns; give more"
-            + (f" ({reasons[0]})" if reasons else "")
-        )
-    whitening = np.zeros((len(known), known.shape[1], known.shape[1]))
-    for pattern in np.unique(known[used], axis=0):
-        rows, columns = (
-            np.flatnonzero((known == pattern).all(axis=1) & used),
-            np.flatnonzero(pattern),
-        )
-        if noise is not None:
-            root = np.broadcast_to(
-                np.diag(1.0 / noise[columns]), (len(rows), len(columns), len(columns))
-            )
-        else:
-            root = energy_roots(W[rows], predictor.coordinates[columns]) / np.sqrt(
-                2.0 * energy[rows, None, None]
-            )
-        whitening[np.ix_(rows, columns, columns)] = root
+    used = moved & (predictor.strike_energy > 0.0) & np.isfinite(W).all(axis=(1, 2))
+    if used.sum() <= len(predictor.unknowns):
+        raise _too_few(predictor, before, int(used.sum()))
+    whitening = _whitening(predictor, np.isfinite(before.measured), used, noise, W)
     return Fit(predictor, before, used, whitening, noise is None)
+
+
+def _too_few(predictor: Predictor, before: Predicted, used: int) -> StudyError:
+    """The error of too few landings that are used, with the first reason."""
+    messages = [*predictor.rows.messages.values(), *before.messages.values()]
+    known = np.isfinite(before.measured).any(axis=1)
+    moved = np.nan_to_num(before.measured).any(axis=1)
+    still = np.count_nonzero(known & ~moved)
+    if still:
+        messages.append(f"in {still} of the table all measured velocities are those before")
+    why = f" ({messages[0]})" if messages else ""
+    return StudyError(
+        f"{used} landings that can be computed do not identify {len(predictor.unknowns)} unknowns; "
+        f"give more{why}"
+    )
+
+
+def _whitening(
+    predictor: Predictor, known: np.ndarray, used: np.ndarray, noise: Array | None, W: Array
+) -> Array:
+    """Matrices (n, k, k) that make residuals of differences: by the noise, or √(H / 2E) by the
+    inertia H of what was measured and the energy E of the strike.
+
+    Args:
+        predictor: of the landings.
+        known: (n, k) what was measured.
+        used: (n,) which landings are used.
+        noise: as for `fit_of`.
+        W: (n, nv, nv) mobilities.
+    """
+    n, k = known.shape
+    energy = predictor.strike_energy
+    whitening = np.zeros((n, k, k))
+    for pattern in np.unique(known[used], axis=0):
+        rows = np.flatnonzero((known == pattern).all(axis=1) & used)
+        columns = np.flatnonzero(pattern)
+        if noise is None:
+            roots = energy_roots(W[rows], predictor.coordinates[columns])
+            roots = roots / np.sqrt(2.0 * energy[rows, None, None])
+        else:
+            shape = (len(rows), len(columns), len(columns))
+            roots = np.broadcast_to(np.diag(1.0 / noise[columns]), shape)
+        whitening[np.ix_(rows, columns, columns)] = roots
+    return whitening
 
 
 def solve(fit: Fit) -> Solution:
     """The values of the unknowns with the minimum cost."""
-    predictor, (u, scale) = fit.predictor, _minimum(fit)
-    r, values = fit.residuals(u), fit.values(u)
-    weights = 1.0 / np.sqrt(1.0 + np.sum(r**2, axis=1) / scale**2)
-    left = float(np.sqrt(np.sum(weights * np.sum(r**2, axis=1)) / fit.freedoms))
+    u, scale = _minimum(fit)
+    values = fit.values(u)
+    r = fit.residuals(u)
+    square = np.sum(r**2, axis=1)
+    weights = 1.0 / np.sqrt(1.0 + square / scale**2)
+    left = float(np.sqrt(np.sum(weights * square) / fit.freedoms))
     # Differences over what is not known anyway: one landing that begins to slip counts for a part
     # of it.
-    spread = left / np.maximum(
-        np.sqrt(np.einsum("n,nkp->p", weights, fit.derivatives(u) ** 2)), 1e-12
-    )
-    derivatives = fit.derivatives(u, np.clip(spread, STEP, 0.1))
+    gains = np.sqrt(np.einsum("n,nkp->p", weights, fit.derivatives(u) ** 2))
+    spread = left / np.maximum(gains, 1e-12)
     return Solution(
-        u,
-        values,
-        scale,
-        r,
-        derivatives,
-        weights,
-        left,
-        predictor(values),
-        mobilities(predictor.study(values)),
+        u=u,
+        values=values,
+        scale=scale,
+        residuals=r,
+        derivatives=fit.derivatives(u, np.clip(spread, STEP, 0.1)),
+        weights=weights,
+        left=left,
+        predicted=fit.predictor(values),
+        mobilities=mobilities(fit.predictor.study(values)),
     )
 
 
 def _minimum(fit: Fit) -> tuple[Array, float]:
     """The shares u with the minimum cost, and the size of an ordinary residual."""
-    from scipy.optimize import least_squares
     from scipy.stats import qmc
 
     points = qmc.Sobol(fit.p, rng=SEED).random_base2(min(3 + 2 * fit.p, SOBOL_BITS))
     sizes = np.array([np.linalg.norm(fit.residuals(u), axis=1) for u in points])
     scale = max(float(np.median(sizes, axis=1).min()), 1e-9)
-    order = np.argsort([np.sum(np.sqrt(1.0 + size**2 / scale**2)) for size in sizes])
+    costs = [np.sum(np.sqrt(1.0 + size**2 / scale**2)) for size in sizes]
+    starts = _apart(points[np.argsort(costs)], len(points) ** (-1.0 / fit.p))
+    best = _best(fit, starts, scale)
+    # The size of an ordinary residual is known better now.
+    scale = max(float(np.median(np.linalg.norm(fit.residuals(best), axis=1))), 1e-9)
+    best = _best(fit, [best], scale)
+    return np.asarray(_at_bounds(fit, best, scale)), scale
+
+
+def _apart(points: Array, distance: float) -> list[Array]:
+    """The first points, at most `STARTS`, that are apart from one another by a distance along some
+    axis.
+    """
     starts: list[Array] = []
-    for u in points[order]:
-        if len(starts) < STARTS and all(
-            np.abs(u - other).max() > len(points) ** (-1.0 / fit.p) for other in starts
-        ):
+    for u in points:
+        far = all(np.abs(u - start).max() > distance for start in starts)
+        if far and len(starts) < STARTS:
             starts.append(u)
-    loss = partial(_soft_l1, k=len(fit.predictor.measured))
-    for final in (False, True):
-        fits = [
-            least_squares(
-                lambda u: fit.residuals(u).ravel(),
-                u,
-                lambda u: fit.derivatives(u).reshape(-1, fit.p),
-                (0.0, 1.0),
-                loss=loss,
-                f_scale=scale,
-                xtol=1e-7,
-                ftol=1e-9,
-                gtol=1e-12,
-                max_nfev=40,
-            ).x
-            for u in starts
-        ]
-        best = min(fits, key=partial(_cost, fit, scale))
-        if not final:
-            # The size of an ordinary residual is known better now.
-            scale, starts = (
-                max(float(np.median(np.linalg.norm(fit.residuals(best), axis=1))), 1e-9),
-                [best],
-            )
+    return starts
+
+
+def _best(fit: Fit, starts: Sequence[Array], scale: float) -> Array:
+    """The shares of the least cost of the minima that some starts lead to."""
+    from scipy.optimize import least_squares
+
+    minima = []
+    for start in starts:
+        minimum = least_squares(
+            lambda u: fit.residuals(u).ravel(),
+            start,
+            lambda u: fit.derivatives(u).reshape(-1, fit.p),
+            (0.0, 1.0),
+            loss=partial(_soft_l1, k=len(fit.predictor.measured)),
+            f_scale=scale,
+            xtol=1e-7,
+            ftol=1e-9,
+            gtol=1e-12,
+            max_nfev=40,
+        )
+        minima.append(minimum.x)
+    return np.asarray(min(minima, key=partial(_cost, fit, scale)))
+
+
+def _at_bounds(fit: Fit, best: Array, scale: float) -> Array:
+    """The shares with those at a bound that are near it, where the cost is not larger there."""
     for j in range(fit.p):
         for edge in (0.0, 1.0):
+            if abs(best[j] - edge) >= 10.0 * EDGE:
+                continue
             moved = np.where(np.arange(fit.p) == j, edge, best)
-            if abs(best[j] - edge) < 10.0 * EDGE and _cost(fit, scale, moved) <= _cost(
-                fit, scale, best
-            ) * (1.0 + 1e-6):
+            if _cost(fit, scale, moved) <= _cost(fit, scale, best) * (1.0 + 1e-6):
                 best = moved
-    return np.asarray(best), scale
+    return best
 
 
 def _cost(fit: Fit, scale: float, u: Array) -> float:

@@ -37,7 +37,7 @@ CONFIRMED = 1e-3
 
 
 class Unknown(NamedTuple):
-    """What was found of an unknown.
+    """What is known of an unknown.
 
     Attributes:
         variation: the unknown, with its unit and range.
@@ -75,72 +75,125 @@ class Uncertainty(NamedTuple):
     seen: np.ndarray
 
 
-def uncertainty(fit: Fit, found: Solution) -> Uncertainty:
+class Influence(NamedTuple):
+    """What the data say of the unknowns.
+
+    Attributes:
+        singular: as of `Uncertainty`, not relative.
+        unseen: directions (p,) along which the data say nothing.
+        without: (p,) which unknowns have no influence.
+        vague: (p,) which take part in a direction that is not seen.
+        edge: (p,) which are at a bound.
+    """
+
+    singular: Array
+    unseen: tuple[Array, ...]
+    without: np.ndarray
+    vague: np.ndarray
+    edge: np.ndarray
+
+    @property
+    def free(self) -> np.ndarray:
+        """Flags (p,) of the unknowns that the data determine."""
+        return np.asarray(~(self.edge | self.without | self.vague))
+
+
+def uncertainty(fit: Fit, solution: Solution) -> Uncertainty:
     """How well the unknowns are known at the solution."""
-    p, n, u, D = fit.p, int(fit.used.sum()), found.u, found.derivatives
-    singular, V = np.linalg.svd((np.sqrt(found.weights)[:, None, None] * D).reshape(-1, p))[1:]
-    size = float(np.linalg.norm(fit.jumps(u)))
-    without = np.linalg.norm(D, axis=(0, 1)) <= NO_INFLUENCE * size
-    # A direction is not seen if its 95 % interval is as wide as the range, or if it changes next to
-    # nothing.
-    unseen = tuple(V[j] for j in range(p) if not singular[j] > max(4.0 * found.left, UNSEEN * size))
-    vague = np.any([np.abs(v) > 0.3 for v in unseen], axis=0) if unseen else np.zeros(p, dtype=bool)
-    edge, scatter = (u < EDGE) | (u > 1.0 - EDGE), _scatter(fit, u)
-    free = ~(edge | without | vague)
-    steps = _refitted(found, free, drawn(n, DRAWS))
-    states: list[State] = [
-        "no influence"
-        if without[j]
-        else "not identifiable"
-        if vague[j] or scatter < ALIKE
-        else "at its bound"
-        if edge[j]
-        else "identified"
-        for j in range(p)
-    ]
+    influence = _influence(fit, solution)
+    free = influence.free
+    n = int(fit.used.sum())
+    scatter = _scatter(fit, solution.u)
+    changes = _refitted(solution, free, drawn(n, DRAWS))
     unknowns = []
-    for j, (one, value, state) in enumerate(
-        zip(fit.predictor.unknowns, found.values, states, strict=True)
+    for j, (variation, value) in enumerate(
+        zip(fit.predictor.unknowns, solution.values, strict=True)
     ):
+        state = _state(influence, j, scatter)
         low = high = np.nan
         if state == "identified":
-            ends = np.quantile(np.clip(u[j] + steps[:, j], 0.0, 1.0), _tails(n, int(free.sum())))
-            low, high = (value_of(one, end) for end in ends.tolist())
-        unknowns.append(Unknown(one, value, low, high, state))
-    correlation = np.full((p, p), np.nan)
-    if free.any():
-        covariance = np.cov(steps[:, free].T).reshape(free.sum(), free.sum())
-        sizes = np.sqrt(np.maximum(np.diagonal(covariance), 1e-300))
-        correlation[np.ix_(free, free)] = covariance / np.outer(sizes, sizes)
+            shares = np.clip(solution.u[j] + changes[:, j], 0.0, 1.0)
+            first, last = np.quantile(shares, _tails(n, int(free.sum()))).tolist()
+            low = value_of(variation, first)
+            high = value_of(variation, last)
+        unknowns.append(Unknown(variation, value, low, high, state))
     return Uncertainty(
-        tuple(unknowns),
-        correlation,
-        singular / max(found.left, 1e-300),
-        unseen,
-        scatter,
-        ~(without | vague),
+        unknowns=tuple(unknowns),
+        correlation=_correlation(changes, free),
+        singular=influence.singular / max(solution.left, 1e-300),
+        unseen=influence.unseen,
+        scatter=scatter,
+        seen=~(influence.without | influence.vague),
     )
 
 
-def confirmed(fit: Fit, found: Solution) -> bool:
-    """Whether the scene as it is given predicts the same as the values found, so that no error can
+def _influence(fit: Fit, solution: Solution) -> Influence:
+    """What the data say of the unknowns at the solution.
+
+    With the residuals' derivatives D and weights w of the landings, √w D = U S Vᵀ. A direction V_j
+    is not seen if its 95 % interval is as wide as the range, or if it changes next to nothing.
+    """
+    u = solution.u
+    D = solution.derivatives
+    weighted = np.sqrt(solution.weights)[:, None, None] * D
+    _, singular, V = np.linalg.svd(weighted.reshape(-1, fit.p))
+    size = float(np.linalg.norm(fit.jumps(u)))
+    least = max(4.0 * solution.left, UNSEEN * size)
+    unseen = tuple(V[j] for j in range(fit.p) if not singular[j] > least)
+    vague = np.zeros(fit.p, dtype=bool)
+    for direction in unseen:
+        vague |= np.abs(direction) > 0.3
+    return Influence(
+        singular=singular,
+        unseen=unseen,
+        without=np.linalg.norm(D, axis=(0, 1)) <= NO_INFLUENCE * size,
+        vague=vague,
+        edge=(u < EDGE) | (u > 1.0 - EDGE),
+    )
+
+
+def _state(influence: Influence, j: int, scatter: float) -> State:
+    """What is known of an unknown. Args: j, its number; scatter, as of `Uncertainty`."""
+    if influence.without[j]:
+        return "no influence"
+    if influence.vague[j] or scatter < ALIKE:
+        return "not identifiable"
+    return "at its bound" if influence.edge[j] else "identified"
+
+
+def _correlation(changes: Array, free: np.ndarray) -> Array:
+    """The correlation (p, p) of the values by their changes (m, p) in the draws; NaN of those that
+    are not free.
+    """
+    p = len(free)
+    correlation = np.full((p, p), np.nan)
+    if free.any():
+        covariance = np.cov(changes[:, free].T).reshape(free.sum(), free.sum())
+        sizes = np.sqrt(np.maximum(np.diagonal(covariance), 1e-300))
+        correlation[np.ix_(free, free)] = covariance / np.outer(sizes, sizes)
+    return correlation
+
+
+def confirmed(fit: Fit, solution: Solution) -> bool:
+    """True if the scene as it is given predicts the same as the solution, so that no error can
     fall.
     """
-    given, after = (np.nan_to_num(part.jumps[fit.used]) for part in (fit.before, found.predicted))
-    return bool(np.linalg.norm(after - given) <= CONFIRMED * np.linalg.norm(after))
+    before = np.nan_to_num(fit.before.jumps[fit.used])
+    after = np.nan_to_num(solution.predicted.jumps[fit.used])
+    return bool(np.linalg.norm(after - before) <= CONFIRMED * np.linalg.norm(after))
 
 
 def unidentified(known: Uncertainty) -> Uncertainty:
     """The same where the values found predict no better than the scene as it is given: nothing is
     identified.
     """
-    unknowns = tuple(
-        one._replace(low=np.nan, high=np.nan, state="error does not fall")
-        if one.state == "identified"
-        else one
-        for one in known.unknowns
-    )
-    return known._replace(unknowns=unknowns, correlation=np.full_like(known.correlation, np.nan))
+    unknowns = []
+    for unknown in known.unknowns:
+        if unknown.state == "identified":
+            unknown = unknown._replace(low=np.nan, high=np.nan, state="error does not fall")
+        unknowns.append(unknown)
+    correlation = np.full_like(known.correlation, np.nan)
+    return known._replace(unknowns=tuple(unknowns), correlation=correlation)
 
 
 def _scatter(fit: Fit, u: Array) -> float:
@@ -150,78 +203,101 @@ def _scatter(fit: Fit, u: Array) -> float:
     else:
         jumps = np.nan_to_num(fit.predictor(fit.values(u)).jumps)[fit.used]
         jumps = jumps / np.sqrt(fit.predictor.strike_energy[fit.used, None])
-    return float(np.sqrt(np.sum((jumps - jumps.mean(axis=0)) ** 2) / max(np.sum(jumps**2), 1e-300)))
+    deviation = np.sum((jumps - jumps.mean(axis=0)) ** 2)
+    return float(np.sqrt(deviation / max(np.sum(jumps**2), 1e-300)))
 
 
-def _refitted(found: Solution, free: np.ndarray, counts: Array) -> Array:
+def _refitted(solution: Solution, free: np.ndarray, counts: Array) -> Array:
     """By how much (m, p) the shares differ where landings have other weights (m, n), with the
     derivatives held.
 
+    Reweighted least squares for all m at once, in 12 steps:
+    Σ_n w_n D_nᵀ D_n x = −Σ_n w_n D_nᵀ r_n,  w_n = count_n / √(1 + |r_n + D_n x|² / scale²).
+
     Args:
-        found: the solution.
+        solution: with the residuals r and their derivatives D.
         free: (p,) which shares change.
         counts: (m, n) how often each landing counts.
     """
-    u, r, D, unknowns = found.u, found.residuals, found.derivatives, np.flatnonzero(free)
-    b, M = np.einsum("nk,nkp->np", r, D), np.einsum("nkp,nkq->npq", D, D)
-    square, step = np.sum(r**2, axis=1), np.zeros((len(counts), len(u)))
+    u = solution.u
+    r = solution.residuals
+    D = solution.derivatives
+    unknowns = np.flatnonzero(free)
+    changes = np.zeros((len(counts), len(u)))
     if not len(unknowns):
-        return step
+        return changes
+    # Of each landing: D_nᵀ r_n, D_nᵀ D_n and |r_n|².
+    Dr = np.einsum("nk,nkp->np", r, D)
+    DD = np.einsum("nkp,nkq->npq", D, D)
+    rr = np.sum(r**2, axis=1)
+    identity = np.eye(len(unknowns))
     for _ in range(12):
-        size = square + 2.0 * step @ b.T + np.einsum("mp,npq,mq->mn", step, M, step)
-        weights = counts / np.sqrt(1.0 + np.maximum(size, 0.0) / found.scale**2)
-        A = np.einsum("mn,npq->mpq", weights, M[:, unknowns][:, :, unknowns])
-        right = -np.einsum("mn,np->mp", weights, b[:, unknowns])
-        ridge = 1e-12 * np.einsum("mpp->m", A)[:, None, None] * np.eye(
-            len(unknowns)
-        ) + 1e-300 * np.eye(len(unknowns))
-        step[:, unknowns] = (
-            np.clip(u[unknowns] + np.linalg.solve(A + ridge, right[..., None])[..., 0], 0.0, 1.0)
-            - u[unknowns]
-        )
-    return step
+        # |r_n + D_n x|² = |r_n|² + 2 x·D_nᵀ r_n + x·D_nᵀ D_n x
+        square = rr + 2.0 * changes @ Dr.T + np.einsum("mp,npq,mq->mn", changes, DD, changes)
+        weights = counts / np.sqrt(1.0 + np.maximum(square, 0.0) / solution.scale**2)
+        A = np.einsum("mn,npq->mpq", weights, DD[:, unknowns][:, :, unknowns])
+        b = -np.einsum("mn,np->mp", weights, Dr[:, unknowns])
+        # A x = b, with a ridge for landings that say nothing of an unknown.
+        trace = np.einsum("mpp->m", A)[:, None, None]
+        ridge = 1e-12 * trace * identity + 1e-300 * identity
+        x = np.linalg.solve(A + ridge, b[..., None])[..., 0]
+        # Shares stay within [0, 1].
+        within = np.clip(u[unknowns] + x, 0.0, 1.0)
+        changes[:, unknowns] = within - u[unknowns]
+    return changes
 
 
-def errors_left_out(fit: Fit, found: Solution, free: np.ndarray) -> Array:
+def errors_left_out(fit: Fit, solution: Solution, free: np.ndarray) -> Array:
     """The errors (n,) of landings that were left out when the values were found.
 
     Args: free, (p,) which of them change.
     """
-    used, errors = np.flatnonzero(fit.used), np.full(len(fit.used), np.nan)
-    parts = np.array_split(
-        np.random.default_rng(SEED).permutation(len(used)), min(FOLDS, len(used))
-    )
-    counts = np.array([~np.isin(np.arange(len(used)), part) for part in parts], dtype=float)
-    for part, step in zip(parts, _refitted(found, free, counts), strict=True):
-        errors[used[part]] = fit.errors(
-            found.mobilities, fit.predictor(fit.values(found.u + step))
-        )[used[part]]
+    used = np.flatnonzero(fit.used)
+    n = len(used)
+    errors = np.full(len(fit.used), np.nan)
+    parts = np.array_split(np.random.default_rng(SEED).permutation(n), min(FOLDS, n))
+    counts = np.array([~np.isin(np.arange(n), part) for part in parts], dtype=float)
+    for part, change in zip(parts, _refitted(solution, free, counts), strict=True):
+        predicted = fit.predictor(fit.values(solution.u + change))
+        rows = used[part]
+        errors[rows] = fit.errors(solution.mobilities, predicted)[rows]
     return errors
 
 
-def errors_of_free_impulse(fit: Fit, found: Solution) -> Array:
+def errors_of_free_impulse(fit: Fit, solution: Solution) -> Array:
     """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where it
     would fit whatever jump.
     """
-    predictor, values, errors = fit.predictor, found.values, np.full(len(fit.used), np.nan)
-    measured, scale = found.predicted.measured, predictor.by_subject(values).get(SCALE, 1.0)
+    predictor = fit.predictor
+    values = solution.values
+    measured = solution.predicted.measured
+    errors = np.full(len(fit.used), np.nan)
+    scale = predictor.by_subject(values).get(SCALE, 1.0)
     for rows, problem, to_measured in predictor.problems(values)[0]:
-        moves, stops = (
-            to_measured @ problem.by_impulse,
-            (to_measured @ (scale * problem.halt)[..., None])[..., 0],
-        )
+        # Measured jumps are moves p + stops, with the impulse p.
+        moves = to_measured @ problem.by_impulse
+        stops = (to_measured @ (scale * problem.halt)[..., None])[..., 0]
         for row, moved, stop in zip(rows.tolist(), moves, stops, strict=True):
-            columns = np.flatnonzero(np.isfinite(measured[row]))
             if not fit.used[row]:
                 continue
-            root = energy_roots(found.mobilities[row : row + 1], predictor.coordinates[columns])[0]
-            U, s, _ = np.linalg.svd(root @ moved[columns], full_matrices=False)
-            U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ (measured[row] - stop)[columns]
-            if 2 * U.shape[1] <= len(columns):
-                errors[row] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(
-                    root @ measured[row, columns]
-                )
+            columns = np.flatnonzero(np.isfinite(measured[row]))
+            W = solution.mobilities[row : row + 1]
+            root = energy_roots(W, predictor.coordinates[columns])[0]
+            change = root @ (measured[row] - stop)[columns]
+            size = np.linalg.norm(root @ measured[row, columns])
+            errors[row] = _unexplained(root @ moved[columns], change) / size
     return errors
+
+
+def _unexplained(moves: Array, change: Array) -> float:
+    """Norm of the part of a change (k,) that no impulse along moves (k, r) gives; NaN where these
+    are more than half of its numbers.
+    """
+    U, s, _ = np.linalg.svd(moves, full_matrices=False)
+    U = U[:, s > 1e-9 * s.max(initial=0.0)]
+    if 2 * U.shape[1] > len(change):
+        return np.nan
+    return float(np.linalg.norm(change - U @ (U.T @ change)))
 
 
 def drawn(n: int, draws: int) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.method.approach import Motion, twist_before
 from shockpc.method.constraints import constraint_wrenches
@@ -38,49 +39,72 @@ def base_velocity(
         end: last one.
         before: whether a touchdown follows on it.
     """
-    robot, unknown, samples = motion.robot, dict.fromkeys(TWIST, np.nan), slice(begin, end + 1)
+    unknown = dict.fromkeys(TWIST, np.nan)
     contacts = [c for c in contacts if motion.carried(c)]
     if not contacts:
         return unknown, "no foot stands"
     if np.isinf(motion.period["joints"]):
         return unknown, "the log has no positions of joints"
-    rates = np.zeros(robot.model.nv)
-    for name, rate in zip(motion.joints, motion.velocities("joints", begin, end), strict=True):
-        rates[robot.joint(name).v] = rate
-    for mimic in robot.mimics:
-        rates[robot.joint(mimic.joint).v] = sum(
-            k * rates[robot.joint(leader).v] for leader, k in mimic.leaders.items()
-        )
-    state = dynamics(robot, motion.Q[samples])
-    legs = Motion(np.zeros(3), np.zeros(3), rates)
-    rows, speeds = [], []
-    for c in contacts:
-        block = motion.landing.contacts[c]
-        wrenches = constraint_wrenches(
-            state, locate_lowest_point(block, state.rotation[:, block.body])
-        )
-        rows.append(wrenches.reshape(-1, 6))
-        speeds.append((wrenches @ twist_before(state, legs, block.body)[..., None]).ravel())
-    A, b = np.concatenate(rows), -np.concatenate(speeds)
-    known, plane, planar = (
-        motion.turning(begin, end, before),
-        motion.landing.plane,
-        motion.landing.base == "planar",
-    )
-    turns, moves = np.eye(6)[:, :3], np.eye(6)[:, 3:]
-    if planar:
-        turns, moves = turns @ plane.normal[:, None], moves @ np.stack([plane.e1, plane.e2], axis=1)
-    given = np.zeros(6) if known is None else turns @ np.linalg.lstsq(turns[:3], known)[0]
-    basis = moves if known is not None else np.hstack([turns, moves])
-    x, _, rank, _ = np.linalg.lstsq(A @ basis, b - A @ given, rcond=DETERMINED)
+    A, b = _standing_rows(motion, contacts, begin, end)
+    turns, moves = _base_motions(motion)
+    known = motion.turning(begin, end, before)
+    fixed = np.zeros(6)
+    basis = np.hstack([turns, moves])
+    if known is not None:
+        fixed = turns @ np.linalg.lstsq(turns[:3], known)[0]
+        basis = moves
+    # Least squares of A (fixed + basis x) = b
+    x, _, rank, _ = np.linalg.lstsq(A @ basis, b - A @ fixed, rcond=DETERMINED)
     if rank < basis.shape[1]:
-        feet = "1 standing foot is" if len(contacts) == 1 else f"{len(contacts)} standing feet are"
+        feet = f"{len(contacts)} standing feet are"
+        if len(contacts) == 1:
+            feet = "1 standing foot is"
         return unknown, f"{feet} too few without a gyro (columns wx_body, wy_body and wz_body)"
-    twist = given + basis @ x
-    if (slips := float(np.abs(A @ twist - b).max())) > SLIP:
+    twist = fixed + basis @ x
+    slips = float(np.abs(A @ twist - b).max())
+    if slips > SLIP:
         return (
             unknown,
             f"the standing feet move against each other by {slips:.2g} m/s: one slips, or "
             f"positions are noisy",
         )
-    return dict(zip(TWIST, (*twist[3:].tolist(), *twist[:3].tolist()), strict=True)), ""
+    velocity = [*twist[3:].tolist(), *twist[:3].tolist()]
+    return dict(zip(TWIST, velocity, strict=True)), ""
+
+
+def _standing_rows(
+    motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int
+) -> tuple[Array, Array]:
+    """Rows A (r, 6) by the base's twist (ω, v), and b (r,) with A twist = b: standing feet have no
+    speed while the joints move.
+    """
+    robot = motion.robot
+    rates = np.zeros(robot.model.nv)
+    for name, rate in zip(motion.joints, motion.velocities("joints", begin, end), strict=True):
+        rates[robot.joint(name).v] = rate
+    for mimic in robot.mimics:
+        led = sum(k * rates[robot.joint(leader).v] for leader, k in mimic.leaders.items())
+        rates[robot.joint(mimic.joint).v] = led
+    state = dynamics(robot, motion.Q[begin : end + 1])
+    legs = Motion(np.zeros(3), np.zeros(3), rates)
+    rows = []
+    speeds = []
+    for c in contacts:
+        contact = motion.landing.contacts[c]
+        lowest = locate_lowest_point(contact, state.rotation[:, contact.body])
+        wrenches = constraint_wrenches(state, lowest)
+        twists = twist_before(state, legs, contact.body)
+        rows.append(wrenches.reshape(-1, 6))
+        speeds.append((wrenches @ twists[..., None]).ravel())
+    return np.concatenate(rows), -np.concatenate(speeds)
+
+
+def _base_motions(motion: LoggedMotion) -> tuple[Array, Array]:
+    """Columns (6, ·) of the base's rotations and translations that its mount allows."""
+    turns = np.eye(6)[:, :3]
+    moves = np.eye(6)[:, 3:]
+    if motion.landing.base == "planar":
+        plane = motion.landing.plane
+        turns = turns @ plane.normal[:, None]
+        moves = moves @ np.stack([plane.e1, plane.e2], axis=1)
+    return turns, moves

@@ -61,6 +61,10 @@ INTERVAL = (2.5, 97.5)
 """Percentiles of its intervals."""
 
 
+UNKNOWN = (np.nan, np.nan, np.nan)
+"""A statistic without value and interval."""
+
+
 class Agreement(NamedTuple):
     """How well the prediction of a joint model agrees with what was measured.
 
@@ -105,6 +109,22 @@ class Validation(NamedTuple):
 
     agreements: tuple[Agreement, ...]
     failures: tuple[tuple[str, str, str], ...]
+
+
+class Prediction(NamedTuple):
+    """The measured quantities of a table as a joint model predicts them.
+
+    Attributes:
+        model: its name.
+        measured: the quantities.
+        jumps: (n,) of each of them, predicted.
+        messages: why rows have no prediction, by number.
+    """
+
+    model: str
+    measured: Sequence[Measured]
+    jumps: Sequence[Array]
+    messages: Mapping[int, str]
 
 
 @study(
@@ -190,11 +210,8 @@ def refuse_unused(
     Raises:
         StudyError: the scene gives one.
     """
-    compared = (
-        rows.measured
-        if not scene.yields
-        else [one for one in rows.measured if one.time is not None]
-    )
+    # On contacts of finite stiffness only what has a time is compared with those.
+    compared = [column for column in rows.measured if not scene.yields or column.time is not None]
     if not compared:
         refuse_unused_ground(scene, (column.selection for column in evaluation.computed))
 
@@ -232,12 +249,11 @@ def compare_measured(
             )
         study = RecordedLandings(robot, rows, by_friction=True)
         by_key = predicting(study, friction=not np.isnan(rows.friction).all())
-        results = Evaluation(
-            study, tuple({column.name: column for column in by_key.values()}.values()), prove=0
-        ).table.without_defects()
+        computed = {column.name: column for column in by_key.values()}
+        results = Evaluation(study, tuple(computed.values()), prove=0).table.without_defects()
         jumps = base_in_world(study, by_key, results.columns)
         predictions = [
-            (
+            Prediction(
                 model,
                 rows.measured,
                 [jumps[column.key] for column in rows.measured],
@@ -247,74 +263,99 @@ def compare_measured(
         timed = tuple(column for column in rows.measured if column.time)
         if scene.yields and timed:
             name = f"{model}, {scene.yielding}"
-            predictions.append((name, timed, *predicted_later(study, by_key, timed)))
+            predictions.append(Prediction(name, timed, *predicted_later(study, by_key, timed)))
         W = mobilities(study)
-        for name, measured, predicted, messages in predictions:
-            agreements += _agreements(name, measured, predicted, robot, W)
-            failures += [(name, str(rows.names[i]), text) for i, text in messages.items()]
+        for prediction in predictions:
+            agreements += _agreements(prediction, robot, W)
+            for i, text in prediction.messages.items():
+                failures.append((prediction.model, str(rows.names[i]), text))
     return Validation(tuple(agreements), tuple(failures))
 
 
-def _agreements(
-    model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, W: Array
-) -> list[Agreement]:
-    """Of every group, then of every quantity, at each time.
+def _agreements(prediction: Prediction, robot: Robot, W: Array) -> list[Agreement]:
+    """The agreement of every group, then of every quantity, at each time.
 
     Args:
-        model: its name.
-        measured: the quantities.
-        predicted: (n,) for each of them.
+        prediction: of all quantities.
         robot: the robot.
         W: as `mobilities` gives them.
     """
+    measured = prediction.measured
+    coordinates = np.array([coordinate(column, robot) for column in measured])
     groups: list[Agreement] = []
     quantities: list[Agreement] = []
-    coordinates = np.array([coordinate(column, robot) for column in measured])
 
-    def agreement(name: str, columns: Sequence[int], group: bool) -> Agreement:
-        truth, guess = (
-            np.stack([values[k] for k in columns], axis=1)
-            for values in ([m.jump for m in measured], predicted)
-        )
-        first, members = measured[columns[0]], coordinates[columns]
-        unit = (
-            "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
-        )
-        known = np.isfinite(guess).all(axis=1) & np.isfinite(truth).any(axis=1)
-        mobile, y, x, ratio = (
-            W[known],
-            truth[known],
-            guess[known],
-            np.full(int(known.sum()), np.nan),
-        )
-        if members.min() >= 0:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = energy_norms(mobile, members, x - y) / energy_norms(mobile, members, y)
-        statistics = _statistics(y, x, ratio)
-        if name == ALL:
-            statistics = {
-                key: x if key == "error (energy)" else (np.nan,) * 3
-                for key, x in statistics.items()
-            }
-        return Agreement(
-            model, first.time, name, unit, group, truth, guess, statistics, int(known.sum())
-        )
+    def add(to: list[Agreement], name: str, members: list[int], group: bool) -> None:
+        to.append(_agreement(prediction, name, members, group, coordinates[members], W))
 
-    for time, group in dict.fromkeys((column.time, column.group) for column in measured):
-        members = [
-            k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)
-        ]
-        # a component of a vector has its own name then
-        alone = len(members) == 1 and not measured[members[0]].unit
-        groups.append(agreement(measured[members[0]].name if alone else group, members, True))
-        quantities += [agreement(measured[k].name, [k], False) for k in members if len(members) > 1]
-    for time in dict.fromkeys(column.time for column in measured):
-        members = [
-            k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0
-        ]
+    by_group: dict[tuple[float | None, str], list[int]] = {}
+    by_time: dict[float | None, list[int]] = {}
+    for k, column in enumerate(measured):
+        by_group.setdefault((column.time, column.group), []).append(k)
+        by_time.setdefault(column.time, [])
+        if coordinates[k] >= 0:
+            by_time[column.time].append(k)
+    for (_, name), members in by_group.items():
+        first = measured[members[0]]
+        if len(members) == 1:
+            # A component of a vector has its own name then.
+            add(groups, name if first.unit else first.name, members, True)
+            continue
+        add(groups, name, members, True)
+        for k in members:
+            add(quantities, measured[k].name, [k], False)
+    for members in by_time.values():
         if len({measured[k].group for k in members}) > 1:
-            groups.append(agreement(ALL, members, True))
+            add(groups, ALL, members, True)
     return groups + quantities
+
+
+def _agreement(
+    prediction: Prediction,
+    name: str,
+    members: list[int],
+    group: bool,
+    coordinates: np.ndarray,
+    W: Array,
+) -> Agreement:
+    """The agreement of some quantities.
+
+    Args:
+        prediction: of all quantities.
+        name: of the agreement.
+        members: numbers of its quantities.
+        group: whether it is a group.
+        coordinates: of its quantities in the velocities of the robot; −1 of those that are none.
+        W: as `mobilities` gives them.
+    """
+    jumps = np.stack([prediction.measured[k].jump for k in members], axis=1)
+    predicted = np.stack([prediction.jumps[k] for k in members], axis=1)
+    known = np.isfinite(predicted).all(axis=1) & np.isfinite(jumps).any(axis=1)
+    y = jumps[known]
+    x = predicted[known]
+    errors = np.full(len(y), np.nan)
+    if coordinates.min() >= 0:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            sizes = energy_norms(W[known], coordinates, y)
+            errors = energy_norms(W[known], coordinates, x - y) / sizes
+    statistics = _statistics(y, x, errors)
+    first = prediction.measured[members[0]]
+    unit = first.unit or select(first.key.partition("@")[0]).quantity.unit
+    if name == ALL:
+        unit = "√J"
+        error = statistics["error (energy)"]
+        statistics = dict.fromkeys(statistics, UNKNOWN) | {"error (energy)": error}
+    return Agreement(
+        model=prediction.model,
+        time=first.time,
+        name=name,
+        unit=unit,
+        group=group,
+        measured=jumps,
+        predicted=predicted,
+        statistics=statistics,
+        n=len(y),
+    )
 
 
 def _statistics(
@@ -330,24 +371,26 @@ def _statistics(
     """
     n = len(measured)
     if not n:
-        return dict.fromkeys(STATISTICS, (np.nan, np.nan, np.nan))
-    rng, together = np.random.default_rng(SEED), max(1, DRAWN_TOGETHER // measured.size)
-    count = int(np.clip(DRAWN_TOGETHER * 20 // measured.size, 200, DRAWS)) if n >= FEWEST else 0
+        return dict.fromkeys(STATISTICS, UNKNOWN)
+    rng = np.random.default_rng(SEED)
+    together = max(1, DRAWN_TOGETHER // measured.size)
+    count = 0
+    if n >= FEWEST:
+        count = int(np.clip(DRAWN_TOGETHER * 20 // measured.size, 200, DRAWS))
+    # First the landings as they are, then the draws.
     samples = [_of_samples(measured, predicted, energy, np.arange(n)[None])]
     for k in range(0, count, together):
         draws = rng.integers(n, size=(min(together, count - k), n))
         samples.append(_of_samples(measured, predicted, energy, draws))
     values = np.concatenate(samples, axis=1)
-    statistics = {}
+    statistics: dict[str, tuple[float, float, float]] = {}
     for name, (value, *drawn) in zip(STATISTICS, values.tolist(), strict=True):
-        interval = (
-            np.nanpercentile(drawn, INTERVAL).tolist()
-            if drawn and np.isfinite(value)
-            else (np.nan, np.nan)
-        )
-        statistics[name] = (value, *interval)
+        statistics[name] = (value, np.nan, np.nan)
+        if drawn and np.isfinite(value):
+            low, high = np.nanpercentile(drawn, INTERVAL).tolist()
+            statistics[name] = (value, low, high)
     if n < FEWEST:
-        statistics["r"] = (np.nan,) * 3
+        statistics["r"] = UNKNOWN
     return statistics
 
 
@@ -355,35 +398,54 @@ def _of_samples(measured: Array, predicted: Array, energy: Array, draws: np.ndar
     """The statistics (6, m), as `STATISTICS`, of draws (m, n) of landings by number; NaN where one
     has no meaning.
 
-    The mean of the other landings is over those of the draw that are no copy of the landing: a copy
-    foretells it.
+    With predicted jumps p, measured ones q and their deviations x and y from their means:
+    r = Σ x y / √(Σ x² Σ y²), slope = Σ x y / Σ x², errors = median of ‖p − q‖ / ‖q‖ and of those in
+    the energy norm, skill = 1 − Σ ‖p − q‖² / Σ ‖q‖², and the same with q from the mean of others.
     """
-    copies = np.array([np.bincount(draw, minlength=len(measured))[draw] for draw in draws])[
-        ..., None
-    ]
-    measured, predicted = measured[draws], predicted[draws]
-    known = np.isfinite(measured)
-    measured, predicted = np.where(known, measured, 0.0), np.where(known, predicted, 0.0)
+    drawn = measured[draws]
+    known = np.isfinite(drawn)
+    q = np.where(known, drawn, 0.0)
+    p = np.where(known, predicted[draws], 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        count = known.sum(axis=(1, 2), keepdims=True)
-        x, y = (
-            np.where(known, values - values.sum(axis=(1, 2), keepdims=True) / count, 0.0)
-            for values in (predicted, measured)
-        )
-        xx, yy, xy = _squares(x, predicted), _squares(y, measured), np.sum(x * y, axis=(1, 2))
-        off, size = np.linalg.norm(predicted - measured, axis=2), np.linalg.norm(measured, axis=2)
-        number = known.sum(axis=1, keepdims=True) - copies
-        others = (measured.sum(axis=1, keepdims=True) - copies * measured) / np.where(
-            number > 0, number, np.nan
-        )
-        apart = np.where(known, measured - others, 0.0)
+        x = _from_mean(p, known)
+        y = _from_mean(q, known)
+        xx = _squares(x, p)
+        yy = _squares(y, q)
+        xy = np.sum(x * y, axis=(1, 2))
+        off = np.linalg.norm(p - q, axis=2)
+        size = np.linalg.norm(q, axis=2)
         squares = np.sum(off**2, axis=1)
-        skill, skill_mean = (
-            1.0 - squares / total for total in (np.sum(size**2, axis=1), _squares(apart, measured))
+        values = np.stack(
+            [
+                xy / np.sqrt(xx * yy),
+                xy / xx,
+                np.median(off / size, axis=1),
+                np.median(energy[draws], axis=1),
+                1.0 - squares / np.sum(size**2, axis=1),
+                1.0 - squares / _squares(_from_others(q, known, draws), q),
+            ]
         )
-        errors = (np.median(ratio, axis=1) for ratio in (off / size, energy[draws]))
-        values = np.stack([xy / np.sqrt(xx * yy), xy / xx, *errors, skill, skill_mean])
     return np.where(np.isfinite(values), values, np.nan)
+
+
+def _from_mean(values: Array, known: np.ndarray) -> Array:
+    """Deviations (m, n, k) of values, zero where they are not known, from the mean of each draw."""
+    count = known.sum(axis=(1, 2), keepdims=True)
+    mean = values.sum(axis=(1, 2), keepdims=True) / count
+    return np.where(known, values - mean, 0.0)
+
+
+def _from_others(values: Array, known: np.ndarray, draws: np.ndarray) -> Array:
+    """Deviations (m, n, k) of each landing from the mean of the others in its draw (m, n).
+
+    The others are those that are no copy of the landing: a copy foretells it.
+    """
+    n = draws.shape[1]
+    copies = np.array([np.bincount(draw, minlength=n)[draw] for draw in draws])[..., None]
+    number = known.sum(axis=1, keepdims=True) - copies
+    others = values.sum(axis=1, keepdims=True) - copies * values
+    mean = others / np.where(number > 0, number, np.nan)
+    return np.where(known, values - mean, 0.0)
 
 
 def _squares(deviations: Array, values: Array) -> Array:
