@@ -394,8 +394,8 @@ def test_what_looks_like_degrees_by_limits_is_a_warning(here, capfd):
 
 @pytest.mark.parametrize("stamp", ["time", "t"])
 def test_a_time_series_is_no_table_of_landings(here, capfd, stamp):
-    """A jump sampled at 500 Hz is refused as one; its rows in another order, a few, with names, or
-    landings of a gait are not.
+    """A jump sampled at 500 Hz is refused as one, however short; its rows in another order, with
+    names, or landings of a gait are not, nor short ones with contacts or what was measured after.
     """
     time = np.arange(0.0, 0.6, 0.002)
     rng = np.random.default_rng(2)
@@ -416,14 +416,19 @@ def test_a_time_series_is_no_table_of_landings(here, capfd, stamp):
         stamp: 0.5 * np.arange(300)
     }
     shuffled = {name: values[mixed] for name, values in series.items()}
-    short, untimed = (
-        {name: values[:60] for name, values in series.items()},
-        {name: series[name] for name in JOINTS},
-    )
+    untimed = {name: series[name] for name in JOINTS}
     named = series | {"name": np.array([f"sample {i}" for i in range(len(time))])}
-    assert [
-        len(rows_of(columns, landing).names) for columns in (gait, shuffled, short, untimed, named)
-    ] == [300, 300, 60, 300, 300]
+    for columns in (gait, shuffled, untimed, named):
+        assert len(rows_of(columns, landing).names) == 300
+    for rows in (3, 60):
+        short = {name: values[:rows] for name, values in series.items()}
+        with pytest.raises(StudyError, match=rf"{rows} rows.*touchdowns"):
+            rows_of(short, landing)
+        touched = short | {"contact": np.array(["LF_FOOT"] * rows)}
+        measured = short | {"after_vz": np.zeros(rows)}
+        slower = short | {stamp: 0.1 * np.arange(rows)}
+        for columns in (touched, measured, slower):
+            assert len(rows_of(columns, landing).names) == rows
     written(here / "log.csv", series)
     outcome = run(capfd, "recorded", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
     assert outcome.code == 2

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
 from shockpc.robot.robot import Robot
@@ -33,6 +34,12 @@ ratio is 1 where rows are independent, and 2 sin²(π f / f_s) for a motion at a
 sampled at f_s."""
 
 
+SAMPLES, SAMPLE_STEP = 3, 20e-3
+"""Rows from which, and median step of rising times up to which [s], rows without names and contacts
+are samples: a foot does not land again so soon.
+"""
+
+
 def rows_of(
     columns: Mapping[str, np.ndarray],
     landing: PosedLanding,
@@ -54,7 +61,7 @@ def rows_of(
             not 1.
     """
     columns = named_columns(columns, landing.robot, rename or {})
-    if _is_series(columns):
+    if _is_series(columns, landing.robot):
         rows = max(map(len, columns.values()))
         raise StudyError(
             f"the {rows} rows look like samples of a time series, but a table of landings has one "
@@ -70,30 +77,47 @@ def rows_of(
         raise StudyError(f'landing "{name}", {refusal}', **refusal.data) from None
 
 
-def _is_series(columns: Mapping[str, np.ndarray]) -> bool:
-    """Whether rows are samples of one motion, most of which are no touchdowns."""
-    labelled = {label: any(name in columns for name in names) for label, names in LABELS.items()}
-    if labelled["row"] or not labelled["time"]:
+def _is_series(columns: Mapping[str, np.ndarray], robot: Robot) -> bool:
+    """True if rows are samples of one motion, most of which are no touchdowns: their times are
+    those of samples, or they change little from one to the next.
+    """
+    times = _label(columns, robot, "time")
+    if times is None or _label(columns, robot, "row") is not None:
         return False
+    is_landing = "contact" in columns or any(name.startswith("after") for name in columns)
+    if not is_landing and _sampled(times):
+        return True
     ratios: list[float] = []
     for name, values in columns.items():
-        if name not in LABELS["time"] and values.dtype.kind in "fiu" and len(values) >= SERIES_ROWS:
-            known = values.reshape(len(values), -1).astype(float)
-            known = known[np.isfinite(known).all(axis=1)]
-            known = (
-                known[:, np.ptp(known, axis=0) > 1e-9]
-                if len(known) >= SERIES_ROWS
-                else known[:, :0]
-            )
-            ratios += (
-                np.mean(np.diff(known, axis=0) ** 2, axis=0) / (2.0 * np.var(known, axis=0))
-            ).tolist()
+        if name not in LABELS["time"] and values.dtype.kind in "fiu":
+            ratios += _neumann_ratios(values.reshape(len(values), -1).astype(float))
     return bool(ratios) and bool(np.median(ratios) < SERIES_RATIO)
+
+
+def _sampled(times: np.ndarray) -> bool:
+    """True if times (n,) [s] rise by steps in which no foot lands again."""
+    if times.dtype.kind not in "fiu" or times.ndim != 1 or len(times) < SAMPLES:
+        return False
+    steps = np.diff(times.astype(float))
+    return bool((steps > 0.0).all()) and bool(np.median(steps) <= SAMPLE_STEP)
+
+
+def _neumann_ratios(values: Array) -> list[float]:
+    """The ratios of `SERIES_RATIO` of columns (n, k) that vary, by the rows that are known."""
+    known = values[np.isfinite(values).all(axis=1)]
+    if len(known) < SERIES_ROWS:
+        return []
+    known = known[:, np.ptp(known, axis=0) > 1e-9]
+    differences = np.mean(np.diff(known, axis=0) ** 2, axis=0)
+    ratios: list[float] = (differences / (2.0 * np.var(known, axis=0))).tolist()
+    return ratios
 
 
 def _rows(landing: PosedLanding, columns: Mapping[str, np.ndarray]) -> RecordedRows:
     """The rows of named columns. The arguments and errors are those of `rows_of`."""
-    robot, n, messages = landing.robot, _length(columns), RowMessages()
+    robot = landing.robot
+    n = _length(columns)
+    messages = RowMessages()
     read = read_columns(columns, robot, messages)
     if read.base and not robot.free_base:
         raise StudyError(
@@ -106,21 +130,16 @@ def _rows(landing: PosedLanding, columns: Mapping[str, np.ndarray]) -> RecordedR
         landing, columns, read.contact_velocities, friction, messages
     )
     if len(messages) == n:
-        raise StudyError(
-            f"row 0{',' if messages[0].startswith('column') else ':'} {messages[0]}",
-            rows=list(range(n)),
-        )
+        mark = "," if messages[0].startswith("column") else ":"
+        raise StudyError(f"row 0{mark} {messages[0]}", rows=list(range(n)))
     effort = np.full((n, robot.model.nv), np.nan)
     for name, values in read.efforts.items():
         effort[:, robot.joint(name).v] = values[:, None]
     joints, rates = read.given(robot)
     origins = dict(_origins(landing, columns, read))
+    labels = {"name": _names(columns, robot, n), "contact": contacts_of(scenes, index)}
     return RecordedRows(
-        {
-            "name": _names(columns, robot, n),
-            "contact": contacts_of(scenes, index),
-            **_times(columns, robot),
-        },
+        labels | _times(columns, robot),
         Q,
         before,
         scenes,
@@ -142,10 +161,8 @@ def _length(columns: Mapping[str, np.ndarray]) -> int:
     """The number of rows."""
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
-        raise StudyError(
-            f"the columns differ in length: "
-            f"{', '.join(f'{name} {n}' for name, n in lengths.items())}"
-        )
+        texts = ", ".join(f"{name} {n}" for name, n in lengths.items())
+        raise StudyError(f"the columns differ in length: {texts}")
     if not any(lengths.values()):
         raise StudyError("the table has no rows")
     return next(iter(lengths.values()))
@@ -153,14 +170,10 @@ def _length(columns: Mapping[str, np.ndarray]) -> int:
 
 def _label(columns: Mapping[str, np.ndarray], robot: Robot, key: str) -> np.ndarray | None:
     """The first column that labels rows in one way. Args: key, of `LABELS`."""
-    return next(
-        (
-            columns[name]
-            for name in LABELS[key]
-            if name in columns and name not in robot.joint_names
-        ),
-        None,
-    )
+    for name in LABELS[key]:
+        if name in columns and name not in robot.joint_names:
+            return columns[name]
+    return None
 
 
 def _names(columns: Mapping[str, np.ndarray], robot: Robot, n: int) -> np.ndarray:
@@ -173,9 +186,9 @@ def _names(columns: Mapping[str, np.ndarray], robot: Robot, n: int) -> np.ndarra
 def _times(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
     """The times (n,) of the rows, if the table has them: numbers or texts."""
     times = _label(columns, robot, "time")
-    return (
-        {} if times is None else {"time": times if times.dtype.kind in "fiu" else times.astype(str)}
-    )
+    if times is None:
+        return {}
+    return {"time": times if times.dtype.kind in "fiu" else times.astype(str)}
 
 
 def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: Motion) -> Measured:
@@ -190,11 +203,9 @@ def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: 
     name, key, time = column.meaning.target, column.meaning.base, column.meaning.time
     if "@" in name:
         # Components of a vector at all places are compared together, with their signs.
-        quantity, component = (
-            name.partition("@")[0],
-            name.partition("@")[0][-2:] in (".x", ".y", ".z"),
-        )
-        return Measured(name, time, quantity[:-2] if component else name, name, "", column.values)
+        quantity = name.partition("@")[0]
+        group = quantity[:-2] if quantity[-2:] in (".x", ".y", ".z") else name
+        return Measured(name, time, group, name, "", column.values)
     if key and key not in TWIST:
         raise StudyError(
             f"column {column.name}: only velocities change in an impact; leave it out with --map "
@@ -205,7 +216,8 @@ def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: 
             f"column {column.name}: velocities after the impact are compared in world axes; "
             f"convert them"
         )
-    if key not in read.base if key else name not in read.given(robot)[1]:
+    known = key in read.base if key else name in read.given(robot)[1]
+    if not known:
         what = key or "rate of this joint"
         raise StudyError(
             f"column {column.name}: the table has no {what} before the impact, so its jump is not "
@@ -216,9 +228,8 @@ def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: 
         group = "sliding rates" if joint.kind == "prismatic" else "joint rates"
         jump = column.values - before.joint_rates[:, joint.v.start]
         return Measured(name, time, group, f"delta_qd@{name}", f"{joint.unit}/s", jump)
-    jump = (
-        column.values - np.concatenate([before.velocity, before.omega], axis=1)[:, TWIST.index(key)]
-    )
+    twist = np.concatenate([before.velocity, before.omega], axis=1)
+    jump = column.values - twist[:, TWIST.index(key)]
     group, unit = ("base velocity", "m/s") if key[0] == "v" else ("base angular velocity", "rad/s")
     return Measured(name, time, group, key, unit, jump)
 
@@ -243,9 +254,9 @@ def _origins(
     joints = [name for name in robot.joint_names if name not in robot.followers]
     for what, known in zip(("position", "rate"), read.given(robot), strict=True):
         if known:
-            yield f"{what}s of {len(known)} joint{'s' * (len(known) > 1)}", True
-        if absent := [name for name in joints if name not in known]:
-            yield (
-                f"{what} of {'all joints' if len(absent) == len(joints) else listed(absent, 8)}",
-                False,
-            )
+            plural = "s" if len(known) > 1 else ""
+            yield f"{what}s of {len(known)} joint{plural}", True
+        absent = [name for name in joints if name not in known]
+        if absent:
+            which = "all joints" if len(absent) == len(joints) else listed(absent, 8)
+            yield f"{what} of {which}", False
