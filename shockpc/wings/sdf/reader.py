@@ -63,51 +63,81 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
         RobotError: it has several models or none, is of an unknown version, or something in it is
             not read.
     """
-    file, root = source.path.name, parse_xml(source.xml, source.path.name)
-    if not (version := re.fullmatch(r"1\.([2-9]|\d\d)", root.get("version", ""))):
-        given = f'version "{root.get("version")}"' if root.get("version") else "no version"
-        raise RobotError(
-            f"{file} has {given}, which decides what its poses and axes mean; read are versions "
-            f"from 1.2 on"
-        )
-    models = [
-        model
-        for path in ("model", "world/model")
-        for model in root.findall(path)
-        if not _yes(_text(model, "static"), "static")
-    ]
-    if len(models) != 1:
-        raise RobotError(f"{file} has {len(models)} models that may move; give a file with one")
-    (model,) = models
+    file = source.path.name
+    root = parse_xml(source.xml, file)
+    version = _version(file, root)
+    model = _moving_model(file, root)
     refuse_count(sum(len(model.findall(path)) for path in ("link", "frame", "link/sensor")))
-    # A visual shape gives a number only where there is no collision shape.
-    refused = (
-        _REFUSED
-        if model.find("link/collision") is not None
-        else (*_REFUSED, "link/visual/geometry/mesh/submesh")
-    )
-    for owner, path in (*((model, path) for path in refused), (root, "world/joint")):
-        if (part := owner.find(path)) is not None:
-            raise RobotError(
-                f"{file}: <{part.tag}> ({path}) is not read; write out what it stands for"
-            )
-    poses, name = _Poses(model, int(version[1])), model.get("name") or source.robot_name
-    moved = listed(
-        link
-        for link in poses.above
-        if link in poses.named and not poses.of(link).isApprox(poses.carried(link), 1e-12)
-    )
-    notes = (
-        [f"the frames of links {moved} are moved to the joints that carry them, as in a URDF"]
-        if moved
-        else []
-    )
-    tables = (SDF, SDF_UNTIL_1_6) if int(version[1]) <= _POSE_FRAME else (SDF,)
-    notes += [*_notes(model), *(one.text for one in unread(model, *tables))]
+    _refuse_parts(file, root, model)
+    poses = _Poses(model, version)
+    name = model.get("name") or source.robot_name
+    tables = (SDF, SDF_UNTIL_1_6) if version <= _POSE_FRAME else (SDF,)
+    notes = [*_moved_frames(poses), *_notes(model)]
+    notes += [remark.text for remark in unread(model, *tables)]
     text = tostring(_urdf(model, name, poses), encoding="unicode")
     warnings = tuple(f"{file}: {note}" for note in notes)
     as_urdf = replace(source, xml=text, robot_name=name, warnings=warnings, all_driven=True)
     return with_postures(as_urdf)
+
+
+def _version(file: str, root: Element) -> int:
+    """N of the version 1.N of a file.
+
+    Raises:
+        RobotError: it is unknown.
+    """
+    text = root.get("version", "")
+    version = re.fullmatch(r"1\.([2-9]|\d\d)", text)
+    if version is None:
+        described = f'version "{text}"' if text else "no version"
+        raise RobotError(
+            f"{file} has {described}, which decides what its poses and axes mean; read are "
+            f"versions from 1.2 on"
+        )
+    return int(version[1])
+
+
+def _moving_model(file: str, root: Element) -> Element:
+    """The one model of a file that may move.
+
+    Raises:
+        RobotError: it has several or none.
+    """
+    models = []
+    for model in (*root.findall("model"), *root.findall("world/model")):
+        if not _yes(_text(model, "static"), "static"):
+            models.append(model)
+    if len(models) != 1:
+        raise RobotError(f"{file} has {len(models)} models that may move; give a file with one")
+    return models[0]
+
+
+def _refuse_parts(file: str, root: Element, model: Element) -> None:
+    """Refuse parts of a file that are not read and have numbers."""
+    refused = [(model, path) for path in _REFUSED]
+    # A visual shape gives a number only where there is no collision shape.
+    if model.find("link/collision") is None:
+        refused.append((model, "link/visual/geometry/mesh/submesh"))
+    refused.append((root, "world/joint"))
+    for owner, path in refused:
+        part = owner.find(path)
+        if part is not None:
+            raise RobotError(
+                f"{file}: <{part.tag}> ({path}) is not read; write out what it stands for"
+            )
+
+
+def _moved_frames(poses: "_Poses") -> Iterator[str]:
+    """A note on links whose frame is not that of the joint that carries them."""
+    moved = []
+    for link in poses.above:
+        if link in poses.named and not poses.of(link).isApprox(poses.carried(link), 1e-12):
+            moved.append(link)
+    if moved:
+        yield (
+            f"the frames of links {listed(moved)} are moved to the joints that carry them, as in "
+            "a URDF"
+        )
 
 
 def _notes(model: Element) -> Iterator[str]:
@@ -132,10 +162,8 @@ class _Poses:
     """
 
     def __init__(self, model: Element, version: int) -> None:
-        self._joints, self._version = (
-            {joint.get("name", ""): joint for joint in model.findall("joint")},
-            version,
-        )
+        self._joints = {joint.get("name", ""): joint for joint in model.findall("joint")}
+        self._version = version
         # Until version 1.6 a joint may be called like a link, and poses are not relative to joints.
         self.named = self._joints | {
             part.get("name", ""): part for part in model if part.tag in ("link", "frame")
@@ -146,9 +174,8 @@ class _Poses:
             raise RobotError(
                 f'the canonical_link of the model is "{canonical}", which does not exist'
             )
-        self._links = {"": canonical, "__model__": canonical, WORLD: WORLD} | {
-            link: link for link in links
-        }
+        self._links = {"": canonical, "__model__": canonical, WORLD: WORLD}
+        self._links |= {link: link for link in links}
         self._places = dict.fromkeys(("", "__model__"), pin.SE3.Identity())
         self._model = model
         self.above = {self.end(joint, "child"): name for name, joint in self._joints.items()}
@@ -261,17 +288,16 @@ class _Poses:
 
     def axis(self, joint: str, axis: Element) -> Array:
         """The axis (3,) of a joint in its frame."""
-        written, of_model = axis.find("xyz"), self._version <= _AXES_OF_MODEL
+        written = axis.find("xyz")
+        of_model = self._version <= _AXES_OF_MODEL
         if self._version <= _POSE_FRAME:
-            of_model = of_model or _yes(
-                _text(axis, "use_parent_model_frame"), "use_parent_model_frame"
-            )
-        frame, here = (
-            "__model__"
-            if of_model
-            else (written is not None and written.get("expressed_in")) or "",
-            self.joint(joint),
-        )
+            key = "use_parent_model_frame"
+            of_model = of_model or _yes(_text(axis, key), key)
+        if of_model:
+            frame = "__model__"
+        else:
+            frame = (written is not None and written.get("expressed_in")) or ""
+        here = self.joint(joint)
         there = self.of(frame) if frame else here
         xyz = _numbers(axis, "xyz", 3, "0 0 1", f'joint "{joint}": ')
         return np.asarray((here.inverse() * there).rotation @ xyz)
@@ -279,103 +305,116 @@ class _Poses:
 
 def _urdf(model: Element, name: str, poses: _Poses) -> Element:
     """The URDF of a model, with a link for each of its sensors and frames."""
-    robot, joints = Element("robot", name=name), model.findall("joint")
+    robot = Element("robot", name=name)
+    joints = model.findall("joint")
     if any(poses.end(joint, "parent") == WORLD for joint in joints):
         SubElement(robot, "link", name=WORLD)
     for link in model.findall("link"):
-        link_name = link.get("name", "")
-        frame, out = poses.carried(link_name).inverse(), SubElement(robot, "link", name=link_name)
-        inertial = next(link.iterfind("inertial"), Element("inertial"))
-        if _yes(inertial.get("auto", ""), "auto"):
-            raise RobotError(
-                f'link "{link_name}": <inertial auto> is not read; write out its mass, pose and '
-                f"inertia"
-            )
-        body = _at(SubElement(out, "inertial"), frame * poses.inertial(inertial, link_name))
-        SubElement(body, "mass", value=_text(inertial, "mass", "1"))
-        SubElement(
-            body,
-            "inertia",
-            {key: _text(inertial, f"inertia/{key}", default) for key, default in _MOMENTS.items()},
-        )
-        for part in (*link.findall("collision"), *link.findall("visual")):
-            for shape in part.findall("geometry/*"):
-                geometry = SubElement(
-                    _at(SubElement(out, part.tag), frame * poses.placed(part, link_name)),
-                    "geometry",
-                )
-                mesh = {"filename": _text(shape, "uri"), "scale": _text(shape, "scale", "1 1 1")}
-                sizes = {key: _text(shape, key) for key in _SIZES.get(shape.tag, ())}
-                SubElement(geometry, shape.tag, mesh if shape.tag == "mesh" else sizes)
-        for sensor in link.findall("sensor"):
-            mounted = sensor.get("name", "")
-            SubElement(robot, "link", name=mounted)
-            _joint(
-                robot,
-                f"{mounted}_fixed",
-                "fixed",
-                link_name,
-                mounted,
-                frame * poses.placed(sensor, link_name),
-            )
-    for marked in model.findall("frame"):
-        frame_name = marked.get("name", "")
-        place, carrier = poses.of(frame_name), poses.link(frame_name)
-        SubElement(robot, "link", name=frame_name)
-        _joint(
-            robot,
-            f"{frame_name}_fixed",
-            "fixed",
-            carrier,
-            frame_name,
-            poses.carried(carrier).inverse() * place,
-        )
+        _write_link(robot, link, poses)
+    for frame in model.findall("frame"):
+        frame_name = frame.get("name", "")
+        in_model = poses.of(frame_name)
+        carrier = poses.link(frame_name)
+        placement = poses.carried(carrier).inverse() * in_model
+        _write_fixed_link(robot, frame_name, carrier, placement)
     for joint in joints:
-        joint_name, kind, (parent, child) = (
-            joint.get("name", ""),
-            joint.get("type", "").lower(),
-            (poses.end(joint, end) for end in ("parent", "child")),
-        )
-        if kind not in _JOINTS:
-            raise RobotError(
-                f'joint "{joint_name}" is of type "{kind}", which is not read; read are '
-                f"{listed(_JOINTS)}"
-            )
-        out = _joint(
-            robot,
-            joint_name,
-            kind,
-            parent,
-            child,
-            poses.carried(parent).inverse() * poses.joint(joint_name),
-        )
-        axis = joint.find("axis")
-        if kind == "fixed":
-            continue
-        if axis is None:
-            raise RobotError(
-                f'joint "{joint_name}" is {kind} and has no <axis>, which SDFormat requires; add '
-                f"one"
-            )
-        subject = f'joint "{joint_name}": '
-        if _numbers(axis, "dynamics/spring_stiffness", 1, "0", subject).any():
-            raise RobotError(
-                f'joint "{joint_name}" has a spring, which is not read; leave it out, or give it '
-                f"with --rotor"
-            )
-        SubElement(out, "axis", xyz=_joined(poses.axis(joint_name, axis)))
-        SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
-        low, high, effort = (_limit(axis, key, subject) for key in ("lower", "upper", "effort"))
-        limited = low > -_UNLIMITED or high < _UNLIMITED
-        limit = {"lower": repr(low), "upper": repr(high)} if limited else {}
-        SubElement(
-            out, "limit", limit | {"effort": repr(effort if 0.0 < effort < _UNLIMITED else 0.0)}
-        )
-        if kind == "revolute" and not limited:
-            out.set("type", "continuous")
-        _coupled(out, joint, axis)
-        _driven(robot, joint)
+        _write_joint(robot, joint, poses)
     return robot
+
+
+def _write_link(robot: Element, link: Element, poses: _Poses) -> None:
+    """Write a link with its inertia, shapes and sensors."""
+    name = link.get("name", "")
+    to_carried = poses.carried(name).inverse()
+    out = SubElement(robot, "link", name=name)
+    _write_inertial(out, link, name, poses, to_carried)
+    for part in (*link.findall("collision"), *link.findall("visual")):
+        placement = to_carried * poses.placed(part, name)
+        for shape in part.findall("geometry/*"):
+            geometry = SubElement(_at(SubElement(out, part.tag), placement), "geometry")
+            SubElement(geometry, shape.tag, _dimensions(shape))
+    for sensor in link.findall("sensor"):
+        placement = to_carried * poses.placed(sensor, name)
+        _write_fixed_link(robot, sensor.get("name", ""), name, placement)
+
+
+def _write_inertial(
+    out: Element, link: Element, name: str, poses: _Poses, to_carried: pin.SE3
+) -> None:
+    """Write mass and inertia of a link.
+
+    Raises:
+        RobotError: they are left to the program that reads the file.
+    """
+    inertial = next(link.iterfind("inertial"), Element("inertial"))
+    if _yes(inertial.get("auto", ""), "auto"):
+        raise RobotError(
+            f'link "{name}": <inertial auto> is not read; write out its mass, pose and inertia'
+        )
+    body = _at(SubElement(out, "inertial"), to_carried * poses.inertial(inertial, name))
+    SubElement(body, "mass", value=_text(inertial, "mass", "1"))
+    moments = {}
+    for key, default in _MOMENTS.items():
+        moments[key] = _text(inertial, f"inertia/{key}", default)
+    SubElement(body, "inertia", moments)
+
+
+def _dimensions(shape: Element) -> dict[str, str]:
+    """File and scale of a mesh, or the sizes of another shape."""
+    if shape.tag == "mesh":
+        return {"filename": _text(shape, "uri"), "scale": _text(shape, "scale", "1 1 1")}
+    return {key: _text(shape, key) for key in _SIZES.get(shape.tag, ())}
+
+
+def _write_fixed_link(robot: Element, name: str, carrier: str, placement: pin.SE3) -> None:
+    """Write a link without mass, fixed on the frame of another."""
+    SubElement(robot, "link", name=name)
+    _joint(robot, f"{name}_fixed", "fixed", carrier, name, placement)
+
+
+def _write_joint(robot: Element, joint: Element, poses: _Poses) -> None:
+    """Write a joint with its axis, limits, coupling and drive.
+
+    Raises:
+        RobotError: of a type that is not read, without an axis, or with a spring.
+    """
+    name = joint.get("name", "")
+    kind = joint.get("type", "").lower()
+    parent = poses.end(joint, "parent")
+    child = poses.end(joint, "child")
+    if kind not in _JOINTS:
+        raise RobotError(
+            f'joint "{name}" is of type "{kind}", which is not read; read are {listed(_JOINTS)}'
+        )
+    placement = poses.carried(parent).inverse() * poses.joint(name)
+    out = _joint(robot, name, kind, parent, child, placement)
+    if kind == "fixed":
+        return
+    axis = joint.find("axis")
+    if axis is None:
+        raise RobotError(
+            f'joint "{name}" is {kind} and has no <axis>, which SDFormat requires; add one'
+        )
+    subject = f'joint "{name}": '
+    if _numbers(axis, "dynamics/spring_stiffness", 1, "0", subject).any():
+        raise RobotError(
+            f'joint "{name}" has a spring, which is not read; leave it out, or give it with --rotor'
+        )
+    SubElement(out, "axis", xyz=_joined(poses.axis(name, axis)))
+    SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
+    low = _limit(axis, "lower", subject)
+    high = _limit(axis, "upper", subject)
+    effort = _limit(axis, "effort", subject)
+    limit: dict[str, str] = {}
+    if low > -_UNLIMITED or high < _UNLIMITED:
+        limit = {"lower": repr(low), "upper": repr(high)}
+    elif kind == "revolute":
+        out.set("type", "continuous")
+    # A URDF without a limit of the effort says zero.
+    limited_effort = effort if 0.0 < effort < _UNLIMITED else 0.0
+    SubElement(out, "limit", limit | {"effort": repr(limited_effort)})
+    _coupled(out, joint, axis)
+    _driven(robot, joint)
 
 
 def _coupled(out: Element, joint: Element, axis: Element) -> None:
@@ -383,24 +422,18 @@ def _coupled(out: Element, joint: Element, axis: Element) -> None:
     effect.
     """
     for rule in joint.findall("drake:mimic"):
-        SubElement(
-            out,
-            "mimic",
-            {
-                key: rule.get(key, "")
-                for key in ("joint", "multiplier", "offset")
-                if key in rule.attrib
-            },
-        )
+        keys = [key for key in ("joint", "multiplier", "offset") if key in rule.attrib]
+        SubElement(out, "mimic", {key: rule.get(key, "") for key in keys})
+    name = joint.get("name")
+    subject = f'joint "{name}": '
     for rule in axis.findall("mimic"):
-        if (leading := rule.get("axis", "axis")) != "axis":
-            raise RobotError(
-                f'joint "{joint.get("name")}" follows "{leading}" of another, which is not read'
-            )
-        multiplier, offset, reference = (
-            float(_numbers(rule, key, 1, default, f'joint "{joint.get("name")}": ')[0])
-            for key, default in {"multiplier": "1", "offset": "0", "reference": "0"}.items()
-        )
+        leading = rule.get("axis", "axis")
+        if leading != "axis":
+            raise RobotError(f'joint "{name}" follows "{leading}" of another, which is not read')
+        multiplier = float(_numbers(rule, "multiplier", 1, "1", subject)[0])
+        offset = float(_numbers(rule, "offset", 1, "0", subject)[0])
+        reference = float(_numbers(rule, "reference", 1, "0", subject)[0])
+        # q = multiplier (q_leader − reference) + offset
         numbers = {"multiplier": repr(multiplier), "offset": repr(offset - multiplier * reference)}
         SubElement(out, "mimic", {"joint": rule.get("joint", "")} | numbers)
 
@@ -409,11 +442,8 @@ def _driven(robot: Element, joint: Element) -> None:
     """Write the drive of a joint, which Drake has in the joint, as a transmission, where Drake has
     it in a URDF.
     """
-    drive = {
-        key: _text(joint, key)
-        for key in ("drake:rotor_inertia", "drake:gear_ratio")
-        if joint.find(key) is not None
-    }
+    keys = ("drake:rotor_inertia", "drake:gear_ratio")
+    drive = {key: _text(joint, key) for key in keys if joint.find(key) is not None}
     if drive:
         transmission = SubElement(robot, "transmission")
         SubElement(transmission, "joint", name=joint.get("name", ""))
@@ -458,9 +488,9 @@ def _text(element: Element, path: str, default: str = "") -> str:
 
 def _yes(text: str, what: str) -> bool:
     """A boolean of SDFormat, false where none is written; `what` names it in messages."""
-    if (
-        value := {"1": True, "true": True, "0": False, "false": False, "": False}.get(text.lower())
-    ) is None:
+    words = {"1": True, "true": True, "0": False, "false": False, "": False}
+    value = words.get(text.lower())
+    if value is None:
         raise RobotError(f'{what} is "{text}"; it has to be true, false, 1 or 0')
     return value
 
@@ -470,11 +500,10 @@ def _numbers(element: Element, path: str, size: int, default: str = "", subject:
     others.
     """
     text = _text(element, path, default) if path else element.text
-    if (values := vector(text, size)) is None:
-        tag, wanted = (
-            path.rpartition("/")[2] or element.tag,
-            "one finite number" if size == 1 else f"{size} finite numbers",
-        )
+    values = vector(text, size)
+    if values is None:
+        tag = path.rpartition("/")[2] or element.tag
+        wanted = "one finite number" if size == 1 else f"{size} finite numbers"
         raise RobotError(f'{subject}<{tag}> is "{text}"; it has to be {wanted}')
     return values
 
@@ -484,11 +513,10 @@ def _limit(axis: Element, key: str, subject: str) -> float:
     nothing.
     """
     text = _text(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
-    value = (
-        float(text)
-        if text in ("inf", "+inf", "-inf")
-        else float(_numbers(axis, f"limit/{key}", 1, subject=subject)[0])
-    )
+    if text in ("inf", "+inf", "-inf"):
+        value = float(text)
+    else:
+        value = float(_numbers(axis, f"limit/{key}", 1, subject=subject)[0])
     return min(max(value, -_UNLIMITED), _UNLIMITED)
 
 
@@ -496,20 +524,18 @@ def _pose(pose: Element | None) -> pin.SE3:
     """What a <pose> says: a place [m], and angles about x, y and z [rad] or a quaternion."""
     if pose is None or not (pose.text or "").strip():
         return pin.SE3.Identity()
-    degrees, form = (
-        _yes(pose.get("degrees", ""), "degrees of <pose>"),
-        pose.get("rotation_format") or "euler_rpy",
-    )
+    degrees = _yes(pose.get("degrees", ""), "degrees of <pose>")
+    form = pose.get("rotation_format") or "euler_rpy"
     if form not in ("euler_rpy", "quat_xyzw") or (degrees and form == "quat_xyzw"):
+        unit = " in degrees" if degrees else ""
         raise RobotError(
-            f'<pose> has rotation_format "{form}"{" in degrees" * degrees}; read are euler_rpy and '
-            f"quat_xyzw"
+            f'<pose> has rotation_format "{form}"{unit}; read are euler_rpy and quat_xyzw'
         )
     values = _numbers(pose, "", 6 if form == "euler_rpy" else 7)
     if form == "euler_rpy":
-        return pin.SE3(
-            pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3]
-        )
-    if not (length := np.linalg.norm(values[3:])) > 0.0:
+        angles = np.radians(values[3:]) if degrees else values[3:]
+        return pin.SE3(pin.rpy.rpyToMatrix(angles), values[:3])
+    length = np.linalg.norm(values[3:])
+    if not length > 0.0:
         raise RobotError(f'<pose> is "{pose.text}", whose quaternion has no length')
     return pin.SE3(pin.Quaternion(values[3:] / length).matrix(), values[:3])

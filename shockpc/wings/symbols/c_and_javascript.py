@@ -1,6 +1,6 @@
 """A program as statements of C or JavaScript, cut into functions that compilers are quick with."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from shockpc.wings.symbols.programs import OPERATIONS, UNARY, Program
@@ -44,6 +44,10 @@ JAVASCRIPT = C | {
 """The same of JavaScript."""
 
 
+NAMES = tuple(OPERATIONS)
+"""Names of operations by number."""
+
+
 class Pieces(NamedTuple):
     """The statements of a program, in pieces.
 
@@ -69,43 +73,86 @@ def pieces(
         size: operations in a piece: compilers take long over long functions, or do not compile
             them.
     """
-    texts = [f"{name}[{k}]" for name, n in inputs.items() for k in range(n)] + [
-        digits(x, words) for x in program.constants.tolist()
-    ]
-    names, first, operands = list(OPERATIONS), program.first, program.operands.tolist()
-    home = [-1] * first + [k // size for k in range(len(operands))]
-    slots: dict[int, int] = {}
-    for k, values in enumerate(operands):
-        for value in values:
-            if home[value] not in (-1, k // size):
-                slots.setdefault(value, len(slots))
-    wanted: dict[int, list[int]] = {}
-    for k, value in enumerate(program.outputs.tolist()):
-        wanted.setdefault(value, []).append(k)
-    bodies = []
-    for piece, start in enumerate(range(0, max(len(operands), 1), size)):
-        lines, known = (
-            [
-                f"out[{k}]={texts[value]};"
-                for value in wanted
-                if home[value] < 0 and not piece
-                for k in wanted[value]
-            ],
-            set(),
-        )
-        for k in range(start, min(start + size, len(operands))):
-            arguments = operands[k][: 1 + (program.operation[k] < UNARY)]
-            for value in arguments:
-                if home[value] not in (-1, piece) and value not in known:
-                    known.add(value)
-                    lines.append(f"{declare} x{value - first}=w[{slots[value]}];")
-            read = (texts[value] if value < first else f"x{value - first}" for value in arguments)
-            lines.append(f"{declare} x{k}={words[names[program.operation[k]]].format(*read)};")
-            value = first + k
-            lines += [f"w[{slots[value]}]=x{k};"] if value in slots else []
-            lines += [f"out[{n}]=x{k};" for n in wanted.get(value, ())]
-        bodies.append("\n".join(lines))
-    return Pieces(bodies, len(slots))
+    statements = _Statements(program, inputs, words, declare, size)
+    starts = range(0, max(len(statements.operands), 1), size)
+    bodies = ["\n".join(statements.of_piece(start)) for start in starts]
+    return Pieces(bodies, len(statements.slots))
+
+
+class _Statements:
+    """The statements of a program: values are numbered, first inputs and constants, then results of
+    operations.
+
+    Args: as for `pieces`.
+
+    Attributes:
+        operands: of each operation.
+        slots: places in the workspace of values that a later piece needs, by value.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        inputs: Mapping[str, int],
+        words: Mapping[str, str],
+        declare: str,
+        size: int,
+    ) -> None:
+        self.first = program.first
+        self.operands = program.operands.tolist()
+        self.operation = program.operation
+        self.words = words
+        self.declare = declare
+        self.size = size
+        self.texts: list[str] = []
+        for name, n in inputs.items():
+            self.texts += [f"{name}[{k}]" for k in range(n)]
+        self.texts += [digits(x, words) for x in program.constants.tolist()]
+        self.outputs: dict[int, list[int]] = {}
+        for k, value in enumerate(program.outputs.tolist()):
+            self.outputs.setdefault(value, []).append(k)
+        self.slots: dict[int, int] = {}
+        for k, values in enumerate(self.operands):
+            for value in values:
+                if not self._is_here(value, k // size):
+                    self.slots.setdefault(value, len(self.slots))
+
+    def _is_here(self, value: int, piece: int) -> bool:
+        """True if a value is an input, a constant, or computed in a piece."""
+        return value < self.first or (value - self.first) // self.size == piece
+
+    def of_piece(self, start: int) -> list[str]:
+        """The statements of the operations from one on."""
+        lines: list[str] = []
+        if start == 0:
+            for value in self.outputs:
+                if value < self.first:
+                    lines += [f"out[{k}]={self.texts[value]};" for k in self.outputs[value]]
+        read: set[int] = set()
+        for k in range(start, min(start + self.size, len(self.operands))):
+            lines += self._of_operation(k, read)
+        return lines
+
+    def _of_operation(self, k: int, read: set[int]) -> Iterator[str]:
+        """The statements of an operation. Args: read, values that its piece has read from w."""
+        arguments = self.operands[k]
+        if self.operation[k] >= UNARY:
+            arguments = arguments[:1]
+        for value in arguments:
+            if value not in read and not self._is_here(value, k // self.size):
+                read.add(value)
+                yield f"{self.declare} x{value - self.first}=w[{self.slots[value]}];"
+        word = self.words[NAMES[self.operation[k]]]
+        yield f"{self.declare} x{k}={word.format(*map(self._name, arguments))};"
+        result = self.first + k
+        if result in self.slots:
+            yield f"w[{self.slots[result]}]=x{k};"
+        for n in self.outputs.get(result, ()):
+            yield f"out[{n}]=x{k};"
+
+    def _name(self, value: int) -> str:
+        """A value in an expression."""
+        return self.texts[value] if value < self.first else f"x{value - self.first}"
 
 
 def digits(value: float, words: Mapping[str, str]) -> str:
