@@ -35,7 +35,10 @@ for module in pkgutil.walk_packages(shockpc.__path__, "shockpc."):
 for name in shockpc.__all__:
     getattr(shockpc, name)
 """
-CORE = ("test_impulse.py", "test_profile.py", "test_columns.py", "test_names.py", "test_results.py")
+CORE = (
+    *("test_impulse.py", "test_profile.py", "test_columns.py", "test_names.py", "test_results.py"),
+    *("test_friction.py", "test_low_pass.py"),
+)
 """Tests of the core that run without a wing: the equation, its results, rows and commands."""
 
 
@@ -71,6 +74,21 @@ def without(document, keys):
     return document
 
 
+def refuses_a_contact_stiffness(top):
+    """Check that an option of a wing that is not there is none, and is refused by name in a file."""
+    landing = ("analyze", "go2", "--contact", "FL_foot")
+    assert "--contact-stiffness" not in python(top, "-m", "shockpc", "analyze", "--help-all").stdout
+    refused = python(top, "-m", "shockpc", *landing, "--contact-stiffness", "1e5")
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert "no such option: --contact-stiffness" in refused.stderr
+    scene = top / "soft.toml"
+    scene.write_text('robot = "go2"\ncontact = "FL_foot"\ncontact_stiffness = 1e5\n', "utf-8")
+    refused = python(top, "-m", "shockpc", "analyze", str(scene))
+    wanted = "soft.toml:3: contact_stiffness: no such key without the wing compliant"
+    assert refused.returncode == 2
+    assert wanted in refused.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("gone", [*((wing,) for wing in WINGS), tuple(WINGS)], ids="+".join)
 def test_the_package_is_whole_without_a_wing(gone, tmp_path):
@@ -95,6 +113,8 @@ def test_the_package_is_whole_without_a_wing(gone, tmp_path):
     for words in COMMANDS:
         assert without(document(TOP, words), lost) == without(document(top, words), lost)
     assert python(top, "-m", "shockpc", "--help").returncode == 0
+    if "compliant" in gone:
+        refuses_a_contact_stiffness(top)
     tests = [str(top / "tests" / name) for name in CORE]
     done = python(top, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests)
     assert done.returncode == 0, done.stdout[-3000:]
