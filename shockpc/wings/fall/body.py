@@ -26,11 +26,12 @@ from shockpc.wings.fall.tipping import CrossSection
 UP = np.array([0.0, 0.0, 1.0])
 
 POINT = Contact(frame="", at="frame", kind="point")
-"""What strikes in a fall: a point, where the geometry of the whole robot meets the ground."""
+"""The contact of a fall: a point where the geometry of the whole robot meets the ground."""
 
 CORNERS = 720
-"""Corners of a round shape in the plane of a fall; inside it by at most a part in 100 000 of its
-radius.
+"""Corners of a round shape in the plane of a fall.
+
+The polygon is inside the shape by at most a part in 100 000 of its radius.
 """
 
 
@@ -118,8 +119,9 @@ class Rigid:
         return cls(scene, landing, float(robot.masses.sum()), com, inertia, coms, shapes, visual)
 
     def points(self, directions: Array) -> tuple[Array, np.ndarray]:
-        """Points (n, 3) of the surface [m] with those that reach farthest along unit vectors (m,
-        3), and the link of each (n,).
+        """Points (n, 3) of the surface [m], and the link of each (n,).
+
+        Those that reach farthest along the unit vectors (m, 3) are among them.
         """
         points, links = [], []
         for shape in self.shapes:
@@ -150,8 +152,9 @@ class Rigid:
         )
 
     def support(self, together: float) -> Array:
-        """Corners (k, 2) of the support, anticlockwise, in world x and y from the centre of mass
-        [m]; two for a line, or one.
+        """Corners (k, 2) of the support, anticlockwise; two for a line, or one.
+
+        They are in world x and y from the centre of mass [m].
 
         Args:
             together: height up to which points are on the ground, and distance from a side up to
@@ -185,8 +188,9 @@ class Rigid:
         return np.asarray(corners)
 
     def edge(self, heading: float, together: float) -> tuple[Array, Array]:
-        """The side of the support over which the robot tips along a heading, from forward to the
-        left [rad].
+        """The side of the support over which the robot tips along a heading.
+
+        The heading is from forward to the left [rad].
 
         That is the side that the vertical through the centre of mass crosses. A support that is a
         line or a point, or a side that is turned from the heading by more than 45 deg, has its
@@ -216,8 +220,9 @@ class Rigid:
         return np.array([x, y, 0.0]), np.sort(ends @ [-y, x])
 
     def struck(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
-        """Points (n, 3) of the surface on the ground in an attitude, from the centre of mass, world
-        axes [m]; their links (n,).
+        """Points (n, 3) of the surface on the ground in an attitude, and their links (n,).
+
+        The points are from the centre of mass, world axes [m].
 
         Args:
             rotation: (3, 3) from the posture.
@@ -229,8 +234,9 @@ class Rigid:
         return turned[near], links[near]
 
     def spots(self, rotation: Array, points: Array, links: np.ndarray) -> tuple[Spot, ...]:
-        """Where each body meets the ground, among points as `struck` gives them: the middle of its
-        points, on its lowest link.
+        """The points where bodies meet the ground, one for each body.
+
+        Each is the middle of its points, as `struck` gives them, on its lowest link.
         """
         frames, spots = self.landing.robot.frames, []
         bodies = np.array([frames[link].body for link in links.tolist()])
@@ -253,8 +259,7 @@ class Rigid:
         stands: tuple[Spot, ...],
         slides: bool = False,
     ) -> Scene:
-        """The landing in an attitude: its contacts are what strikes, and what slides on the ground
-        then.
+        """The landing in an attitude, on what strikes and on what slides on the ground then.
 
         Args:
             rotation: (3, 3) from the posture.

@@ -1,4 +1,4 @@
-"""A strip of silhouettes in the moment of the worst impacts, the struck parts named and coloured."""
+"""A strip of silhouettes at the worst impacts, the struck parts named and coloured."""
 
 import math
 
@@ -28,8 +28,9 @@ STRUCK, STANDS, BODY = BANDS[6], BANDS[4], faded(INK, 0.86)
 
 
 def draw_falls(falls: Falls) -> Figure:
-    """Draw the worst strike of each kind in the order of the table, on one scale; each falls
-    towards the right.
+    """Draw the worst strike of each kind in the order of the table, on one scale.
+
+    Each robot falls towards the right.
     """
     kinds: dict[tuple[object, ...], list[StrikeResult]] = {}
     for result in falls.results:
@@ -140,7 +141,10 @@ def _draw_strike(
 
 
 def _kind(result: StrikeResult) -> tuple[object, ...]:
-    """What strikes and how: bodies of one mass are the same on either side of the robot."""
+    """The kind of a strike: what strikes and how.
+
+    Bodies of one mass are the same on either side of the robot.
+    """
     robot, strike = result.profile.robot, result.strike
     bodies = {robot.frames[link].body for link in strike.struck}
     return strike.motion, *sorted(f"{robot.masses[body]:.2g}" for body in bodies)

@@ -1,5 +1,6 @@
-"""Falls: how the robot tips, and every strike as a landing, the worst first; the pictures are in
-the attitude of the impact.
+"""Falls: how the robot tips, and every strike as a landing, the worst first.
+
+The pictures are in the attitude of the impact.
 """
 
 import itertools
@@ -25,8 +26,9 @@ LEAST_ROTATION = math.radians(1.0)
 """Rotation below which a part of the motion is not reported separately [rad]."""
 
 LIMITS = ("height", "contact", "limits")
-"""Kinds of warnings that every strike of a fall may have: of flat ground, on which its strikes are
-chosen, and of the posture.
+"""Kinds of warnings that every strike of a fall may have.
+
+They are of flat ground, on which its strikes are chosen, and of the posture.
 """
 
 
@@ -130,7 +132,7 @@ def _warnings(falls: Falls) -> list[str]:
 
 
 def moves(tip: Tip, until: float) -> str:
-    """How a robot moves, and to which rotations [deg], up to one [rad].
+    """Text of how a robot moves, and to which rotations [deg], up to one [rad].
 
     What alternates within `LEAST_ROTATION`, as on a round foot, is one motion.
     """
@@ -154,7 +156,7 @@ def moves(tip: Tip, until: float) -> str:
 
 
 def _tips(falls: Falls) -> Sheet:
-    """One row for each posture and heading."""
+    """A row for each posture and heading."""
     rows: list[Row] = []
     for tip in falls.tips:
         strikes = [strike for strike in falls.strikes if strike.fall == tip.name]
@@ -195,7 +197,7 @@ def _tips(falls: Falls) -> Sheet:
 
 
 def struck_words(strike: FallStrike) -> str:
-    """What strikes; of several links the speed of each where they differ, and whether it separates."""
+    """Text of what strikes: each link, its speed where these differ, and if it separates."""
     speeds = {f"{speed:.3g}" for speed in strike.struck.values()}
     named = (
         f"{link}{f' {speed:.3g}' * (len(speeds) > 1)}{' (separates)' * (link not in strike.pressing)}"
@@ -205,7 +207,10 @@ def struck_words(strike: FallStrike) -> str:
 
 
 def _strikes(falls: Falls, full: bool) -> list[Sheet]:
-    """The strikes, the worst first. Args: full, whether with all rows and columns, in two tables."""
+    """The strikes, the worst first.
+
+    Args: full, whether with all rows and columns, in two tables.
+    """
     every, tipping = _every_strike(falls), bool(falls.tips)
     name = [column.key for column in every.columns].index("strike")
     by_name = {row[name]: row for row in every.rows}
@@ -270,12 +275,12 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
 
 
 def _judged(falls: Falls) -> bool:
-    """Whether parts or joints are compared with what they withstand."""
+    """True if parts or joints are compared with what they withstand."""
     return bool(falls.margins) or EFFORTS in falls.quantities
 
 
 def _margins(falls: Falls) -> Sheet:
-    """What comes nearest to what it withstands, with the strike in which it does."""
+    """The parts and joints nearest to what they withstand, each with its worst strike."""
     rows: list[Row] = [
         (one.name, one.kind, one.margin, one.torque, one.withstands, one.strike)
         for one in falls.margins
@@ -358,8 +363,9 @@ def _every_strike(falls: Falls) -> Sheet:
 
 
 def _document(falls: Falls) -> dict[str, Any]:
-    """The document, beside its tables, schema `shockpc.fall/2`: angles in degrees, strikes the
-    worst first.
+    """The document, beside its tables, schema `shockpc.fall/2`.
+
+    Angles are in degrees; the worst strikes come first.
     """
     return {
         "rank": falls.rank,

@@ -1,5 +1,6 @@
-"""The strikes of falls: how a robot tips over an edge of its support or is dropped, and the landing
-that each strike is.
+"""The strikes of falls: a robot tips or is dropped, and each strike is a landing.
+
+The robot tips over an edge of its support.
 
 Of the points that meet the ground together those are in the landing that press.
 """
@@ -41,8 +42,9 @@ NUDGE = 1e-6
 """Rotation beyond the balance at which a robot begins to fall [rad]."""
 
 LEVEL = math.radians(1.0)
-"""Rotation within which points within `together` of the ground meet it as the robot is pushed
-[rad].
+"""Rotation [rad] within which points near the ground meet it as the robot is pushed.
+
+Near is within `together`.
 """
 
 SINKS = 1e-6
@@ -52,13 +54,15 @@ NEAR_GROUND = 5e-3
 """Height up to which a part nearly strikes together with others [m]."""
 
 ASIDE = 0.3
-"""Share of the change of rotation at the first strike that is out of the plane of the fall, above
-which there is a warning [1].
+"""Share of the change of rotation out of the plane of the fall, with a warning above [1].
+
+It is that of the first strike.
 """
 
 EARLY = math.radians(3.0)
-"""How long before the edge would be pulled or slips the centre of pressure may leave it without a
-warning [rad].
+"""Rotation by which the centre of pressure may leave the edge early without a warning [rad].
+
+Early is before the edge would be pulled or slips.
 """
 
 
@@ -100,12 +104,12 @@ class FallStrike:
 
     @property
     def name(self) -> str:
-        """Of the landing."""
+        """Name of the landing."""
         return f"{self.fall} {self.number}" if self.forward is not None else self.fall
 
     @property
     def speed(self) -> float:
-        """Of the fastest of them towards the ground [m/s]."""
+        """Speed of the fastest of the struck points towards the ground [m/s]."""
         return max(self.struck.values())
 
 
@@ -137,7 +141,7 @@ class Tip:
 
 
 class Beginning(NamedTuple):
-    """How a fall begins.
+    """The beginning of a fall.
 
     Attributes:
         corner: about which the robot turns.
@@ -155,7 +159,7 @@ class Beginning(NamedTuple):
 def tip_over(
     rigid: Rigid, name: str, heading: float, push: float | None, together: float, least: float
 ) -> Tip:
-    """How a robot tips over along a heading.
+    """The fall of a robot that tips over along a heading.
 
     Args:
         rigid: the robot.
@@ -191,7 +195,7 @@ def tip_over(
 
 
 def _beginning(section: CrossSection, push: float | None, together: float) -> Beginning:
-    """How the fall of a robot that is pushed begins, or from its balance without a push.
+    """The beginning of the fall of a robot that is pushed, or from its balance without a push.
 
     Raises:
         StudyError: the push does not tip it.
@@ -304,8 +308,7 @@ def _pressure(
 def _leaves_edge(
     rigid: Rigid, forward: Array, ends: Array, section: CrossSection, pivoting: Sequence[Phase]
 ) -> float | None:
-    """The first rotation [rad] at which the centre of pressure is not within the edge; None if it
-    stays there.
+    """The first rotation [rad] at which the centre of pressure is off the edge; None without one.
 
     From the centre of mass it is at (I_xy ω' + I_zy ω²) / N along the edge, with x forward, y along
     the edge and z up, ω' = κ g sin(θ + φ) / c and the force N of the ground.
@@ -348,8 +351,9 @@ def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterato
 
 
 def _struck_before(section: CrossSection, last: Touch, touch: Touch, together: float) -> bool:
-    """True if what touches was within a height of the ground at the last strike, and so part of it,
-    unless it stood there.
+    """True if what touches was part of the last strike, near the ground then, and did not stand.
+
+    Near is within a height of it.
     """
     ahead, height = section.at(touch.corner, last.before.theta)
     ground = section.at(last.corner, last.before.theta)[1]
@@ -433,8 +437,9 @@ def _near(rigid: Rigid, turn: Array, links: np.ndarray, together: float) -> tupl
 def _turns_aside(
     rigid: Rigid, turn: Array, spots: Sequence[Spot], velocity: Array, omega: float, forward: Array
 ) -> float:
-    """Share of the change of rotation at a strike of the rigid robot that is not about the edge
-    [1].
+    """Share of the change of rotation at a strike that is not about the edge [1].
+
+    The robot is rigid.
     """
     left = np.cross(UP, forward)
     axes = np.array([forward, left, UP])
@@ -452,8 +457,9 @@ def _turns_aside(
 
 
 def _stood(section: CrossSection, touch: Touch, x: float) -> bool:
-    """True if what is on the ground x [m] ahead is nearer to the corner that was there before a
-    touch than to the new one.
+    """True if what is on the ground x [m] ahead is nearer to the old corner than to the new one.
+
+    The old corner is the one that was there before a touch.
     """
     new = section.at(touch.corner, touch.before.theta)[0]
     old = section.at(touch.on, touch.before.theta)[0]
@@ -607,8 +613,9 @@ def _turned_down(direction: Array) -> Array:
 
 
 def _box_attitudes(rigid: Rigid) -> dict[str, Array]:
-    """Unit vectors (3,) from the centre of mass to the faces, edges and corners of the box around
-    the posture, by name.
+    """Unit vectors (3,) from the centre of mass to the box around the posture, by name.
+
+    They point to its faces, edges and corners.
     """
     points, _ = rigid.points(np.vstack([np.eye(3), -np.eye(3)]))
     low = points.min(axis=0) - rigid.com
@@ -629,8 +636,9 @@ def _box_attitudes(rigid: Rigid) -> dict[str, Array]:
 
 
 def _spread(count: int) -> dict[str, Array]:
-    """Unit vectors (3,) spread evenly over the sphere along a spiral; rotation about the vertical
-    does not matter.
+    """Unit vectors (3,) spread evenly over the sphere along a spiral.
+
+    Rotation about the vertical does not matter.
     """
     k = np.arange(count) + 0.5
     z = 1.0 - 2.0 * k / count

@@ -1,5 +1,6 @@
-"""Falls of a robot: it tips over an edge of its support or is dropped, and each strike is a
-separate landing.
+"""Falls of a robot: it tips over an edge of its support or is dropped.
+
+Each strike is a separate landing.
 
 Between strikes the robot is one rigid body, its joints held, in the plane of the fall. What then
 strikes is solved as any other landing, with the joints with drives. Of the points that meet the
@@ -56,7 +57,7 @@ EFFORTS = "joint_torque_share"
 
 
 class StrikeResult(NamedTuple):
-    """What is known of a strike.
+    """A strike and its results.
 
     Attributes:
         strike: the strike.
@@ -78,8 +79,7 @@ class StrikeResult(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """How far a part, or a joint, is from what it withstands in the strike that is the worst for
-    it.
+    """Margin of a part, or a joint, to what it withstands in its worst strike.
 
     Attributes:
         name: of the part, or of the joint that no part rates.
@@ -142,7 +142,7 @@ class Falls:
 
 
 class Tipping(NamedTuple):
-    """How robots tip over.
+    """Options of how robots tip over.
 
     Attributes:
         headings: names, or angles [deg].
@@ -158,7 +158,7 @@ class Tipping(NamedTuple):
 
 
 class FallMotion(NamedTuple):
-    """What happens in the falls of all postures.
+    """The falls of all postures and their strikes.
 
     Attributes:
         tips: one for each posture and heading.
@@ -454,8 +454,9 @@ def _warnings(results: Iterable[StrikeResult]) -> Iterator[Diagnostic]:
 
 
 def _judged(scenes: Iterable[Scene], robot: Robot) -> tuple[bool, bool]:
-    """Two flags: parts of a scene can be judged, and joints by their torques, of which a pulse, a
-    stiffness or a part says how long they last.
+    """Two flags: parts of a scene can be judged, and joints by their torques.
+
+    Torques need a pulse, a stiffness or a part that says how long they last.
     """
     parts = efforts = False
     for scene in scenes:
@@ -510,8 +511,9 @@ def _joint_margins(result: StrikeResult) -> Iterator[Margin]:
 
 
 def _refuse_options(scene: Scene) -> None:
-    """Refuse what of a scene would have no effect: a motion before the impact, restitution, and how
-    contacts are held.
+    """Refuse settings of a scene that would have no effect.
+
+    These are a motion before the impact, restitution, and how contacts are held.
     """
     ignored = [key for key, value in vars(scene.strike).items() if value not in (None, {})]
     default = Contact(frame="")
@@ -607,7 +609,7 @@ def _results(
 def _with_joints(
     cases: Mapping[str, tuple[Scene, Robot]], model: Literal["free", "locked"]
 ) -> dict[str, tuple[Scene, Robot]]:
-    """The same landings with another joint model."""
+    """Landings with another joint model."""
     joints = Joints(model=model)
     return {name: (replace(scene, joints=joints), robot) for name, (scene, robot) in cases.items()}
 
@@ -646,8 +648,9 @@ def _table(
 
 
 def _trunk(profile: ShockProfile | ShockError) -> float:
-    """|Δv| of the heaviest body's centre of mass, with friction where it is given [m/s]; NaN
-    without a verdict.
+    """|Δv| of the heaviest body's centre of mass [m/s]; NaN without a verdict.
+
+    It is with friction where this is given.
     """
     if isinstance(profile, ShockError):
         return math.nan
@@ -662,7 +665,7 @@ def _result(
     texts: Sequence[str],
     landings: Sequence[ShockProfile | ShockError],
 ) -> StrikeResult:
-    """What is kept of a strike.
+    """The result of a strike.
 
     Args: landings, the same with joints free, with drives and locked.
     """
@@ -698,8 +701,9 @@ def _worst(profile: ShockProfile, text: str) -> tuple[float, str]:
 
 
 def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
-    """The joint that reaches a limit first after a strike, and when [s]; of joints that are within
-    their limits.
+    """The joint that first reaches a limit after a strike, and when [s].
+
+    Only joints within their limits count.
     """
     key = "delta_qd" if profile.scene.friction is None else "delta_qd_friction"
     rates = profile.value(key, "joint").tolist()

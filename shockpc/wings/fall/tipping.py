@@ -1,5 +1,6 @@
-"""A rigid convex body that falls over in a plane: it pivots about a corner, slides on it or is in
-the air, until it rests.
+"""A rigid convex body that falls over in a plane, until it rests.
+
+It pivots about a corner, slides on it or is in the air.
 
 Coordinates are forward and up [m], relative to the centre of mass where a corner is meant; a
 rotation tips forward [rad]. On a corner that sticks, with the arm c from it to the centre of mass
@@ -32,7 +33,7 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.text.errors import StudyError
 
 Kind = Literal["pivots", "slides", "is in the air"]
-"""How the body moves between two strikes."""
+"""Kind of motion of the body between two strikes."""
 
 STEP = math.radians(0.5)
 """Rotation within which a sign change of the forces is found [rad]."""
@@ -47,8 +48,9 @@ SETTLES = math.radians(5.0)
 """Rotation up to which a body that comes to rest on another side still stands [rad]."""
 
 SETTLED = 1e-4
-"""Kinetic energy of a rocking body, of its weight times the height of its centre of mass, below
-which it rests [1].
+"""Kinetic energy of a rocking body below which it rests [1].
+
+It is a share of its weight times the height of its centre of mass.
 """
 
 MOST_CHANGES, MOST_TURNS, LONGEST = 5000, 40, 10.0
@@ -134,8 +136,9 @@ class CrossSection:
 
     @classmethod
     def of(cls, mass: float, inertia: float, points: Array) -> "CrossSection":
-        """The section of a body with points (k, 2) on its surface, forward and up from the centre
-        of mass [m].
+        """The section of a body with points (k, 2) on its surface.
+
+        The points are forward and up from the centre of mass [m].
 
         Raises:
             StudyError: the points are on a line.
@@ -153,15 +156,17 @@ class CrossSection:
         return cls(mass, inertia, np.roll(corners, -first, axis=0), np.roll(level, -first))
 
     def side(self, corner: int) -> float:
-        """Rotation at which the side from a corner, counted on from turn to turn, to the next one
-        is on the ground [rad].
+        """Rotation at which the side from a corner to the next one is on the ground [rad].
+
+        Corners are counted on from turn to turn.
         """
         turn, k = divmod(corner, len(self.level))
         return float(self.level[k]) + 2.0 * math.pi * turn
 
     def lowest(self, theta: float) -> int:
-        """The lowest corner at a rotation [rad], counted on from turn to turn; of two on the ground
-        the forward one.
+        """The lowest corner at a rotation [rad]; of two on the ground the forward one.
+
+        Corners are counted on from turn to turn.
         """
         turn = int((theta - float(self.level[0])) // (2.0 * math.pi))
         return int(
@@ -174,8 +179,9 @@ class CrossSection:
         return float(a * c + b * s), float(b * c - a * s)
 
     def arm(self, corner: int) -> tuple[float, float, float]:
-        """Of a corner: distance to the centre of mass c [m], its angle φ from the vertical at
-        rotation zero [rad], and κ [1].
+        """The arm of a corner: distance to the centre of mass c [m], angle φ [rad] and κ [1].
+
+        φ is from the vertical at rotation zero.
         """
         a, b = self.corners[corner % len(self.corners)].tolist()
         c = math.hypot(a, b)
@@ -197,8 +203,9 @@ class CrossSection:
     def forces(
         self, corner: int, theta: Array | float, squared: Array | float
     ) -> tuple[Array, Array]:
-        """Forces T and N of the ground on a corner that sticks, along the ground and upward, by
-        mass [m/s²]. Args: squared, ω².
+        """Forces T and N of the ground on a corner that sticks, by mass [m/s²].
+
+        They are along the ground and upward. Args: squared, ω².
         """
         c, angle, kappa = self.arm(corner)
         sine, cosine = np.sin(theta + angle), np.cos(theta + angle)
@@ -215,8 +222,9 @@ class CrossSection:
         return np.asarray(start.omega**2 + gain)
 
     def balance(self, corner: int) -> tuple[int, float]:
-        """Corner and rotation in which the body balances, tipping on from a corner: it falls
-        forward from there by itself.
+        """Corner and rotation in which the body balances, tipping on from a corner.
+
+        It falls forward from there by itself.
 
         The rotation is that of the first contact with the corner where the centre of mass is in
         front of it then. The body stands on a side on which it comes to rest before it has tipped
@@ -231,8 +239,9 @@ class CrossSection:
         return corner, max(-self.arm(corner)[1], self.side(corner - 1))
 
     def least_rate(self, corner: int, theta: float) -> float:
-        """The rate on a corner at a rotation with which the body just reaches the balance, rolling
-        there without slip [rad/s].
+        """The rate on a corner at a rotation with which the body just reaches the balance [rad/s].
+
+        It rolls there without slip.
         """
         last, top = self.balance(corner)
         squared = 0.0
@@ -249,8 +258,9 @@ class CrossSection:
         return math.sqrt(squared)
 
     def _kept(self, old: int, new: int, theta: float) -> float:
-        """Share of the rate that is left as a sticking body rolls from a corner to another one,
-        both on the ground.
+        """Share of the rate that is left as a sticking body rolls from a corner to another one.
+
+        Both corners are on the ground.
         """
         (a, b), (c, d) = self.at(old, theta), self.at(new, theta)
         return (self.inertia + self.mass * (a * c + b * d)) / (
@@ -329,8 +339,9 @@ def follow_fall(
 def _phase(
     section: CrossSection, on: int, start: SectionMotion, friction: float
 ) -> tuple[Kind, SectionMotion, int | None]:
-    """The next part of the fall: its kind, the motion at its end, and the corner that strikes then,
-    if one does.
+    """The next part of the fall: its kind, the motion at its end, and the corner that strikes.
+
+    The corner is None if none strikes then.
     """
     if on < 0:
         return _flight(section, start)
@@ -354,8 +365,9 @@ def _phase(
 def _pivot(
     section: CrossSection, on: int, start: SectionMotion, friction: float | None
 ) -> tuple[Kind, SectionMotion, int | None]:
-    """About a corner that sticks, up to the next corner, to where it turns back, or to where the
-    corner slips or is pulled.
+    """The part of a fall about a corner that sticks.
+
+    It ends at the next corner, where the body turns back, or where the corner slips or is pulled.
     """
     phi = math.remainder(section.arm(on)[1] + start.theta, 2.0 * math.pi)
     sense = math.copysign(1.0, start.omega or phi)
@@ -392,8 +404,9 @@ def _pivot(
 def _slide(
     section: CrossSection, on: int, start: SectionMotion, friction: float, sense: float
 ) -> tuple[Kind, SectionMotion, int | None]:
-    """On a corner that slides forward (sense 1) or back (−1), until it sticks or is pulled, or
-    another corner strikes.
+    """The part of a fall on a corner that slides forward (sense 1) or back (−1).
+
+    It ends where the corner sticks or is pulled, or another corner strikes.
     """
     ratio = section.mass / section.inertia
 
@@ -438,7 +451,7 @@ def _slide(
 
 
 def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionMotion, int | None]:
-    """In the air, until a corner strikes."""
+    """The part of a fall in the air, until a corner strikes."""
 
     def at(t: float) -> SectionMotion:
         height, fall = start.z + start.vz * t - 0.5 * GRAVITY * t * t, start.vz - GRAVITY * t
@@ -470,8 +483,9 @@ def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionM
 def _strike(
     section: CrossSection, on: int, touched: int, before: SectionMotion, mu: float
 ) -> tuple[SectionMotion, list[int]]:
-    """The impulse of a strike: the motion after it, and the corners that stay on the ground, the
-    struck one first.
+    """The motion after the impulse of a strike, and the corners that stay on the ground.
+
+    The struck corner comes first.
 
     Raises:
         StudyError: none was found that obeys the laws of friction.

@@ -1,5 +1,4 @@
-"""The paper that the method comes from: its figures as scenes, its claims as a table of computed
-values.
+"""The paper of the method: its figures as scenes, its claims as a table of computed values.
 
 J. J. M. Driessen and R. Orsolino, Improving Robustness of Legged Robots Against Mechanical Shock
 Using Impulsive Dynamics, Frontiers in Mechanical Engineering 6:601922 (2021), doi

@@ -32,16 +32,18 @@ ELSEWHERE = (
 zero = functools.partial(BEAM.claim, below=ROUNDING, interpretation=SLIDER)
 
 C, R_G2 = 0.5, 1.0 / 12.0
-"""Distance of the centre of mass from O [m], and square of the radius of gyration [m²], of the
-beam, which is 1 m long.
+"""Distance of the centre of mass from O [m], and squared radius of gyration [m²].
+
+The beam is 1 m long.
 """
 
 STICKING = ("x", "y", "z")
 
 
 def beam(*at: float, directions: tuple[str, ...] = ("z",), **strike: Any) -> ShockProfile:
-    """The landing of the beam of Figure 1 on the point (3,) from O [m]; coordinates that are left
-    out are zero.
+    """The landing of the beam of Figure 1 on a point.
+
+    The point (3,) is from O [m]; coordinates that are left out are zero.
     """
     return land(
         "fig1_d",

@@ -1,5 +1,6 @@
-"""Claims of the paper and its figures as records: what is said, how it is interpreted, what is
-computed, and when it holds.
+"""Claims of the paper and its figures as records.
+
+A claim has what is said, how it is interpreted, what is computed, and when it holds.
 """
 
 import math
@@ -48,7 +49,7 @@ class Claim:
 
     @property
     def holds(self) -> bool:
-        """Whether the claim holds under its interpretation."""
+        """True if the claim holds under its interpretation."""
         return self.above < self.value < self.below
 
     @cached_property
@@ -76,8 +77,9 @@ class Claim:
 
 
 class Panel(NamedTuple):
-    """One panel of a figure: the letter or angle under it, the name of its scene file without
-    ".toml", and what it shows.
+    """A panel of a figure: the letter or angle under it, its scene file, and its content.
+
+    The name of the scene file is without ".toml".
     """
 
     label: str

@@ -79,9 +79,7 @@ def draw_panels(
 
 
 def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[TableRows]:
-    """What the letters of sensors mean: one table, or one for each panel if they mean different
-    ones.
-    """
+    """The meaning of the letters of sensors: one table, or one for each panel if they differ."""
     tables: list[TableRows] = [
         [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)]
         for profile in profiles
@@ -96,7 +94,7 @@ def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Ta
 
 
 def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
-    """How the panel's robot is struck, and the centres of percussion outside the panel."""
+    """The strike on the panel's robot, and the centres of percussion outside the panel."""
     lines = [f"strike angle {angle_text(profile)} deg"]
     for i, number in view.numbers.items():
         if i in view.centres and not window.holds(view.centres[i], 0.05):

@@ -1,6 +1,4 @@
-"""Figures 2 and 4, and Sections 3.4 and 5: the claims about the human leg and about chains of
-bodies.
-"""
+"""Claims of Figures 2 and 4 and Sections 3.4 and 5, about the human leg and chains of bodies."""
 
 import functools
 import itertools
@@ -67,30 +65,33 @@ def cases(
 
 
 def reductions(**how: Any) -> dict[str, float]:
-    """By how much case F lowers the largest shock of every link of case E [%]; arguments as for
-    `cases`.
+    """Reduction by case F of the largest shock of each link of case E [%].
+
+    The arguments are those of `cases`.
     """
     without, with_foot = map(largest, cases(**how)[4:])
     return {body: 100.0 * (1.0 - with_foot[body] / shock) for body, shock in without.items()}
 
 
 def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
-    """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over
-    its length [1].
+    """Distances of the lower leg's CoPc in front of its line, and from its nearest point.
+
+    Both are divided by the lower leg's length [1].
     """
     front, _, height = profile.copc[profile.bodies.index("lower_leg")] / 0.4
     return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
 
 def _shown(torso: bool = False, figure_5: Sequence[float] = (), **how: Any) -> list[ShockProfile]:
-    """Cases A to F, or the quadruped with leg segments at some angles; those with a torso, or all."""
+    """Cases A to F, or the quadruped at some angles of its legs; those with a torso, or all."""
     profiles = [quadruped(angle) for angle in figure_5] or cases(**how)
     return [profile for profile in profiles if "torso" in profile.bodies or not torso]
 
 
 def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float:
-    """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its
-    length [1].
+    """Distance of a CoPc from 2/3 of a body's middle line, over the body's length [1].
+
+    It is measured along the line or in the plane.
     """
     low, high = middle_lines(profile)[body]
     axis = high - low
@@ -201,7 +202,8 @@ def _torso_changes(strike: float = 75.0) -> float:
 
 
 @chain(
-    "Section 4.1: flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
+    "Section 4.1: flattening the impact brings the CoPc of the lower leg closer to the body "
+    "(A to C)",
     "largest ratio of its distance from the body to that in the case before [1]",
     below=1.0,
 )

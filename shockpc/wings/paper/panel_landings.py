@@ -27,8 +27,9 @@ MIDDLE_LINES: dict[str, dict[str, tuple[Array, Array]]] = {
         "torso": (-0.4 * X, 0.4 * X),
     },
 }
-"""Ends (3,) of the middle lines of slender bodies by robot, in their frames [m]: bodies from the
-ground up, lower end first.
+"""Ends (3,) of the middle lines of slender bodies by robot, in their frames [m].
+
+The bodies are listed from the ground up, the lower end of each first.
 """
 
 

@@ -149,7 +149,9 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
     "Section 3.1.2: gearbox and rotor inertia will in most cases not have to be included",
     "largest shock of the torso over that with free joints [1]",
     below=1.05,
-    interpretation="0.05 kg m² reflected at every joint, legs bent by 30°; a change of 5 % is an influence",
+    interpretation=(
+        "0.05 kg m² reflected at every joint, legs bent by 30°; a change of 5 % is an influence"
+    ),
     options={
         "0.005 kg m² at every joint": {"armature": {"*": 0.005}},
         "joints locked": {"model": "locked"},

@@ -1,6 +1,4 @@
-"""The paper's claims with their outcomes, those that do not hold first, and the landings of its
-figures.
-"""
+"""The paper's claims and their outcomes, failed ones first, and the landings of its figures."""
 
 from collections.abc import Sequence
 
@@ -14,9 +12,7 @@ from shockpc.wings.paper.claim import Claim, PaperFigure
 from shockpc.wings.paper.panel_landings import land, scene
 
 OUTCOMES = ("does not hold", "as interpreted", "holds")
-"""Outcome of a claim: under its interpretation or not, and whether an alternative interpretation
-changes that.
-"""
+"""Outcomes of a claim; "as interpreted" if an alternative interpretation changes it."""
 
 LIVE = {
     1: (
@@ -25,9 +21,7 @@ LIVE = {
     ),
     2: (("the leg of two links", "fig2_a", "upper_leg"),),
 }
-"""By figure what report.html lets its reader move: its name, scene, and the frame of a point where
-the shock is read.
-"""
+"""The moving part of report.html by figure: name, scene, and frame of the point of the shock."""
 
 
 def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Report:
@@ -159,9 +153,7 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
 
 
 def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
-    """One row for every claim, and one for each alternative interpretation that changes the
-    outcome.
-    """
+    """A row for each claim, and for each alternative interpretation with a different outcome."""
     rows = [
         (
             outcome,
@@ -189,8 +181,9 @@ def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
 
 
 def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:
-    """Interpretation, value and outcome of a claim, then of its alternatives, which have the other
-    outcome.
+    """Interpretation, value and outcome of a claim and of its alternatives.
+
+    Of the alternatives only those with the opposite outcome are listed.
     """
     fails, as_interpreted, holds = OUTCOMES
     own, other = (

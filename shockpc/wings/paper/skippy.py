@@ -87,8 +87,9 @@ def above_contact(profile: ShockProfile) -> Array:
 
 
 def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockProfile:
-    """Another landing in the same posture: the centre of mass falls at the speed of 4 m, and the
-    robot rotates about it.
+    """Another landing in the same posture, falling from 4 m.
+
+    The centre of mass has the speed of that fall, and the robot rotates about it.
     """
     still = skippy(**how)
     omega = np.array([0.0, rate, 0.0])

@@ -1,6 +1,4 @@
-"""The paper's figures: each panel is a scene in `robots/scenes`, which `shockpc analyze` reads as
-well.
-"""
+"""The paper's figures: each panel is a scene in `robots/scenes`, for `shockpc analyze` too."""
 
 from collections.abc import Sequence
 
@@ -19,8 +17,9 @@ DRAWN = (
 
 
 def paper_figures(wanted: Sequence[str]) -> list[PaperFigure]:
-    """The figures that are wanted, such as "2", "fig2" or "Figure 2", in the paper's order; all of
-    them if none is named.
+    """The figures that are named, or all of them without names, in the paper's order.
+
+    A name may be "2", "fig2" or "Figure 2".
 
     Raises:
         UnknownName: the paper has no such figure, or it is a photograph.

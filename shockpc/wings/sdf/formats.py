@@ -1,4 +1,4 @@
 """The format of a robot file that begins with <sdf>."""
 
 FORMATS = {"sdf": ("sdf", "SDFormat", "shockpc.wings.sdf.reader")}
-"""As of `robot.files.reading`."""
+"""Formats of robot files of this folder, as in `robot.files.reading`."""

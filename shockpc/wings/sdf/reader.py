@@ -1,5 +1,6 @@
-"""An SDFormat file, written as the URDF that means the same: the frame of a link is moved to the
-joint that carries it.
+"""An SDFormat file, written as a URDF with the same meaning.
+
+The frame of a link is moved to the joint that carries it.
 
 Poses may be relative to links, joints and frames of the model. What is not read is refused by name.
 """
@@ -31,7 +32,7 @@ SDF = Path(__file__).with_name("tags.csv")
 """The table of tags of a <model>."""
 
 SDF_UNTIL_1_6 = Path(__file__).with_name("tags_until_1_6.csv")
-"""What only its versions until 1.6 have besides."""
+"""Tags that only the versions until 1.6 have."""
 
 T = TypeVar("T")
 
@@ -49,7 +50,7 @@ _DEFAULTS = {
     "inertial/mass": "1 kg",
     **{f"inertial/inertia/{key}": "1 kg m²" for key in ("ixx", "iyy", "izz")},
 }
-"""What SDFormat takes for what a link does not give."""
+"""SDFormat's defaults for numbers that a link does not give."""
 
 _UNLIMITED = 1e16  # a limit from which on SDFormat means none [rad, m]
 # the last versions 1.N whose axes are the model's, and whose <pose> has `frame`
@@ -141,7 +142,7 @@ def _moved_frames(poses: "_Poses") -> Iterator[str]:
 
 
 def _notes(model: Element) -> Iterator[str]:
-    """What is said of numbers that links do not give."""
+    """Remarks about numbers that links do not give."""
     bare: dict[str, list[str]] = {}
     for link in model.findall("link"):
         absent = (
@@ -156,7 +157,7 @@ def _notes(model: Element) -> Iterator[str]:
 
 
 class _Poses:
-    """Where links, joints and frames of a model stand, in its frame.
+    """Poses of the links, joints and frames of a model, in its frame.
 
     Args: model, the element; version, N of its version 1.N.
     """
@@ -181,7 +182,7 @@ class _Poses:
         self.above = {self.end(joint, "child"): name for name, joint in self._joints.items()}
 
     def of(self, name: str) -> pin.SE3:
-        """Where what has a name stands."""
+        """Pose of the element with a name."""
         if name == WORLD and WORLD not in self._places:
             if (near := self._reference(self._model, WORLD)) != WORLD:
                 raise RobotError(
@@ -202,17 +203,13 @@ class _Poses:
         )
 
     def link(self, name: str) -> str:
-        """The link that a frame, or what is called so, is attached to; of the model itself its
-        canonical one.
-        """
+        """The link that a name is attached to; of the model itself its canonical link."""
         return self._followed(
             name, self._links, _attached, lambda part, link: link, "a frame", "is attached to"
         )
 
     def end(self, joint: Element, end: str) -> str:
-        """The link that is the parent or the child of a joint, which may name a frame of it; empty
-        if it names none.
-        """
+        """The parent or child link of a joint, which may name a frame; empty without one."""
         return self.link(name) if (name := _text(joint, end)) else ""
 
     def _followed(
@@ -224,7 +221,7 @@ class _Poses:
         subject: str,
         relation: str,
     ) -> T:
-        """What is known of a name, which follows from what is known of another.
+        """The value of a name, which follows from that of another name.
 
         It and all between are known from then on.
 
@@ -252,11 +249,11 @@ class _Poses:
         return result
 
     def _carrier(self, part: Element) -> str:
-        """What the place of a link, a joint or a frame is relative to."""
+        """Name of the element that the pose of a link, a joint or a frame is relative to."""
         return self._reference(part, "" if part.tag == "link" else _attached(part))
 
     def _reference(self, part: Element, near: str) -> str:
-        """What the <pose> of an element is relative to: what is `near` if it does not say."""
+        """Name of the element that a <pose> is relative to: `near` if it does not say."""
         if (pose := part.find("pose")) is None:
             return near
         return (
@@ -264,13 +261,11 @@ class _Poses:
         )
 
     def placed(self, part: Element, near: str) -> pin.SE3:
-        """Where an element stands by its <pose>, which is relative to what is `near` if it does not
-        say.
-        """
+        """Pose of an element by its <pose>, which is relative to `near` if it does not say."""
         return self.of(self._reference(part, near)) * _pose(part.find("pose"))
 
     def inertial(self, inertial: Element, link: str) -> pin.SE3:
-        """Where the <inertial> of a link stands, which SDFormat has relative to the link only."""
+        """Pose of the <inertial> of a link, which SDFormat has relative to the link only."""
         if (near := self._reference(inertial, link)) != link:
             raise RobotError(
                 f'link "{link}": the pose of its <inertial> is relative to "{near}"; it has to be '
@@ -279,11 +274,11 @@ class _Poses:
         return self.placed(inertial, link)
 
     def carried(self, link: str) -> pin.SE3:
-        """The frame of a link of the URDF: that of the joint that carries it, or the link's frame."""
+        """The frame of a link of the URDF: that of the joint that carries it, or the link's own."""
         return self.joint(self.above[link]) if link in self.above else self.of(link)
 
     def joint(self, name: str) -> pin.SE3:
-        """Where a joint stands."""
+        """Pose of a joint."""
         return self.placed(self._joints[name], _text(self._joints[name], "child"))
 
     def axis(self, joint: str, axis: Element) -> Array:
@@ -418,8 +413,9 @@ def _write_joint(robot: Element, joint: Element, poses: _Poses) -> None:
 
 
 def _coupled(out: Element, joint: Element, axis: Element) -> None:
-    """Write the <mimic> of a joint; that of SDFormat 1.11 has a reference, where the leader has no
-    effect.
+    """Write the <mimic> of a joint.
+
+    That of SDFormat 1.11 has a reference, the position at which the leader has no effect.
     """
     for rule in joint.findall("drake:mimic"):
         keys = [key for key in ("joint", "multiplier", "offset") if key in rule.attrib]
@@ -439,8 +435,9 @@ def _coupled(out: Element, joint: Element, axis: Element) -> None:
 
 
 def _driven(robot: Element, joint: Element) -> None:
-    """Write the drive of a joint, which Drake has in the joint, as a transmission, where Drake has
-    it in a URDF.
+    """Write the drive of a joint as a transmission.
+
+    Drake has it in the joint in SDFormat, and in the transmission in a URDF.
     """
     keys = ("drake:rotor_inertia", "drake:gear_ratio")
     drive = {key: _text(joint, key) for key in keys if joint.find(key) is not None}
@@ -474,7 +471,7 @@ def _at(element: Element, place: pin.SE3) -> Element:
 
 
 def _attached(part: Element) -> str:
-    """What a joint or a frame is attached to."""
+    """Name of the element that a joint or a frame is attached to."""
     return _text(part, "child") if part.tag == "joint" else part.get("attached_to", "")
 
 
@@ -496,8 +493,9 @@ def _yes(text: str, what: str) -> bool:
 
 
 def _numbers(element: Element, path: str, size: int, default: str = "", subject: str = "") -> Array:
-    """The numbers (size,) in an element below one, or in itself; `subject` begins the message about
-    others.
+    """The numbers (size,) in an element below another, or in itself.
+
+    `subject` begins the message about other content.
     """
     text = _text(element, path, default) if path else element.text
     values = vector(text, size)
@@ -509,9 +507,7 @@ def _numbers(element: Element, path: str, size: int, default: str = "", subject:
 
 
 def _limit(axis: Element, key: str, subject: str) -> float:
-    """A limit of a joint, or `_UNLIMITED` with its sign; files write inf or 1e16 for that, or
-    nothing.
-    """
+    """A limit of a joint, or `_UNLIMITED` with its sign where a file has inf, 1e16 or nothing."""
     text = _text(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
     if text in ("inf", "+inf", "-inf"):
         value = float(text)
@@ -521,7 +517,7 @@ def _limit(axis: Element, key: str, subject: str) -> float:
 
 
 def _pose(pose: Element | None) -> pin.SE3:
-    """What a <pose> says: a place [m], and angles about x, y and z [rad] or a quaternion."""
+    """The transform of a <pose>: position [m], and angles about x, y, z [rad] or a quaternion."""
     if pose is None or not (pose.text or "").strip():
         return pin.SE3.Identity()
     degrees = _yes(pose.get("degrees", ""), "degrees of <pose>")

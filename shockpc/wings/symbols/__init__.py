@@ -1,1 +1,1 @@
-"""Landings in symbols: gradients, code in C and JavaScript, and sliders of a page for the posture."""
+"""Landings in symbols: gradients, code in C and JavaScript, and sliders for the posture."""

@@ -41,7 +41,7 @@ JAVASCRIPT = C | {
     "nan": "NaN",
     "inf": "Infinity",
 }
-"""The same of JavaScript."""
+"""Words of JavaScript."""
 
 
 NAMES = tuple(OPERATIONS)

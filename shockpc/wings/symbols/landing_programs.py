@@ -1,5 +1,6 @@
-"""Programs of a landing in any posture, made by symbols: what no program can say is refused by
-name, and what was made is kept.
+"""Programs of a landing in any posture, made by symbols and kept in a cache.
+
+An error names what no program can compute.
 """
 
 import functools
@@ -25,16 +26,18 @@ from shockpc.text.errors import SceneError, StudyError
 from shockpc.wings.symbols.programs import Program
 
 Before: TypeAlias = Literal["strike", "velocity"]
-"""What is given of the motion before the impact: the base's velocity (3,), world axes, or that of
-all joints (nv,).
+"""Kind of the motion before the impact that a program takes.
+
+It is the base's velocity (3,), world axes, or that of all joints (nv,).
 """
 
 Formulas: TypeAlias = Callable[[Impact], list[Any]]
-"""What is computed of an impact, as arrays of numbers."""
+"""Function from an impact to its quantities, as arrays of numbers."""
 
 FEW = 128
-"""Rows up to which CasADi's virtual machine takes less time than NumPy, which runs each step for
-all rows.
+"""Rows up to which CasADi's virtual machine takes less time than NumPy.
+
+NumPy runs each step for all rows.
 """
 
 ROOMS = ("core", "method", "landing", "impact", "quantities", "wings/symbols")
@@ -42,7 +45,7 @@ ROOMS = ("core", "method", "landing", "impact", "quantities", "wings/symbols")
 
 
 def has_symbols() -> bool:
-    """Whether CasADi is installed, which makes programs."""
+    """True if CasADi is installed, which makes programs."""
     return importlib.util.find_spec("casadi") is not None
 
 
@@ -71,7 +74,7 @@ class Compiled:
 
 
 class Graph(NamedTuple):
-    """What is computed of a landing, in any posture.
+    """Quantities to compute of a landing in any posture.
 
     Attributes:
         landing: the landing; its posture is not used, and its motion not where it is given.
@@ -91,12 +94,13 @@ class Graph(NamedTuple):
         return 3 if self.before == "strike" else int(self.landing.robot.model.nv)
 
     def values(self) -> Compiled:
-        """Of the configuration (nq) and what is before the impact the numbers."""
+        """Program from the configuration (nq,) and the motion before the impact to the numbers."""
         return self._program("values", lambda symbols, y, q, before, robot: y)
 
     def slopes(self) -> Compiled:
-        """The same with their derivatives (m, nv + given) by the tangent of q, Pinocchio's layout,
-        and by what is before.
+        """Program of `values` with derivatives (m, nv + given).
+
+        They are by the tangent of q, in Pinocchio's layout, and by the motion before the impact.
         """
         return self._program("slopes", lambda symbols, *arguments: symbols.with_slopes(*arguments))
 
@@ -139,7 +143,7 @@ def kept(
 
 
 def singular_landing(landing: PosedLanding, singular: SingularError) -> Exception:
-    """Why a landing has no program."""
+    """The error that says why a landing has no program."""
     return (
         without_inertia(landing, landing.equation(landing.state))
         if singular.of_inertia
@@ -239,7 +243,7 @@ def _dependent(landing: PosedLanding) -> SceneError:
 
 
 def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:
-    """What a program depends on: the numbers and the tree of the robot, and how it lands."""
+    """All that a program depends on: numbers and tree of the robot, and how it lands."""
     robot = landing.robot
     return (
         *(
@@ -256,8 +260,9 @@ def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:
 
 
 def _parts(value: Any) -> Iterator[bytes]:
-    """A value as bytes, the same in every process: arrays by their numbers, collections by their
-    entries.
+    """A value as bytes, the same in every process.
+
+    Arrays are written by their numbers, collections by their entries.
     """
     if isinstance(value, np.ndarray):
         yield f"{value.dtype}{value.shape}".encode()

@@ -239,7 +239,7 @@ def _configuration(robot: Robot, q: Array, values: dict[str, Any]) -> Numbers:
 
 
 def _tilted(block: Constraint, T: Numbers) -> Constraint:
-    """What is held, where the ground is tilted; rows along all axes stay, as they hold the same."""
+    """The constraint on tilted ground; rows along all axes stay, as they hold the same."""
     if block.axes_body >= 0 or (
         np.linalg.matrix_rank(block.forces) == 3
         and not len(block.moments)

@@ -1,5 +1,6 @@
-"""Sliders of a page for the posture of a landing, its contact, masses and sensors, and the code
-that computes what they change.
+"""Sliders for the posture of a landing, its contact, masses and sensors, with their code.
+
+The code of the page computes the numbers that they change.
 """
 
 from collections.abc import Iterator, Sequence

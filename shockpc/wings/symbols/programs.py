@@ -1,6 +1,4 @@
-"""Straight-line arithmetic as a list of steps, and NumPy as the machine that runs it for many rows
-at once.
-"""
+"""Straight-line arithmetic as a list of steps, which NumPy runs for many rows at once."""
 
 import functools
 from collections.abc import Callable, Mapping
@@ -36,14 +34,16 @@ UNARY = list(OPERATIONS).index("negative")
 """Number of the first operation with one operand."""
 
 BLOCK = 2048
-"""Rows that are computed together: more leave the processor's cache, and fewer cost more calls of
-NumPy for each.
+"""Rows that are computed together.
+
+More leave the processor's cache; fewer cost more calls of NumPy for each row.
 """
 
 
 class Plan(NamedTuple):
-    """The steps of a program with registers: where nobody reads a value again, a later one takes
-    its place.
+    """The steps of a program with registers.
+
+    A later value takes the register of one that nobody reads again.
 
     Attributes:
         registers: how many the results of steps need, beside those of inputs and constants.

@@ -1,5 +1,6 @@
-"""A landing in symbols: its numbers and their gradients in many postures, in NumPy, as a function
-of CasADi, and as code.
+"""A landing in symbols: its numbers and their gradients in many postures.
+
+They are computed in NumPy, as a function of CasADi, or by exported code.
 """
 
 import functools
@@ -27,7 +28,7 @@ from shockpc.wings.symbols.landing_programs import Before, Graph, inputs_of, ref
 from shockpc.wings.symbols.programs import Program
 
 ACCURACY = ("condition", "pivot")
-"""What says how far a posture is from a singular one, beside the numbers."""
+"""Quantities beside the numbers that say how far a posture is from a singular one."""
 
 
 class SymbolicLanding:
@@ -110,8 +111,9 @@ class SymbolicLanding:
     def gradient(
         self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
     ) -> dict[str, Array]:
-        """The derivatives (N, nv), of vectors (N, 3, nv), by the tangent of q, Pinocchio's layout;
-        arguments as of `value`.
+        """The derivatives (N, nv), of vectors (N, 3, nv), by the tangent of q.
+
+        The tangent has Pinocchio's layout; the arguments are those of `value`.
 
         A follower, and a locked joint, has a column too, in which the others stay.
         """
@@ -122,8 +124,9 @@ class SymbolicLanding:
     def slopes(
         self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
     ) -> tuple[dict[str, Array], dict[str, Array]]:
-        """The numbers, and their derivatives (N, [3,] nv + 3 or nv + nv) by the tangent of q and by
-        what is before the impact.
+        """The numbers, and their derivatives (N, [3,] nv + 3 or nv + nv).
+
+        They are by the tangent of q and by the motion before the impact.
         """
         found, m = self._slope()(self._inputs(Q, before)), sum(map(self._size, self.columns))
         names = self.names[: len(self.columns)]
@@ -209,8 +212,9 @@ def symbolic(
     before: Before = "strike",
     robot: Robot | None = None,
 ) -> SymbolicLanding:
-    """A landing in symbols, which needs CasADi the first time: its programs are kept in the user's
-    cache folder.
+    """A landing in symbols.
+
+    It needs CasADi the first time: its programs are kept in the user's cache folder.
 
     Args:
         scene: the landing.

@@ -82,7 +82,7 @@ class Symbol:
         return Symbol(casadi.fmax(self.e, _plain(other)))
 
     def __bool__(self) -> bool:
-        """Whether it is not zero, as far as that is known without its value."""
+        """True if it is not zero, as far as that is known without its value."""
         return not self.e.is_zero()
 
     def __float__(self) -> float:
@@ -106,8 +106,9 @@ def _expression(value: Any) -> casadi.SX:
 
 
 class SymbolMatrix:
-    """A matrix of expressions, with the operations of python-flint's `arb_mat` that the exact path
-    uses; zeros take no operations.
+    """A matrix of expressions, with the operations of python-flint's `arb_mat`.
+
+    They are those that the exact path uses; zeros take no operations.
 
     Args:
         shape: (n, m) of zeros, (n, m, entries), the rows, or a matrix of CasADi.
@@ -180,8 +181,9 @@ class SymbolMatrix:
         return [value for row in self.table() for value in row]
 
     def solve(self, right: "SymbolMatrix", /, *, algorithm: Literal["lu"]) -> "SymbolMatrix":
-        """The solution X of A X = right by elimination in the order of the rows, as suits a
-        positive definite A.
+        """The solution X of A X = right by elimination in the order of the rows.
+
+        This suits a positive definite A.
 
         Raises:
             ZeroDivisionError: a pivot is zero in every posture.
@@ -210,8 +212,9 @@ SYMBOLS = Arithmetic(
 
 
 class SymbolSolution(ExactSolution):
-    """Eq. 4 and the jumps in symbols; arguments as of `ExactSolution`, the configuration in symbols
-    too.
+    """Eq. 4 and the jumps in symbols, with the configuration in symbols.
+
+    The arguments are those of `ExactSolution`.
     """
 
     arithmetic = SYMBOLS
@@ -235,8 +238,9 @@ class SymbolSolution(ExactSolution):
 
     @cached_property
     def pivot(self) -> Symbol:
-        """The smallest pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal
-        rows, 0 for dependent ones.
+        """The smallest pivot of the Delassus matrix, scaled to a unit diagonal.
+
+        It is 1 for orthogonal rows, 0 for dependent ones.
         """
         S = entries(self._by_rows[1])
         diagonal, pivots = np.diagonal(S).copy(), []
@@ -249,8 +253,9 @@ class SymbolSolution(ExactSolution):
 
     @cached_property
     def condition(self) -> Symbol:
-        """The factor by which rounding is enlarged in double precision, estimated as for
-        `ShockMaps.condition` [1].
+        """The factor by which rounding is enlarged in double precision [1].
+
+        It is estimated as for `ShockMaps.condition`.
 
         It is that of the landing's strike alone, and a free base counts along the plane's axes, so
         it is not the same to the digit.
@@ -262,8 +267,9 @@ class SymbolSolution(ExactSolution):
 
     @cached_property
     def _responses(self) -> tuple[SymbolMatrix, Numbers]:
-        """The first of `_by_rows`, and the response (ny,) by which the norm of the inertia's
-        inverse is estimated.
+        """The first result of `_by_rows`, and the response (ny,) of an estimate.
+
+        The norm of the inertia's inverse is estimated by it.
         """
         # In Pinocchio's order of the free velocities, whose last is the first here.
         signs = np.where(np.arange(len(self._sizes))[::-1] * 2654435761 % 7 < 4, 1.0, -1.0)
@@ -275,7 +281,7 @@ class SymbolSolution(ExactSolution):
 
     @cached_property
     def _by_rows(self) -> tuple[SymbolMatrix, SymbolMatrix]:
-        """As of `ExactSolution`."""
+        """The rows of `ExactSolution._by_rows`, in symbols."""
         X = self._responses[0]
         return X, self.arithmetic.symmetric(
             self.arithmetic.matrix(self._rows[self.row_space.rows.tolist()]) * X
@@ -358,12 +364,12 @@ class SymbolImpact(ExactImpact):
 
     @property
     def pivot(self) -> Symbol:
-        """As of `SymbolSolution`."""
+        """The value of `SymbolSolution`."""
         return self.solution.pivot
 
     @property
     def condition(self) -> Symbol:
-        """As of `SymbolSolution`."""
+        """The value of `SymbolSolution`."""
         return self.solution.condition
 
     def rounded(self, values: Numbers, size: Callable[[Array], Any]) -> Array:
@@ -430,8 +436,9 @@ def _symbols(vector: casadi.SX) -> Numbers:
 def traced(
     landing: PosedLanding, given: int, formulas: Callable[[Impact], list[Any]]
 ) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-    """Symbols of the configuration (nq,) and of what is before the impact (given,), and what
-    formulas make of them (m,).
+    """Symbols of the configuration (nq,) and of the motion before (given,), and the results (m,).
+
+    The results are those of the formulas.
 
     Raises:
         SingularError, NoValueError: as for `SymbolImpact`; a formula compares or rounds numbers.
@@ -453,8 +460,9 @@ def _densified(arrays: Iterable[Any]) -> casadi.SX:
 
 
 def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
-    """Numbers (m,), then their derivatives (m, nv + given), row after row, by the tangent of q and
-    by what is before.
+    """Numbers (m,), then their derivatives (m, nv + given), row after row.
+
+    They are by the tangent of q and by the motion before the impact.
     """
     slopes = casadi.horzcat(casadi.jacobian(y, q) @ tangent(robot, q), casadi.jacobian(y, before))
     return casadi.densify(casadi.vertcat(y, casadi.vec(slopes.T)))
@@ -484,8 +492,9 @@ NAMES = {
 
 
 def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, str]:
-    """The steps from vectors of inputs, one after another, to one of outputs, each expression once;
-    and their function's text.
+    """The steps from vectors of inputs to one of outputs, and the text of their function.
+
+    The inputs follow one another, and each expression is computed once.
     """
     function = casadi.Function("landing", [casadi.vertcat(*inputs)], [outputs], {"cse": True})
     return program_of(function), function.serialize()

@@ -13,7 +13,7 @@ from shockpc.wings.symbols.programs import Program
 
 
 class Samples(NamedTuple):
-    """What the test of a code compares with.
+    """Samples with which the test of a code compares its results.
 
     Attributes:
         inputs: (n, i) of the program, one row a posture.

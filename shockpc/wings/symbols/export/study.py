@@ -35,14 +35,15 @@ RUNS = {
     "js": ("node", ("node", "landing_test.mjs")),
     "casadi": ("CasADi", ()),
 }
-"""What runs the code, and the command that runs its test."""
+"""Programs that run the code, and the commands that run its test."""
 
 TIME = 300.0
 """Largest time that compiling and running the test may take [s]."""
 
 TURN = 0.5
-"""Largest rotation of a base or a ball joint from the posture of the scene in a random posture,
-about each axis [rad].
+"""Largest rotation of a base or ball joint in a random posture, about each axis [rad].
+
+It counts from the posture of the scene.
 """
 
 
@@ -86,7 +87,7 @@ class Export:
 
     @property
     def joints(self) -> list[tuple[str, str, float, float]]:
-        """Of every entry of q its name, unit, and smallest and largest value."""
+        """Name, unit, and smallest and largest value of each entry of q."""
         return coordinates_of(self.landing.robot)
 
 
@@ -169,7 +170,7 @@ def export(
 
 
 def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
-    """As `Export.outputs`."""
+    """Outputs of a landing in symbols, as `Export.outputs`."""
     found: list[tuple[str, str, str]] = []
     for column in symbols.columns:
         for axis in (
@@ -189,7 +190,7 @@ def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
 
 
 def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:
-    """As `Export.joints`."""
+    """Coordinates of a robot, as `Export.joints`."""
     found = []
     for joint in robot.single_joints:
         names, unit = {
