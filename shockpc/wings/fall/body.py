@@ -36,7 +36,10 @@ The polygon is inside the shape by at most a part in 100 000 of its radius.
 
 
 class Spot(NamedTuple):
-    """Where a link meets the ground: its name, and the point (3,) in the posture [m]."""
+    """A point where a link meets the ground: the link's name, and the point (3,) [m].
+
+    The point is in the posture.
+    """
 
     link: str
     point: Array

@@ -200,7 +200,8 @@ def struck_words(strike: FallStrike) -> str:
     """Text of what strikes: each link, its speed where these differ, and if it separates."""
     speeds = {f"{speed:.3g}" for speed in strike.struck.values()}
     named = (
-        f"{link}{f' {speed:.3g}' * (len(speeds) > 1)}{' (separates)' * (link not in strike.pressing)}"
+        f"{link}{f' {speed:.3g}' * (len(speeds) > 1)}"
+        f"{' (separates)' * (link not in strike.pressing)}"
         for link, speed in strike.struck.items()
     )
     return few(list(named), 4) if len(strike.struck) > 1 else next(iter(strike.struck))

@@ -269,7 +269,7 @@ def _below(rigid: Rigid, forward: Array, section: CrossSection, touch: Touch) ->
 
 
 def _support(section: CrossSection, together: float) -> tuple[int, float]:
-    """The forward corner of a robot's support, and the rotation at which it is on the ground [rad]."""
+    """The forward corner of a robot's support, and the rotation at which it touches down [rad]."""
     low = best = section.lowest(0.0)
     while (
         section.side(best) <= LEVEL

@@ -68,9 +68,7 @@ class LiveLanding(NamedTuple):
     program: Program
 
     def javascript(self) -> str:
-        """An expression whose value is a function (x, s, t, out) of the program's inputs, which
-        writes its outputs.
-        """
+        """JavaScript of a function (x, s, t, out) of the program's inputs that writes `out`."""
         bodies, slots = pieces(
             self.program, {"x": len(self.sliders), "s": 3, "t": 9}, JAVASCRIPT, "const", 700
         )

@@ -281,7 +281,7 @@ class SymbolSolution(ExactSolution):
 
     @cached_property
     def _by_rows(self) -> tuple[SymbolMatrix, SymbolMatrix]:
-        """The rows of `ExactSolution._by_rows`, in symbols."""
+        """The matrices of `ExactSolution._by_rows`, in symbols."""
         X = self._responses[0]
         return X, self.arithmetic.symmetric(
             self.arithmetic.matrix(self._rows[self.row_space.rows.tolist()]) * X

@@ -38,7 +38,8 @@ C_HEADER = """/*
 /* Places in out. */
 {names}#define LANDING_OUTPUTS {count}
 
-/* Where the condition is above this, the posture is singular or nearly so: the numbers are not to be trusted. */
+/* Where the condition is above this, the posture is singular or nearly so:
+   the numbers are not to be trusted. */
 #define LANDING_MOST_CONDITION {most!r}
 
 #ifdef __cplusplus
@@ -101,7 +102,8 @@ landing_test: landing.c landing_test.c landing.h
 JS_SOURCE = """/*
 {about} */
 
-/** Where the condition is above this, the posture is singular or nearly so: the numbers are not to be trusted. */
+/** Where the condition is above this, the posture is singular or nearly so:
+ *  the numbers are not to be trusted. */
 export const mostCondition = {most!r};
 
 /** Names of the numbers in out. */

@@ -217,7 +217,8 @@ def _about(symbols: SymbolicLanding) -> list[str]:
     landing, given = symbols.landing, symbols.before
     contacts = ", ".join(block.name for block in (*landing.contacts, *landing.stance))
     lines = [
-        f"shockpc {shockpc.__version__}: a landing of robot {landing.robot.name}, {contacts}, base {landing.base}.",
+        f"shockpc {shockpc.__version__}: a landing of robot {landing.robot.name}, {contacts}, "
+        f"base {landing.base}.",
         "The scene is in landing.toml.",
         "",
         "Inputs: q, the configuration in Pinocchio's layout",
@@ -231,7 +232,8 @@ def _about(symbols: SymbolicLanding) -> list[str]:
         lines.append("  strike[3] velocity of the base before the impact, world axes [m/s]")
     else:
         lines.append(
-            "  velocity before the impact, Pinocchio's layout: a free base's in its own axes [m/s, rad/s]"
+            "  velocity before the impact, Pinocchio's layout: a free base's in its own axes "
+            "[m/s, rad/s]"
         )
     lines += ["", "Outputs:"]
     lines += [
