@@ -135,15 +135,14 @@ class GroupedCommand(TyperCommand):
                 or (parameter.name in RARE and parameter.rich_help_panel in PANELS)
             ):
                 continue
-            heading = (
-                "Arguments"
-                if parameter.param_type_name == "argument"
-                else getattr(parameter, "rich_help_panel", None) or "Other options"
-            )
+            heading = getattr(parameter, "rich_help_panel", None) or "Other options"
+            if parameter.param_type_name == "argument":
+                heading = "Arguments"
             name, text = parameter.get_help_record(ctx) or ("", "")
             if short and _is_of_everybody(parameter):
                 heading, text = "Landing (more with --help-all)", _shortened(text)
-            text += " May be repeated." * getattr(parameter, "multiple", False)
+            if getattr(parameter, "multiple", False):
+                text += " May be repeated."
             sections.setdefault(heading, []).append((name, text))
         for heading, records in sections.items():
             if records:
@@ -217,7 +216,9 @@ def _shortened(text: str) -> str:
     text, bracket, default = text.partition(" [default: ")
     first = re.split(r"[.;] (?![^\[]*\])", text)[0].removesuffix(".")
     unit = re.search(r" \[[^\]]+\]\.$", text)
-    return f"{first}{'' if unit is None or '[' in first else unit[0][:-1]}.{bracket}{default}"
+    if unit is not None and "[" not in first:
+        first += unit[0][:-1]
+    return f"{first}.{bracket}{default}"
 
 
 def _show_all(ctx: Any, option: Any, wanted: bool) -> None:

@@ -43,7 +43,10 @@ def completer(name: str, form: str | None) -> Completer | None:
 def _robots(incomplete: str) -> Iterable[str]:
     from shockpc.robot.catalogue import catalogue
 
-    return [name for entry in catalogue() for name in (entry.name, *entry.aliases)]
+    names: list[str] = []
+    for entry in catalogue():
+        names += [entry.name, *entry.aliases]
+    return names
 
 
 def _robot() -> "Robot | None":
@@ -106,9 +109,9 @@ def _quantities(incomplete: str) -> Iterable[str]:
     from shockpc.quantities.selection import selections
 
     key, at, _ = incomplete.partition("@")
-    return (
-        [f"{key}@{place}" for place in (*_frames(""), *_joints(""))] if at else list(selections())
-    )
+    if not at:
+        return list(selections())
+    return [f"{key}@{name}" for name in (*_frames(""), *_joints(""))]
 
 
 COMPLETERS: dict[str, Completer] = {

@@ -154,42 +154,30 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
         for name, parameter in parameters.items()
         if isinstance(parameter.default, Declared)
     }
+    # Options by name: those of records where no parameter or earlier record has them.
     declared: dict[str, tuple[Any, Any]] = {}
     for name, parameter in parameters.items():
-        if name in records:
-            kinds = records[name].__annotations__
-            for field, option in records[name]._field_defaults.items():
-                collected = (
-                    option if isinstance(option, Declared) else {field: (kinds[field], option)}
-                )
-                declared |= {
-                    key: one
-                    for key, one in collected.items()
-                    if f"{key}_" not in parameters
-                    and key not in declared
-                    and not {key, one[1].rich_help_panel} & set(without)
-                }
-        else:
+        if name not in records:
             declared |= grouped.get(name, {name: (parameter.annotation, parameter.default)})
+            continue
+        for key, declaration in _options_in(records[name]).items():
+            taken = key in declared or f"{key}_" in parameters
+            if not taken and key not in without and declaration[1].rich_help_panel not in without:
+                declared[key] = declaration
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
-        typed = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in typed.items()
-        }
-        typed |= {
-            name: {option: typed.pop(option, None) for option in options}
-            for name, options in grouped.items()
-        }
+        for name, value in typed.items():
+            if isinstance(value, list):
+                typed[name] = tuple(value)
+        for name, options in grouped.items():
+            typed[name] = {option: typed.pop(option, None) for option in options}
         for name, record in records.items():
-            fields, kinds = record._field_defaults, record.__annotations__
-            typed[name] = record(
-                **{
-                    field: _collected(option, field, kinds[field], typed)
-                    for field, option in fields.items()
-                }
-            )
+            kinds = record.__annotations__
+            fields: dict[str, Any] = {}
+            for field, option in record._field_defaults.items():
+                fields[field] = _collected(option, field, kinds[field], typed)
+            typed[name] = record(**fields)
         return command(**typed)
 
     # What Typer reads.
@@ -198,6 +186,17 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
     )
     run.__annotations__ = {}
     return run
+
+
+def _options_in(record: Any) -> dict[str, tuple[Any, Any]]:
+    """Type and declaration of the options of a record, by name."""
+    options: dict[str, tuple[Any, Any]] = {}
+    for field, option in record._field_defaults.items():
+        if isinstance(option, Declared):
+            options |= option
+        else:
+            options[field] = (record.__annotations__[field], option)
+    return options
 
 
 def _collected(option: Any, field: str, kind: Any, typed: dict[str, Any]) -> Any:
@@ -213,12 +212,18 @@ def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
     """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a
     parser reads.
     """
-    info, repeated = copy.copy(declared), get_args(kind)[1:] == (...,)
+    info = copy.copy(declared)
+    repeated = get_args(kind)[1:] == (...,)
     if info.default is None and type(None) not in get_args(kind):
-        info.default = () if repeated else False if kind is bool else ...
+        if repeated:
+            info.default = ()
+        else:
+            info.default = False if kind is bool else ...
     if isinstance(info, OptionInfo) and not info.param_decls:
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
-    annotation = list[str] if repeated else str if info.parser else kind
+    annotation = str if info.parser else kind
+    if repeated:
+        annotation = list[str]
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info
     )

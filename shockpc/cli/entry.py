@@ -141,10 +141,12 @@ def _complete() -> int:
     from shockpc.cli.app import app_for
 
     # bash breaks --option=value into three words, which are one to what reads them
-    if broken := os.environ.get("COMP_WORDS"):
-        words = os.environ["COMP_WORDS"] = re.sub(r"\s+=\s*", "=", broken)
-        cursor = int(os.environ["COMP_CWORD"]) - len(broken.split()) + len(words.split())
-        os.environ["COMP_CWORD"] = str(cursor)
+    broken = os.environ.get("COMP_WORDS")
+    if broken:
+        words = re.sub(r"\s+=\s*", "=", broken)
+        fewer = len(broken.split()) - len(words.split())
+        os.environ["COMP_WORDS"] = words
+        os.environ["COMP_CWORD"] = str(int(os.environ["COMP_CWORD"]) - fewer)
     # Rich breaks the help of an option into lines, each of which fish takes for a completion
     os.environ["COLUMNS"] = "10000"
     try:

@@ -120,17 +120,24 @@ def _declared(record: type) -> dict[str, tuple[Any, Any]]:
     for field, one in options_of(record).items():
         if not one.on_command_line:
             continue
-        given = [part for part in get_args(kinds[field]) if part is not type(None)]
-        kind = given[0] if type(None) in get_args(kinds[field]) else kinds[field]
+        kind = _without_none(kinds[field])
         if get_origin(kind) is Mapping:
             kind = tuple[tuple[str, Any], ...]
-        parser = PARSERS.get(field) or (None if get_origin(kind) is Literal else PARSERS.get(kind))
+        parser = PARSERS.get(field)
+        if parser is None and get_origin(kind) is not Literal:
+            parser = PARSERS.get(kind)
         repeated = get_args(kind)[1:] == (...,)
-        declared[one.name.replace("-", "_")] = (
-            kind if repeated else kind | None,
-            group(one.heading)(one.text, one.form, parser),
-        )
+        option = group(one.heading)(one.text, one.form, parser)
+        declared[one.name.replace("-", "_")] = (kind if repeated else kind | None, option)
     return declared
+
+
+def _without_none(kind: Any) -> Any:
+    """The first type of a union with None; any other type as it is."""
+    kinds = get_args(kind)
+    if type(None) not in kinds:
+        return kind
+    return next(part for part in kinds if part is not type(None))
 
 
 OF_RECORDS = Declared(pair for record in RECORDS for pair in _declared(record).items())
@@ -217,21 +224,17 @@ class SceneOptions(NamedTuple):
     @property
     def typed(self) -> bool:
         """Whether any option was."""
-        return any(self._replace(given={})) or any(
-            value not in (None, ()) for value in self.given.values()
-        )
+        others = any(self._replace(given={}))
+        return others or any(value not in (None, ()) for value in self.given.values())
 
     def fields(self, record: type) -> dict[str, Any]:
         """The fields of a part of a scene that were typed."""
-        declared = options_of(record)
-        named = {
-            field: self.given.get(one.name.replace("-", "_")) for field, one in declared.items()
-        }
-        typed = {field: value for field, value in named.items() if value not in (None, ())}
-        return {
-            field: not value if declared[field].name.startswith("no-") else value
-            for field, value in typed.items()
-        }
+        typed: dict[str, Any] = {}
+        for field, option in options_of(record).items():
+            value = self.given.get(option.name.replace("-", "_"))
+            if value not in (None, ()):
+                typed[field] = not value if option.name.startswith("no-") else value
+        return typed
 
 
 EVERYBODY = (

@@ -35,11 +35,9 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
         OutputError: one of them is there already and may not be replaced, or none can be written
             there.
     """
-    files = (
-        [path]
-        if len(scenes) == 1
-        else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
-    )
+    files = [path]
+    if len(scenes) != 1:
+        files = [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
         raise OutputError(
@@ -99,10 +97,11 @@ def emit(
         write_file(file, content, replaceable=SCENE)
     sys.stdout.write(text)
     if output.format == "csv":
-        for line in dict.fromkeys(
-            line for part in (*report.parts.values(), report) for line in part.warnings
-        ):
-            print_error(line)
+        warnings: dict[str, None] = {}
+        for part in (*report.parts.values(), report):
+            warnings |= dict.fromkeys(part.warnings)
+        for warning in warnings:
+            print_error(warning)
 
 
 def write_report(report: "Report", folder: Path, pdf: bool = False) -> None:

@@ -80,7 +80,8 @@ def numbers(text: str) -> tuple[float, ...]:
 def directions(text: str) -> tuple[str | Vector, ...]:
     """Axes such as xz or x,z, or vectors X,Y,Z with semicolons between them."""
     axes = text.replace(",", "")
-    if axes and len(set(axes)) == len(axes) and set(axes) <= set("xyz"):
+    different = len(set(axes)) == len(axes)
+    if axes and different and set(axes) <= set("xyz"):
         return tuple(axes)
     if text.count(",") < 2:
         raise typer.BadParameter(
@@ -92,7 +93,8 @@ def directions(text: str) -> tuple[str | Vector, ...]:
 def pair_of(text: str) -> tuple[str, str]:
     """A=B."""
     first, other = _split(text, "=", "FL_thigh=lf_upperleg")
-    if not (first and other) or first.count("*") != other.count("*") or first.count("*") > 1:
+    globs = first.count("*")
+    if not (first and other) or globs != other.count("*") or globs > 1:
         raise typer.BadParameter(
             f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*'
         )
@@ -149,13 +151,10 @@ def rotor(text: str) -> Motor:
             f'"*_knee=1.1e-4:9:planetary"; '
             f"gears are {', '.join(SENSE)}"
         )
-    inertia, ratio, stiffness = (*numbers, None, None)[:3]
-    return name, (
-        _interval(inertia or ""),
-        None if ratio is None else _interval(ratio),
-        None if stiffness is None else finite(stiffness),
-        gear,
-    )
+    inertia = _interval(numbers[0])
+    ratio = _interval(numbers[1]) if len(numbers) > 1 else None
+    stiffness = finite(numbers[2]) if len(numbers) > 2 else None
+    return name, (inertia, ratio, stiffness, gear)
 
 
 def _interval(text: str) -> Interval:
@@ -183,7 +182,8 @@ def definition(text: str) -> tuple[str, str]:
 def renaming(text: str) -> tuple[str, str]:
     """NAME=NAME, or NAME= with nothing after it."""
     name, equals, new = (part.strip() for part in text.partition("="))
-    if not name or not equals or new.count("*") > name.count("*") or name.count("*") > 1:
+    globs = name.count("*")
+    if not name or not equals or new.count("*") > globs or globs > 1:
         raise typer.BadParameter(
             f'"{text}" is not NAME=NAME, a column of the table and its other name, with at most '
             f"one * in each"

@@ -1,6 +1,7 @@
 """From the options of a command to scenes: one for each landing."""
 
 import dataclasses
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -46,30 +47,7 @@ def scenes_from(
     scene = _with_file(scene_named(robot), options)
     with (trace or Trace()).stage("robot file"):
         loaded = _robot_of(scene, options.contact)
-    scene = _with(
-        scene,
-        **{
-            name: value
-            for name, value in options.fields(Scene).items()
-            if name not in ("base", "contact_stiffness")
-        },
-        posture=_posture(scene.posture, options),
-        strike=_strike(scene.strike, options),
-        stance=tuple(
-            dict.fromkeys(
-                frame for text in options.stance for frame in match_contacts(loaded, text)
-            )
-        )
-        or None,
-        joints=_joints(scene.joints, options),
-        part=scene.part + tuple(part_from(loaded, at, rating) for at, rating in options.part),
-        point=scene.point
-        + tuple(point for text in options.at for point in points_at(loaded, text)),
-    )
-    if (stiffness := options.given.get("contact_stiffness")) is not None:
-        scene = dataclasses.replace(
-            scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1]
-        )
+    scene = _with_landing(scene, loaded, options)
     changes = options.fields(Contact)
     if options.contact or changes or not scene.contact:
         typed.add(Contact.__name__)
@@ -79,17 +57,45 @@ def scenes_from(
                 "--slide means --directions along the normal only; leave one of them out"
             )
         changes["directions"] = options.directions
-    landings = _contacts(loaded, scene, options)
+    scenes = []
+    for landing in _contacts(loaded, scene, options):
+        contacts = [_with(contact, **changes) for contact in landing]
+        if options.slide:
+            contacts = [_sliding(contact, scene) for contact in contacts]
+        scenes.append(_with(scene, contact=tuple(contacts)))
+    return loaded, scenes
 
-    def changed(contact: Contact) -> Contact:
-        contact = _with(contact, **changes)
-        return (
-            _with(contact, directions=(contact.normal,) if contact.normal else _up(scene))
-            if options.slide
-            else contact
-        )
 
-    return loaded, [_with(scene, contact=tuple(map(changed, landing))) for landing in landings]
+def _with_landing(scene: Scene, robot: Robot, options: SceneOptions) -> Scene:
+    """A scene with all options but those of its robot and its contacts."""
+    values = options.fields(Scene)
+    values.pop("base", None)
+    normal, tangential = values.pop("contact_stiffness", (None, None))
+    values["posture"] = _posture(scene.posture, options)
+    values["strike"] = _strike(scene.strike, options)
+    stance: list[str] = []
+    for text in options.stance:
+        stance += match_contacts(robot, text)
+    if stance:
+        values["stance"] = tuple(dict.fromkeys(stance))
+    values["joints"] = _joints(scene.joints, options)
+    parts = [part_from(robot, at, rating) for at, rating in options.part]
+    values["part"] = (*scene.part, *parts)
+    points = list(scene.point)
+    for text in options.at:
+        points += points_at(robot, text)
+    values["point"] = tuple(points)
+    scene = _with(scene, **values)
+    if normal is None:
+        return scene
+    return dataclasses.replace(scene, contact_stiffness=normal, tangential_stiffness=tangential)
+
+
+def _sliding(contact: Contact, scene: Scene) -> Contact:
+    """A contact that stops its point along the normal alone."""
+    if contact.normal:
+        return _with(contact, directions=(contact.normal,))
+    return _with(contact, directions=_up(scene))
 
 
 def landings_from(
@@ -103,15 +109,11 @@ def landings_from(
     stems = [Path(name).stem for name in names]
     for name, stem in zip(names, stems, strict=True):
         robot, scenes = scenes_from(name, options, trace)
-        prefix = (
-            f"{stem if stems.count(stem) == 1 else name} "
-            if is_scene_file(name) and len(names) > 1
-            else ""
-        )
-        landings |= {
-            prefix + contact: (robot, scene)
-            for scene, contact in zip(scenes, file_names(scenes), strict=True)
-        }
+        prefix = ""
+        if is_scene_file(name) and len(names) > 1:
+            prefix = f"{stem} " if stems.count(stem) == 1 else f"{name} "
+        for scene, contact in zip(scenes, file_names(scenes), strict=True):
+            landings[prefix + contact] = (robot, scene)
     return landings
 
 
@@ -124,15 +126,19 @@ def postures_from(
         ShockError: as for `scenes_from`; or the scenes are of different robots.
     """
     names = list(dict.fromkeys(names))
-    read = {name: scenes_from(name, with_contact(name, options, ["*"])[0], trace) for name in names}
-    robot = read[names[0]][0]
-    if any(other is not robot for other, _ in read.values()):
+    robots: list[Robot] = []
+    postures: dict[str, Scene] = {}
+    for name in names:
+        with_any, _ = with_contact(name, options, ["*"])
+        robot, scenes = scenes_from(name, with_any, trace)
+        robots.append(robot)
+        key = Path(name).stem if len(names) > 1 else ""
+        postures[key] = scenes[0]
+    if any(robot is not robots[0] for robot in robots):
         raise SceneError(
             "the postures are of different robots; give scenes of one robot, or one robot at a time"
         )
-    return robot, {
-        Path(name).stem if len(names) > 1 else "": scenes[0] for name, (_, scenes) in read.items()
-    }
+    return robots[0], postures
 
 
 def _with_file(scene: Scene, options: SceneOptions) -> Scene:
@@ -146,7 +152,10 @@ def _with_file(scene: Scene, options: SceneOptions) -> Scene:
 
 
 def _robot_of(scene: Scene, contacts: Iterable[str]) -> Robot:
-    return robot_of(scene, [name.strip() for text in contacts for name in (text, *text.split("+"))])
+    names: list[str] = []
+    for text in contacts:
+        names += [name.strip() for name in (text, *text.split("+"))]
+    return robot_of(scene, names)
 
 
 def with_contact(
@@ -175,20 +184,18 @@ def file_names(scenes: list[Scene]) -> list[str]:
     hidden or is too long.
     """
     names: list[str] = []
+    taken: set[str] = set()
     for scene in scenes:
-        name = "".join(
-            sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(scene)
-        )
-        name = f"_{name[1:]}" if name.startswith(".") else name
-        name = name.encode()[:LONGEST_NAME].decode(errors="ignore")
-        taken = {known.casefold() for known in names}
-        names.append(
-            next(
-                n
-                for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2)))
-                if n.casefold() not in taken
-            )
-        )
+        stem = re.sub(r"[^\w\-+.]", "_", contact_name(scene))
+        stem = re.sub(r"^\.", "_", stem)
+        stem = stem.encode()[:LONGEST_NAME].decode(errors="ignore")
+        name = stem
+        number = 1
+        while name.casefold() in taken:  # in file systems without upper case, too
+            number += 1
+            name = f"{stem}-{number}"
+        taken.add(name.casefold())
+        names.append(name)
     return names
 
 
@@ -239,10 +246,12 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
     """
     if scene.contact and not options.contact:
         return [scene.contact]
-    landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
+    landings: dict[tuple[str, ...], None] = {}
+    for text in options.contact:
+        landings |= dict.fromkeys(landing_frames(robot, text))
     if not landings:
         return default_landings(robot, scene, options.given.get("normal"))
-    return [tuple(Contact(frame=frame) for frame in landing) for landing in dict.fromkeys(landings)]
+    return [tuple(Contact(frame=frame) for frame in landing) for landing in landings]
 
 
 def _up(scene: Scene) -> tuple[str, ...]:
@@ -250,11 +259,10 @@ def _up(scene: Scene) -> tuple[str, ...]:
     with a velocity in it.
     """
     velocity = scene.strike.velocity
-    return (
-        ("y",)
-        if plane_of(check_scene(scene)).level and velocity is not None and velocity[2] == 0.0
-        else ("z",)
-    )
+    seen_from_above = plane_of(check_scene(scene)).level
+    if seen_from_above and velocity is not None and velocity[2] == 0.0:
+        return ("y",)
+    return ("z",)
 
 
 def _with(record: AnyRecord, **values: Any) -> AnyRecord:

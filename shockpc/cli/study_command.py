@@ -129,10 +129,14 @@ def study_command(name: str, package: str) -> Command:
     study = pkgutil.resolve_name(f"{package}.study:{name}")
     declared = declaration(study)
     assert declared.reads is not None
-    source, passed = inputs_of(declared.reads), declared.passed
+    source = inputs_of(declared.reads)
+    passed = declared.passed
 
     def run(**typed: Any) -> int:
-        trace, options, values = shown_trace(), typed["options"], typed["typed"]
+        trace = shown_trace()
+        options = typed["options"]
+        values = typed["typed"]
+        # What the study reads, and what it takes besides.
         inputs = [typed[key] for key in source.typed]
         robot, arguments = source.read(inputs, options, dict(values.get("rename") or ()), trace)
         if "target" in passed:
@@ -141,45 +145,46 @@ def study_command(name: str, package: str) -> Command:
             arguments["trace"] = trace
         if "progress" in passed:
             arguments["progress"] = partial(progress, "landings computed")
+        # What has no effect is refused before and after the study.
         refuse_varied(options, robot, _varied(study, values, robot))
         refuse_unasked(study, options, values, filter(None, [typed.get("quantity")]))
         result = study(**arguments, **given(study, values, robot))
         if source.check is not None:
             source.check(options, arguments, result)
         with trace.stage("output"):
-            report = pkgutil.resolve_name(f"{package}.report:{name}_report")
-            emit(report(*inputs[: source.file], result), typed["output"])
+            report_of = pkgutil.resolve_name(f"{package}.report:{name}_report")
+            report = report_of(inputs[0], result) if source.file else report_of(result)
+            emit(report, typed["output"])
         if typed.get("explain"):
             sys.stderr.write(trace.text())
         if not declared.fails:
             return 0
         failures = [failure for _, failure in result.failures]
-        return exit_code(
-            len(failures),
-            len(failures) + len(result.landings),
-            typed.get("strict", False),
-            traces(failures),
-        )
+        rows = len(failures) + len(result.landings)
+        return exit_code(len(failures), rows, typed.get("strict", False), traces(failures))
 
-    parameters: dict[str, tuple[Any, Any]] = {
-        **source.typed,
-        **(
-            {"at_": (str | None, AT), "quantity": (str | None, TARGET)}
-            if "target" in passed
-            else {}
-        ),
-        "typed": (Any, study_options(study)),
-        "options": (SceneOptions, inspect.Parameter.empty),
-        **({"strict": (bool, in_output(STRICT))} if "progress" in passed else {}),
-        "output": (OutputOptions, inspect.Parameter.empty),
-        **({"explain": (bool, EXPLAIN)} if "trace" in passed else {}),
-    }
+    # The parameters of the command in the order of its help.
+    parameters: dict[str, tuple[Any, Any]] = dict(source.typed)
+    if "target" in passed:
+        parameters["at_"] = (str | None, AT)
+        parameters["quantity"] = (str | None, TARGET)
+    parameters["typed"] = (Any, study_options(study))
+    parameters["options"] = (SceneOptions, inspect.Parameter.empty)
+    if "progress" in passed:
+        parameters["strict"] = (bool, in_output(STRICT))
+    parameters["output"] = (OutputOptions, inspect.Parameter.empty)
+    if "trace" in passed:
+        parameters["explain"] = (bool, EXPLAIN)
     signature = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=default)
         for name, (kind, default) in parameters.items()
     ]
     vars(run)["__signature__"] = inspect.Signature(signature)
     return command(**help_of(study))(run)
+
+
+SETTINGS = {"joint": "set", "armature": "armature", "joint-stiffness": "joint-stiffness"}
+"""Options that give a value by joint, by the kind of what varies."""
 
 
 def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variation]) -> None:
@@ -198,27 +203,30 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variatio
         StudyError: an option has no effect.
     """
     targets: dict[str, list[str]] = {}
-    for one in varied:
-        if not one.factor:
-            targets.setdefault(one.kind.word, []).append(one.target)
-    ignored = []
+    for varying in varied:
+        if not varying.factor:
+            targets.setdefault(varying.kind.word, []).append(varying.target)
+    ignored: list[str] = []
     # A rotor of which the inertia varies keeps the gear ratio and the spring that are given.
-    for kind, option in (
-        ("joint", "set"),
-        *((kind, kind) for kind in ("armature", "joint-stiffness")),
-    ):
-        joints = {joint for target in targets.get(kind, ()) for joint in robot.match_joints(target)}
+    for kind, option in SETTINGS.items():
+        joints: set[str] = set()
+        for target in targets.get(kind, ()):
+            joints.update(robot.match_joints(target))
         for pattern, *_ in getattr(options, option.replace("-", "_")):
-            ignored += [f"--{option} {pattern}"] * joints.issuperset(robot.match_joints(pattern))
+            if joints.issuperset(robot.match_joints(pattern)):
+                ignored.append(f"--{option} {pattern}")
+    # Of three numbers, one that varies.
     for option, kinds in (("base-rpy", ATTITUDES), ("offset", OFFSETS)):
         vector = options.given.get(option.replace("-", "_")) or (0.0, 0.0, 0.0)
         for of_axis in kinds:
             if vector[of_axis.axis] and of_axis.word in targets:
                 ignored.append(f"--{option}")
-    ignored += [
-        f"--{kind}" for kind in targets if options.given.get(kind.replace("-", "_")) is not None
-    ]
-    ignored += ["--contact"] * bool(options.contact and "contact" in targets)
+    # Numbers of a scene, whose kinds have the names of the options.
+    for kind in targets:
+        if options.given.get(kind.replace("-", "_")) is not None:
+            ignored.append(f"--{kind}")
+    if options.contact and "contact" in targets:
+        ignored.append("--contact")
     if ignored:
         raise StudyError(
             f"{', '.join(ignored)} has no effect, because the value varies from landing to "
@@ -317,9 +325,9 @@ def _landings(
     inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
 ) -> tuple[Robot, dict[str, Any]]:
     landings = landings_from(inputs[0], options, trace)
-    return next(iter(landings.values()))[0], {
-        "landings": {name: scene for name, (_, scene) in landings.items()}
-    }
+    first_robot, _ = next(iter(landings.values()))
+    scenes = {name: scene for name, (_, scene) in landings.items()}
+    return first_robot, {"landings": scenes}
 
 
 def _postures(
@@ -334,21 +342,14 @@ def _designs(
 ) -> tuple[Robot, dict[str, Any]]:
     """As many contacts as there are designs are one for each."""
     names = inputs[0]
-    one_each = len(options.contact) == len(names) > 1
-    options_of_each = (
-        [options._replace(contact=(name,)) for name in options.contact]
-        if one_each
-        else [options] * len(names)
-    )
-    landings = [
-        one_scene(name, options_of_design)
-        for name, options_of_design in zip(names, options_of_each, strict=True)
-    ]
-    return landings[0][0], {
-        "designs": [
-            Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)
-        ]
-    }
+    options_of_each = [options] * len(names)
+    if len(options.contact) == len(names) > 1:
+        options_of_each = [options._replace(contact=(name,)) for name in options.contact]
+    designs = []
+    for name, options_of_design in zip(names, options_of_each, strict=True):
+        robot, scene = one_scene(name, options_of_design)
+        designs.append(Design(name, scene, robot))
+    return designs[0].robot, {"designs": designs}
 
 
 _SCENES = (
@@ -388,8 +389,10 @@ def inputs_of(reads: str) -> Input:
 def _kind(parameter: StudyParameter) -> Any:
     """The type without None."""
     kinds = get_args(parameter.kind)
-    given = [kind for kind in kinds if kind is not type(None)]
-    return given[0] if len(given) == 1 and type(None) in kinds else parameter.kind
+    others = [kind for kind in kinds if kind is not type(None)]
+    if type(None) in kinds and len(others) == 1:
+        return others[0]
+    return parameter.kind
 
 
 def _declared(parameter: StudyParameter) -> tuple[Any, Any]:
