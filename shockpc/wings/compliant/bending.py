@@ -94,10 +94,8 @@ class Bending(NamedTuple):
         first = (
             f"rigid links {self._held}: right to some 10 % if the first bending mode of "
             f"{few(self.modes.links, 3)}, in the assembled robot, is above {_hertz(lowest[0])} for "
-            f"jumps "
-            f"and accelerometers below 200 Hz, and above {_hertz(lowest[1])} for forces and the "
-            f"largest "
-            f"torque (EI of {EI[0]} and {EI[1]} N m²)"
+            f"jumps and accelerometers below 200 Hz, and above {_hertz(lowest[1])} for forces and "
+            f"the largest torque (EI of {EI[0]} and {EI[1]} N m²)"
         )
         if self.step:
             first += f". This holds for forces without steps, but {self.step}"
@@ -211,18 +209,16 @@ def step_of_force(landing: PosedLanding) -> str:
     return f"hysteresis with a restitution below {STEEP:g}{along} ends with {remedy}"
 
 
-def bends(found: Bending | None) -> Iterator[Diagnostic]:
+def bends(links: Bending | None) -> Iterator[Diagnostic]:
     """A warning where not even links of metal are stiff enough."""
-    if found is not None and found.never:
-        need, metal = found.lowest(FOR_JUMPS), found.modes.metal
+    if links is not None and links.never:
+        need, metal = links.lowest(FOR_JUMPS), links.modes.metal
         text = (
-            f"links bend in a contact of {1e3 * found.contact_time:.2g} ms, so peaks and torques "
-            f"may be wrong "
-            f"by factors: the leg's first bending mode would have to be above {_hertz(need)}, but "
-            f"links of "
-            f"metal reach {_hertz(metal)}, and of carbon fibre {_hertz(found.modes.carbon)}. "
-            f"Describe the "
-            "links with flex (--flex), or take a softer contact"
+            f"links bend in a contact of {1e3 * links.contact_time:.2g} ms, so peaks and torques "
+            f"may be wrong by factors: the leg's first bending mode would have to be above "
+            f"{_hertz(need)}, but links of metal reach {_hertz(metal)}, and of carbon fibre "
+            f"{_hertz(links.modes.carbon)}. Describe the links with flex (--flex), or take a "
+            f"softer contact"
         )
         yield Diagnostic(*BENDS, need / metal, text)
 

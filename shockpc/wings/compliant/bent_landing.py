@@ -91,19 +91,18 @@ class FlexibleLanding(PosedLanding):
             held: whether contacts and standing feet hold it; else it is free, but for its loops.
         """
         equation, hinges = self.equation(self.state), self.hinges
-        kept = np.concatenate(
-            [np.full(block.size, held or block.kind == "closure") for block in self.constraints]
-        )
-        rows = (
-            np.eye(len(self.flexible.stiffness))[hinges]
-            if equation.G is None
-            else equation.G[0, hinges]
-        )
-        _, size, V = np.linalg.svd(equation.J_c[0, kept])
-        basis = V[int(np.count_nonzero(size > 1e-9 * size.max(initial=0.0))) :].T
-        return elastic_frequencies(
-            basis.T @ equation.H[0] @ basis, rows @ basis, self.flexible.stiffness[hinges]
-        )
+        acts = []
+        for constraint in self.constraints:
+            acts += [held or constraint.kind == "closure"] * constraint.size
+        rows = np.eye(len(self.flexible.stiffness))[hinges]
+        if equation.G is not None:
+            rows = equation.G[0, hinges]
+        # Motions that no row which acts stops.
+        _, size, V = np.linalg.svd(equation.J_c[0, np.array(acts, dtype=bool)])
+        rank = int(np.count_nonzero(size > 1e-9 * size.max(initial=0.0)))
+        basis = V[rank:].T
+        M = basis.T @ equation.H[0] @ basis
+        return elastic_frequencies(M, rows @ basis, self.flexible.stiffness[hinges])
 
 
 def flexible_landing(
@@ -122,61 +121,58 @@ def flexible_landing(
         RobotError: a link cannot bend.
     """
     robot = landing.robot
-    struck = [
-        robot.frame(block.frame)
-        for block in (*landing.contacts, *landing.stance)
-        if block.kind != "stop"
-    ]
-    ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
+    if flexes is None:
+        flexes = flexes_of(landing.scene.flex)
+    ends = []
+    for constraint in (*landing.contacts, *landing.stance):
+        if constraint.kind != "stop":
+            frame = robot.frame(constraint.frame)
+            ends.append((frame.body, tuple(frame.offset.tolist())))
     joints = landing.joint_model
-    rotors = tuple(
-        (body, float(joints.coupling[v] * joints.per_turn[v]))
-        for v, body in geared_bodies(robot, joints.coupling)
-    )
-    flexible = flexible_robot(
-        robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends, rotors
-    )
+    rotors = []
+    for v, body in geared_bodies(robot, joints.coupling):
+        rotors.append((body, float(joints.coupling[v] * joints.per_turn[v])))
+    flexible = flexible_robot(robot, flexes, tuple(ends), tuple(rotors))
     if landing.base == "fixed" and robot.free_base and 0 in flexible.divisions:
         name = robot.bodies[0].name
         raise SceneError(
             f'link "{name}" cannot bend, because it is fixed to the world; {LEAVE_OUT}',
             bodies=[name],
         )
-    return _bent(
-        with_faces_of(landing, lambda flat: _with_springs_as_inertia(_bent(flat, flexible))),
-        flexible,
-    )
+    # The face of a sole that carries is that of the robot whose links bend.
+    faced = with_faces_of(landing, lambda flat: _with_springs_as_inertia(_bent(flat, flexible)))
+    return _bent(faced, flexible)
 
 
 def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
     """A landing on the robot whose links bend. Args: landing, with rigid links."""
     contacts, joints = len(landing.contacts), landing.joint_model
-    blocks = [
-        _on_segments(flexible, block)
-        for block in landing.without_stops.constraints[: contacts + len(landing.stance)]
+    constraints = [
+        _on_segments(flexible, constraint)
+        for constraint in landing.without_stops.constraints[: contacts + len(landing.stance)]
     ]
     q, zero = flexible.configuration(landing.q), np.zeros(landing.robot.model.nv)
-    whole = flexible.velocities
+    of_all = flexible.velocities
     model = joints._replace(
-        armature=whole(joints.armature),
-        locked=whole(joints.locked),
-        stiffness=whole(joints.stiffness) + flexible.stiffness,
-        drive_stiffness=whole(joints.drive_stiffness, np.inf),
-        rotor=whole(joints.rotor),
-        unknown=whole(joints.unknown),
-        torque=whole(joints.torque, np.nan),
-        low=whole(joints.low),
-        high=whole(joints.high),
-        per_turn=whole(joints.per_turn),
+        armature=of_all(joints.armature),
+        locked=of_all(joints.locked),
+        stiffness=of_all(joints.stiffness) + flexible.stiffness,
+        drive_stiffness=of_all(joints.drive_stiffness, np.inf),
+        rotor=of_all(joints.rotor),
+        unknown=of_all(joints.unknown),
+        torque=of_all(joints.torque, np.nan),
+        low=of_all(joints.low),
+        high=of_all(joints.high),
+        per_turn=of_all(joints.per_turn),
     )
     values = {part.name: getattr(landing, part.name) for part in fields(PosedLanding)}
     values |= {
         "robot": flexible.robot,
-        "contacts": tuple(blocks[:contacts]),
-        "stance": tuple(blocks[contacts:]),
+        "contacts": tuple(constraints[:contacts]),
+        "stance": tuple(constraints[contacts:]),
         "loops": tuple(_loop_on_segments(flexible, loop) for loop in landing.loops),
         "joint_model": model,
-        "before": landing.before._replace(joint_rates=whole(landing.before.joint_rates + zero)),
+        "before": landing.before._replace(joint_rates=of_all(landing.before.joint_rates + zero)),
         "q": q,
         "state": dynamics(flexible.robot, q[None], model),
         "acting": (),
@@ -213,14 +209,14 @@ def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
     )
 
 
-def _on_segments(flexible: FlexibleRobot, block: Constraint) -> Constraint:
+def _on_segments(flexible: FlexibleRobot, constraint: Constraint) -> Constraint:
     """The rows of a contact or of an end stop on the segments that they act on; each contact is
     where it is in this posture.
     """
-    if block.kind == "stop":
-        body = flexible.segments[block.body][0]
-        return block._replace(body=body, other=flexible.robot.parents[body], axes_body=body)
-    return block._replace(body=flexible.body_at(block.body, block.point), lowest=())
+    if constraint.kind == "stop":
+        body = flexible.segments[constraint.body][0]
+        return constraint._replace(body=body, other=flexible.robot.parents[body], axes_body=body)
+    return constraint._replace(body=flexible.body_at(constraint.body, constraint.point), lowest=())
 
 
 def _loop_on_segments(flexible: FlexibleRobot, loop: Loop) -> Loop:

@@ -185,7 +185,7 @@ def _further_stops(landing: PosedLanding) -> _Stops:
     if not landing.scene.stops:
         return _Stops((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     stops, along, speeds = stop_rows(landing)
-    striking = {block.body for block in landing.contacts if block.kind == "stop"}
+    striking = {constraint.body for constraint in landing.contacts if constraint.kind == "stop"}
     kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
     return _Stops(tuple(stops[k] for k in kept), along[kept], speeds[kept])
 

@@ -27,14 +27,14 @@ class _Idle(NamedTuple):
     message: str
 
 
-def check_options(scene: Scene, blocks: tuple[Constraint, ...]) -> None:
+def check_options(scene: Scene, constraints: tuple[Constraint, ...]) -> None:
     """Refuse options of finite stiffness that have no meaning for the scene.
 
     Args:
         scene: the scene.
-        blocks: the constraints of its contacts, in their order.
+        constraints: the constraints of its contacts, in their order.
     """
-    stops = scene.stops or any(block.kind == "stop" for block in blocks)
+    stops = scene.stops or any(constraint.kind == "stop" for constraint in constraints)
     if not scene.yields:
         for idle in _idle_on_rigid_contacts(scene):
             if idle.given:
@@ -48,9 +48,9 @@ def check_options(scene: Scene, blocks: tuple[Constraint, ...]) -> None:
             "leave one of them out"
         )
     _check_laws(scene)
-    for contact, block in zip(scene.contact, blocks, strict=True):
-        if block.kind != "stop":
-            check_holds_normal(contact, block, "a contact stiffness")
+    for contact, constraint in zip(scene.contact, constraints, strict=True):
+        if constraint.kind != "stop":
+            check_holds_normal(contact, constraint, "a contact stiffness")
     if stops and scene.stop_stiffness is None:
         raise SceneError(
             "contacts of finite stiffness are given, and rigid end stops; give the stops a "

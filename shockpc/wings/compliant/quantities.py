@@ -84,7 +84,7 @@ PEAK_TORQUE = _stiff(
     "joint",
     "peak torque along the joint's axis",
     "N m, N",
-    lambda found, places: joint_peaks(found, places)[2],
+    lambda compliant, places: joint_peaks(compliant, places)[2],
     "the joint has more than one axis, or a spring before a rotor of unknown inertia",
 )
 
@@ -94,49 +94,49 @@ ON_FINITE_STIFFNESS = (
         "point",
         "peak acceleration on contacts of finite stiffness",
         "g",
-        lambda found, places: point_peaks(found, places)[0] / GRAVITY,
+        lambda compliant, places: point_peaks(compliant, places)[0] / GRAVITY,
     ),
     _stiff(
         "peak_acceleration_time",
         "point",
         "time of the peak acceleration",
         "s",
-        lambda found, places: point_peaks(found, places)[1],
+        lambda compliant, places: point_peaks(compliant, places)[1],
     ),
     _stiff(
         "duration",
         "contact",
         "duration of 99 % of the normal impulse",
         "s",
-        lambda found, places: _of_contacts(found.duration, places),
+        lambda compliant, places: _of_contacts(compliant.duration, places),
     ),
     _stiff(
         "peak_force",
         "contact",
         "peak force",
         "N",
-        lambda found, places: contact_peaks(found, places)[0],
+        lambda compliant, places: contact_peaks(compliant, places)[0],
     ),
     _stiff(
         "peak_force_time",
         "contact",
         "time of the peak force",
         "s",
-        lambda found, places: contact_peaks(found, places)[1],
+        lambda compliant, places: contact_peaks(compliant, places)[1],
     ),
     _stiff(
         "peak_joint_force",
         "joint",
         "peak force through the joint",
         "N",
-        lambda found, places: joint_peaks(found, places)[0],
+        lambda compliant, places: joint_peaks(compliant, places)[0],
     ),
     _stiff(
         "peak_joint_moment",
         "joint",
         "peak moment through the joint",
         "N m",
-        lambda found, places: joint_peaks(found, places)[1],
+        lambda compliant, places: joint_peaks(compliant, places)[1],
     ),
     PEAK_TORQUE,
     _stiff(
@@ -144,28 +144,30 @@ ON_FINITE_STIFFNESS = (
         "joint",
         "peak torque of the joint's end stop",
         "N m, N",
-        lambda found, places: np.array([found.stop_peaks.get(place.name, 0.0) for place in places]),
+        lambda compliant, places: np.array(
+            [compliant.stop_peaks.get(place.name, 0.0) for place in places]
+        ),
     ),
     _stiff(
         "restitution",
         "contact",
         "restitution, with the contact's damping",
         "1",
-        lambda found, places: _of_contacts(found.restitution, places),
+        lambda compliant, places: _of_contacts(compliant.restitution, places),
     ),
     _stiff(
         "stiffness_difference",
         "robot",
         "difference from the impulse model",
         "1",
-        lambda found, places: np.array([found.difference]),
+        lambda compliant, places: np.array([compliant.difference]),
     ),
     _stiff(
         "compression",
         "robot",
         "time at which the contacts are compressed",
         "s",
-        lambda found, places: np.array([found.compressed]),
+        lambda compliant, places: np.array([compliant.compressed]),
     ),
     *(_after(entry, "compressed", "at the end of compression", 0) for entry in JUMPS),
     *(_after(entry, "separated", "at the end of contact", 1) for entry in JUMPS),
@@ -180,13 +182,13 @@ def _bending(impact: Impact, _: Places) -> Array:
     if landing.scene.flex or (k is None and landing.pulse is None):
         return nothing
     try:
-        found = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
+        links = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
     except RobotError:
         return nothing
-    if found is None:
+    if links is None:
         return nothing
-    lowest = [found.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
-    return np.array([[[*lowest, *map(found.modes.stiffness, lowest), found.modes.metal]]])
+    lowest = [links.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
+    return np.array([[[*lowest, *map(links.modes.stiffness, lowest), links.modes.metal]]])
 
 
 def _of_bending(k: int, key: str, title: str, unit: str) -> Quantity:

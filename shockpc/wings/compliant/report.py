@@ -164,12 +164,12 @@ def _difference_lines(profile: ShockProfile) -> list[str]:
 
 def _bending_lines(profile: ShockProfile) -> list[str]:
     """When the links can be taken as rigid, where the scene says how long the contact lasts."""
-    found = rigid_links(profile) if profile.lasts else None
-    if found is None:
+    links = rigid_links(profile) if profile.lasts else None
+    if links is None:
         return []
-    if isinstance(found, str):
-        return [f"rigid links: when they are right is not known, because {found}"]
-    return list(found.lines)
+    if isinstance(links, str):
+        return [f"rigid links: when they are right is not known, because {links}"]
+    return list(links.lines)
 
 
 def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:

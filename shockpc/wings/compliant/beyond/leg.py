@@ -84,17 +84,17 @@ class Compared(NamedTuple):
 @functools.cache
 def leg_modes() -> tuple[Modes, ...]:
     """The first frequencies of the leg, with rotors and without."""
-    found = []
+    modes = []
     for name, rotor in ROTORS.items():
         exact = float(_modes(rotor)[0][RIGID]) / 2.0 / math.pi
-        # Segments bend out of the plane too.
-        few = (
-            flexible_landing(_posed(rotor, hinges, 1.0)).elastic_frequencies()
-            for hinges in LINKS.values()
-            if hinges
-        )
-        found.append(Modes(name, exact, *(float(one[np.abs(one - exact).argmin()]) for one in few)))
-    return tuple(found)
+        of_segments = []
+        for hinges in filter(None, LINKS.values()):
+            bent = flexible_landing(_posed(rotor, hinges, 1.0))
+            frequencies = bent.elastic_frequencies()
+            # Segments bend out of the plane too.
+            of_segments.append(float(frequencies[np.abs(frequencies - exact).argmin()]))
+        modes.append(Modes(name, exact, *of_segments))
+    return tuple(modes)
 
 
 @functools.cache
