@@ -92,8 +92,9 @@ class Commands(TyperGroup):
 
 
 class GroupedCommand(TyperCommand):
-    """A command whose help groups its options by their `rich_help_panel`, without a rich-text
-    library, and says which repeat.
+    """A command whose help groups its options by their `rich_help_panel`, and says which repeat.
+
+    It needs no rich-text library.
 
     Of a scene's options it lists those that everybody uses, with the first sentence of each, unless
     all are asked for.
@@ -151,16 +152,17 @@ class GroupedCommand(TyperCommand):
 
 
 def app_for(words: Sequence[str]) -> typer.Typer:
-    """The command line for these words: if they name a command, it alone is imported and set up,
-    because each takes time.
+    """The command line for these words.
+
+    If they name a command, it alone is imported and set up, because each takes time.
     """
     named = [word for word in words[:1] if word in COMMANDS]
     if words[1:] and words[0] in COMPLETION:
         os.environ[SHELL_NAMED] = "1"
     app = typer.Typer(
         cls=Commands,
-        help="Mechanical shock of a legged robot's landing, body by body, from its rigid-body model.\n\n\b\n"
-        "First example; out/report.html explains the results:\n"
+        help="Mechanical shock of a legged robot's landing, body by body, from its rigid-body "
+        "model.\n\n\b\nFirst example; out/report.html explains the results:\n"
         "  shockpc analyze anymal_b --contact LF_FOOT --out out/",
         epilog=EXIT_CODES,
         add_completion=not named or ASKED in os.environ,
@@ -197,7 +199,7 @@ def _command(name: str) -> Command:
 
 
 def _is_of_everybody(parameter: Any) -> bool:
-    """Whether a parameter is an option of a landing that --help lists."""
+    """True if a parameter is an option of a landing that --help lists."""
     panel = getattr(parameter, "rich_help_panel", None)
     return panel in PANELS and parameter.name.rstrip("_") in EVERYBODY
 
@@ -210,8 +212,9 @@ def _common_first(parameters: Sequence[Any]) -> list[Any]:
 
 
 def _shortened(text: str) -> str:
-    """The first sentence of a help, or what is before its semicolon, with the unit and the default
-    that the help ends with.
+    """The first sentence of a help, or what is before its semicolon.
+
+    The unit and the default that the help ends with are kept.
     """
     text, bracket, default = text.partition(" [default: ")
     first = re.split(r"[.;] (?![^\[]*\])", text)[0].removesuffix(".")

@@ -1,5 +1,6 @@
-"""What a shell completes besides commands and options: robots, names in the robot that is typed,
-and quantities.
+"""Shell completion of words besides commands and options.
+
+They are robots, names in the robot that is typed, and quantities.
 """
 
 import contextlib
@@ -29,12 +30,15 @@ Completer: TypeAlias = Callable[[str], Iterable[str]]
 
 
 def words_typed() -> list[str]:
-    """What is typed so far after the name of the program."""
+    """The words typed so far after the name of the program."""
     return (os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")).split()[1:]
 
 
 def completer(name: str, form: str | None) -> Completer | None:
-    """What completes a parameter, or nothing. Args: name; form, of its value."""
+    """The function that completes a parameter, or nothing.
+
+    Args: name; form, of its value.
+    """
     if name in ("contact", "stance"):
         return _contacts
     return COMPLETERS.get(re.split("[^A-Z]", form or "")[0])
@@ -64,8 +68,9 @@ def _robot() -> "Robot | None":
 
 
 def _is_read_quickly(robot: str) -> bool:
-    """Whether the file of a robot is at most `LARGEST_FILE` long and needs no xacro, which runs
-    what the file says.
+    """True if the file of a robot is at most `LARGEST_FILE` long and needs no xacro.
+
+    xacro runs what the file says.
 
     Raises:
         ShockError: there is no such file.
@@ -120,4 +125,4 @@ COMPLETERS: dict[str, Completer] = {
     "JOINT": _joints,
     "KEY": _quantities,
 }
-"""What completes values by how their form begins."""
+"""Functions that complete values, by the first word of their form."""

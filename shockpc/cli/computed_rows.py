@@ -1,5 +1,6 @@
-"""The rows of a study of many landings: computed, and with a folder and a format written there,
-with progress.
+"""The rows of a study of many landings, computed with progress.
+
+With a folder and a format they are written there.
 """
 
 from collections.abc import Iterator
@@ -25,8 +26,9 @@ def computed(
     format_: Format | None,
     run: RunOptions,
 ) -> Iterator[Table]:
-    """Compute the rows, before the block that uses them; if that fails, say how to continue what
-    was written.
+    """Compute the rows, before the block that uses them.
+
+    If that fails, it says how to continue what was written.
 
     Args:
         evaluation: what is computed.

@@ -1,5 +1,6 @@
-"""How commands and options are declared, and how a command takes those that a record's fields or a
-study's parameters declare.
+"""The declaration of commands and options.
+
+A command takes the options that a record's fields or a study's parameters declare.
 
     @command(examples=("shockpc batch anymal_c go2 solo12",))
     def batch(*, names: tuple[str, ...] = argument("Robots.", "ROBOT...", default=...), options:
@@ -37,13 +38,14 @@ SIGTERM.
 
 
 class Declared(dict[str, tuple[Any, Any]]):
-    """Options that a field of a record, or a parameter of a command, collects: type and declaration
-    by name.
+    """Options that a field of a record, or a parameter of a command, collects.
+
+    Values are type and declaration, by name.
     """
 
 
 class Help(NamedTuple):
-    """What the help of a command says besides its summary and options.
+    """The help of a command besides its summary and options.
 
     Attributes:
         examples: command lines.
@@ -56,7 +58,10 @@ class Help(NamedTuple):
     after: str
 
     def text(self, summary: str) -> str:
-        """What stands above the options, as Typer takes it. Args: summary, what the command does."""
+        """The text above the options, as Typer takes it.
+
+        Args: summary, what the command does.
+        """
         return "\n\n".join(
             filter(
                 None,
@@ -118,8 +123,9 @@ def command(
     after: str = "Exit codes: shockpc --help lists them.",
     without: Collection[str] = (),
 ) -> Callable[[Command], Command]:
-    """Make a function a command, which takes the options of records among its parameters after the
-    others.
+    """Make a function a command, which takes the options of records among its parameters.
+
+    They come after the others.
 
     The text is no docstring, because Python can be told to leave those out.
 
@@ -140,8 +146,11 @@ def command(
 
 
 def _taking_options(command: Command, without: Collection[str]) -> Command:
-    """Replace each parameter of a command that is a record of options, or `Declared`, by the
-    options. Args: as for `command`.
+    """Replace each parameter of a command that is a record of options by the options.
+
+    So is one that is `Declared`.
+
+    Args: as for `command`.
     """
     parameters = inspect.signature(command).parameters
     records = {
@@ -200,8 +209,9 @@ def _options_in(record: Any) -> dict[str, tuple[Any, Any]]:
 
 
 def _collected(option: Any, field: str, kind: Any, typed: dict[str, Any]) -> Any:
-    """What was typed for a field of a record, which is taken out; as if nothing was typed where the
-    command does not take it.
+    """The value typed for a field of a record, which is taken out.
+
+    It is as if nothing was typed where the command does not take it.
     """
     if isinstance(option, Declared):
         return {name: typed.pop(name, None) for name in option}
@@ -209,8 +219,9 @@ def _collected(option: Any, field: str, kind: Any, typed: dict[str, Any]) -> Any
 
 
 def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
-    """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a
-    parser reads.
+    """A parameter as Typer takes it.
+
+    It is an option with its name, with lists for tuples and text for what a parser reads.
     """
     info = copy.copy(declared)
     repeated = get_args(kind)[1:] == (...,)

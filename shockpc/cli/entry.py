@@ -112,8 +112,9 @@ def main(words: Sequence[str]) -> int:
 
 
 def _report_renamed() -> None:
-    """Print each former name of a quantity once on standard error, until Python's warnings are
-    restored.
+    """Print each former name of a quantity once on standard error.
+
+    It does so until Python's warnings are restored.
     """
     reported: set[str] = set()
     show_other = warnings.showwarning

@@ -1,5 +1,6 @@
-"""The options that several commands share, declared once: the fields of records, which a command
-takes by `command`.
+"""The options that several commands share, declared once.
+
+They are the fields of records, which a command takes by `command`.
 """
 
 from collections.abc import Mapping
@@ -85,7 +86,7 @@ PARSERS: dict[Any, Parser] = {
     "flex": definition,
     "torque": setting,
 }
-"""What reads the text of an option: by its field, else by its type."""
+"""Parsers of the text of an option: by its field, else by its type."""
 
 RECORDS = {
     Contact: "contact.",
@@ -97,11 +98,11 @@ RECORDS = {
 """The parts of a scene whose fields are options, and where their keys stand in its file."""
 
 FORMER = {"--flat": "write --contact-kind flat", "--together": "write --contact A+B"}
-"""What to do in place of options that are gone."""
+"""Advice in place of options that are gone."""
 
 
 def instead_of(option: str) -> str:
-    """What to do in place of an option that no command has; empty for any other word.
+    """The advice in place of an option that no command has; empty for any other word.
 
     Args:
         option: as typed, such as "--srdf".
@@ -223,7 +224,7 @@ class SceneOptions(NamedTuple):
 
     @property
     def typed(self) -> bool:
-        """Whether any option was."""
+        """True if any option was typed."""
         others = any(self._replace(given={}))
         return others or any(value not in (None, ()) for value in self.given.values())
 
@@ -286,7 +287,7 @@ class RunOptions(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """How the results of a study are given."""
+    """The options for the results of a study: their format and their folder."""
 
     format: Literal["table", "json", "csv", "markdown", "pdf"] = in_output(
         "What is printed; pdf: figures of --out. [default: table]", default="table"

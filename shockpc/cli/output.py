@@ -1,4 +1,4 @@
-"""What a command produces: standard output, files, scenes."""
+"""The output of a command: standard output, files, scenes."""
 
 import os
 import sys
@@ -28,8 +28,9 @@ SCENE = "scene file"
 
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
-    """The files that --save-scene writes: the file itself for one landing, else a file each, named
-    after the contact.
+    """The files that --save-scene writes.
+
+    It is the file itself for one landing, else a file each, named after the contact.
 
     Raises:
         OutputError: one of them is there already and may not be replaced, or none can be written
@@ -50,8 +51,9 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
 
 
 def exit_code(failed: int, rows: int, strict: bool, defects: Sequence[str] = ()) -> int:
-    """The exit code of a study of many landings, after its results are given; how many failed is
-    said on standard error.
+    """The exit code of a study of many landings, after its results are given.
+
+    The number that failed is printed on standard error.
 
     Args:
         failed: number of landings that could not be computed.
@@ -73,8 +75,9 @@ def exit_code(failed: int, rows: int, strict: bool, defects: Sequence[str] = ())
 def emit(
     report: "Report", output: OutputOptions, scenes: Mapping[Path, str] = MappingProxyType({})
 ) -> None:
-    """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot
-    hold, on standard error.
+    """Write the files of a report into a folder, if one is asked for, and print it.
+
+    What CSV cannot hold is printed on standard error.
 
     Args:
         report: what is printed. Where it has no verdict, nothing is written.

@@ -42,7 +42,7 @@ def finite(text: str) -> float:
 
 
 def whole(option: Option) -> Callable[[str], int]:
-    """What reads a whole number within the bounds of an option."""
+    """A parser of a whole number within the bounds of an option."""
 
     def read(text: str) -> int:
         try:
@@ -136,8 +136,9 @@ def armature(text: str) -> Inertia:
 
 
 def rotor(text: str) -> Motor:
-    """JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR], where the inertia and the ratio may each be
-    [LOW,HIGH].
+    """Rotor from JOINT=INERTIA[:RATIO[:STIFFNESS]][:GEAR].
+
+    The inertia and the ratio may each be [LOW,HIGH].
     """
     name, values = definition(text)
     numbers = values.split(":")
@@ -225,8 +226,9 @@ def path(text: str) -> Path:
 
 
 def robot_name(text: str) -> str:
-    """A robot's name or path as it was typed, because `./dog` is a path and `dog` a name; what
-    cannot be a path is neither.
+    """A robot's name or path as it was typed.
+
+    It is kept because `./dog` is a path and `dog` a name; what cannot be a path is neither.
     """
     path(text)
     return text

@@ -1,5 +1,6 @@
-"""The process of a command: signals, and the standard streams in whatever state the caller left
-them.
+"""The process of a command: signals and standard streams.
+
+The caller may have left the streams in any state.
 """
 
 import contextlib
@@ -30,8 +31,9 @@ class _Lenient(io.FileIO):
 
 
 def prepare() -> None:
-    """Let Ctrl-C and SIGTERM unwind a run, so that files which are half written are removed; make
-    standard error safe to write to.
+    """Let Ctrl-C and SIGTERM unwind a run, and make standard error safe to write to.
+
+    Files that are half written are removed by the unwinding.
 
     Signals that the caller wants ignored (nohup, or a job in the background) are. A message that
     nobody can receive, because standard error is closed, full or a pipe without a reader, must not
@@ -65,8 +67,9 @@ def print_error(text: str) -> None:
 
 
 def write_stdout(text: str) -> None:
-    """Write to standard output, in UTF-8 whatever the terminal's encoding: a JSON document is the
-    same bytes everywhere.
+    """Write to standard output, in UTF-8 whatever the terminal's encoding.
+
+    A JSON document is then the same bytes everywhere.
 
     Raises:
         OutputError: it cannot be written, because the disk is full for example. A pipe without a

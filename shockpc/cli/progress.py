@@ -1,4 +1,4 @@
-"""How far a long command is: one line on standard error, on a terminal alone."""
+"""The progress of a long command: one line on standard error, on a terminal alone."""
 
 import sys
 import threading
@@ -39,8 +39,9 @@ def shown_trace() -> Trace:
 
 
 def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
-    """A function to call with the name of each part that is done, or with a number of `parts`; its
-    line goes after the last.
+    """A function to call with the name of each part that is done, or with a number of `parts`.
+
+    Its line goes after the last part.
 
     Args:
         what: is counted, such as "robots read".

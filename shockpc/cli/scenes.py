@@ -31,8 +31,9 @@ AnyRecord = TypeVar("AnyRecord", Contact, Posture, Joints, Scene, Strike)
 def scenes_from(
     robot: str, options: SceneOptions, trace: Trace | None = None
 ) -> tuple[Robot, list[Scene]]:
-    """The robot, and one scene for each landing that the options describe; without a contact the
-    default landings.
+    """The robot, and one scene for each landing that the options describe.
+
+    Without a contact they are the default landings.
 
     An option replaces what a scene file says.
 
@@ -101,8 +102,9 @@ def _sliding(contact: Contact, scene: Scene) -> Contact:
 def landings_from(
     names: Iterable[str], options: SceneOptions, trace: Trace | None = None
 ) -> dict[str, tuple[Robot, Scene]]:
-    """All landings of scenes and robots by name, those of a robot without contacts the default
-    ones; each with its robot.
+    """All landings of scenes and robots by name, each with its robot.
+
+    Those of a robot without contacts are the default ones.
     """
     names = list(dict.fromkeys(names))
     landings: dict[str, tuple[Robot, Scene]] = {}
@@ -161,12 +163,11 @@ def _robot_of(scene: Scene, contacts: Iterable[str]) -> Robot:
 def with_contact(
     robot: str, options: SceneOptions, contacts: list[str]
 ) -> tuple[SceneOptions, list[str]]:
-    """Options with a contact until the rows' are set, where neither options nor scene give one; and
-    the rows' contacts.
+    """Options with a contact until the rows' are set, and the rows' contacts.
 
-    It is the first of them that means one landing of the robot; rows with another text are refused
-    later. So is a row without any, which would have that of the others: it has a text that names
-    nothing.
+    The contact is added where neither options nor scene give one. It is the first of the rows' that
+    means one landing of the robot; rows with another text are refused later. So is a row without
+    any, which would have that of the others: it has a text that names nothing.
 
     Raises:
         ShockError: the scene or the robot cannot be read.
@@ -180,8 +181,9 @@ def with_contact(
 
 
 def file_names(scenes: list[Scene]) -> list[str]:
-    """The landings' contacts as names of files, all different; none leads out of its folder, is
-    hidden or is too long.
+    """The landings' contacts as names of files, all different.
+
+    None leads out of its folder, is hidden or is too long.
     """
     names: list[str] = []
     taken: set[str] = set()
@@ -236,13 +238,14 @@ def scene_named(name: str) -> Scene:
 
 
 def is_scene_file(name: str) -> bool:
-    """Whether what is analysed is a scene, not a robot."""
+    """True if a scene is analysed, not a robot."""
     return Path(name).suffix.casefold() == ".toml" or ".toml:" in name
 
 
 def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[Contact, ...]]:
-    """The contacts of each landing: those that are named, else the scene's, else those of
-    `default_landings`.
+    """The contacts of each landing.
+
+    They are those that are named, else the scene's, else those of `default_landings`.
     """
     if scene.contact and not options.contact:
         return [scene.contact]
@@ -255,8 +258,9 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
 
 
 def _up(scene: Scene) -> tuple[str, ...]:
-    """The direction that a sliding contact keeps: z, or the world's y in the plane seen from above
-    with a velocity in it.
+    """The direction that a sliding contact keeps: z, or the world's y.
+
+    It is y in the plane seen from above with a velocity in it.
     """
     velocity = scene.strike.velocity
     seen_from_above = plane_of(check_scene(scene)).level
@@ -310,7 +314,10 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
 
 
 def _strike(strike: Strike, options: SceneOptions) -> Strike:
-    """The strike with the options applied; one way of giving the velocity replaces the scene's way."""
+    """The strike with the options applied.
+
+    One way of giving the velocity replaces the scene's way.
+    """
     given = options.fields(Strike)
     replaced: dict[str, Any] = dict.fromkeys(replaced_ways(given))
     strike = dataclasses.replace(strike, **replaced)

@@ -1,5 +1,6 @@
-"""Commands that follow from the declarations of studies: the signature gives the options, the
-result is reported.
+"""Commands that follow from the declarations of studies.
+
+The signature gives the options, and the result is reported.
 """
 
 import inspect
@@ -85,8 +86,9 @@ def study_options(study: Callable[..., Any]) -> Declared:
 
 
 def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None) -> dict[str, Any]:
-    """The arguments of a study that were typed, in SI units; those that were not keep their
-    defaults.
+    """The arguments of a study that were typed, in SI units.
+
+    Those that were not typed keep their defaults.
     """
     parameters, values = (
         declaration(study).parameters,
@@ -101,7 +103,7 @@ def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None
 
 
 class Input(NamedTuple):
-    """What a study takes from files and the options of a landing.
+    """The input of a study from files and the options of a landing.
 
     Attributes:
         typed: arguments of the command by name, with type and declaration; the options of a landing
@@ -123,8 +125,9 @@ class Input(NamedTuple):
 
 
 def study_command(name: str, package: str) -> Command:
-    """The command of a study: the function `NAME` of the module `study` of its package, reported by
-    `NAME_report` of the module `report`.
+    """The command of a study: the function `NAME` of the module `study` of its package.
+
+    The result is reported by `NAME_report` of the module `report`.
     """
     study = pkgutil.resolve_name(f"{package}.study:{name}")
     declared = declaration(study)
@@ -188,8 +191,9 @@ SETTINGS = {"joint": "set", "armature": "armature", "joint-stiffness": "joint-st
 
 
 def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variation]) -> None:
-    """Refuse options that have no effect, because each landing of a study has a value of what they
-    give.
+    """Refuse options that have no effect.
+
+    They have none because each landing of a study has a value of what they give.
 
     Of a glob of joints one that does not vary is enough to have an effect, and components of zero
     say nothing.
@@ -290,7 +294,7 @@ def refuse_unasked(
 def _varied(
     study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot
 ) -> Iterator[Variation]:
-    """What varies from landing to landing of a study."""
+    """The variations from landing to landing of a study."""
     for name, parameter in declaration(study).parameters.items():
         if parameter.option.holds == "varied":
             for subject, values in typed[name]:
@@ -373,13 +377,13 @@ INPUTS: dict[str, Input] = {
         _designs,
     ),
 }
-"""What a study reads, by the name of its parameter: one landing; landings by name, without contacts
+"""Inputs of a study, by the name of its parameter: one landing; landings by name, without contacts
 those of `default_landings`;
 postures of one robot by name; one landing of each design. Wings add what their studies read."""
 
 
 def inputs_of(reads: str) -> Input:
-    """What a study takes that reads this."""
+    """The input of a study that reads this."""
     known = dict(INPUTS)
     for inputs in from_wings("inputs", "INPUTS"):
         known |= inputs
