@@ -125,13 +125,9 @@ def shared_robot(
     Raises:
         ShockError: as for `load_robot`.
     """
-    key = (
-        robot,
-        *(tuple(sorted(given.items())) for given in (xacro, packages)),
-        srdf,
-        free,
-        os.environ.get("ROS_PACKAGE_PATH"),
-    )
+    arguments = tuple(sorted(xacro.items()))
+    folders = tuple(sorted(packages.items()))
+    key = (robot, arguments, folders, srdf, free, os.environ.get("ROS_PACKAGE_PATH"))
     shared = _SHARED.pop(key, None)
     if shared is None or not shared[0].folders.unchanged():
         shared = read_source(robot, xacro=xacro, packages=packages, srdf=srdf, freed=free), {}
@@ -176,7 +172,9 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     Its rotations are exact and its mimic joints in order.
     """
     model = robot.model
-    postures = {**robot.postures, **({} if srdf is None else read_srdf(srdf, model, robot.start))}
+    postures = dict(robot.postures)
+    if srdf is not None:
+        postures |= read_srdf(srdf, model, robot.start)
     if model.nv > _MOST_VELOCITIES:
         limit = f"and up to {_MOST_VELOCITIES} are computed"
         raise RobotError(
@@ -185,39 +183,58 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     refuse_number(
         "drives", "the largest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²"
     )
-    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of
-    # bodies multiplies what is missing.
-    for place in model.jointPlacements:
-        R = place.rotation
-        # By einsum, whose rounding is the same on every processor.
-        place.rotation = 0.5 * np.einsum(
-            "ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R)
-        )
-    robot = replace(
-        robot, postures=postures, mimics=_leaders_first(robot), start=np.array(robot.start)
-    )
-    for joint in robot.single_joints:
-        if joint.axis is not None and joint.kind != "continuous":
-            low, high = joint.limits
-            value = min(max(joint.value(robot.start), low), high)
-            if abs(value - joint.value(robot.start)) > LIMIT_SLACK and low <= high:
-                joint.set(value, robot.start)
+    _make_rotations_exact(model)
+    mimics = _leaders_first(robot)
+    robot = replace(robot, postures=postures, mimics=mimics, start=np.array(robot.start))
+    _move_within_limits(robot)
     robot.set_followers(robot.start)
     freeze(robot.start)
-    name, joints = standing_posture(robot), slice(7 * robot.free_base, None)
-    # A keyframe that only places the base says nothing of the legs: the same robot as a URDF has
-    # none.
-    placed = (
-        robot.source.kind == "mjcf"
-        and name in postures
-        and np.array_equal(postures[name][joints], robot.start[joints])
-    )
-    if (name == "neutral" or placed) and (bent := bent_legs(robot)) is not None:
-        postures[BENT] = read_only(bent)
+    if not _has_posture_of_legs(robot):
+        bent = bent_legs(robot)
+        if bent is not None:
+            postures[BENT] = read_only(bent)
     # A second copy of the robot would have to find what it is made of again.
     vars(robot)["settings"] = simulator_settings(robot)
     vars(robot)["default_drives"] = default_drives(robot)
     return robot
+
+
+def _make_rotations_exact(model: pin.Model) -> None:
+    """Make the rotations of joint placements as good as doubles allow: a chain of bodies multiplies
+    what is missing.
+    """
+    for place in model.jointPlacements:
+        # One step of Newton's iteration R ← R (3 − RᵀR) / 2, by einsum, whose rounding is the same
+        # on every processor.
+        R = place.rotation
+        missing = 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R)
+        place.rotation = 0.5 * np.einsum("ij,jk->ik", R, missing)
+
+
+def _move_within_limits(robot: Robot) -> None:
+    """Move joints that start outside their limits to the nearest limit."""
+    for joint in robot.single_joints:
+        if joint.axis is None or joint.kind == "continuous":
+            continue
+        low, high = joint.limits
+        value = joint.value(robot.start)
+        nearest = min(max(value, low), high)
+        if abs(nearest - value) > LIMIT_SLACK and low <= high:
+            joint.set(nearest, robot.start)
+
+
+def _has_posture_of_legs(robot: Robot) -> bool:
+    """Whether the standing posture says something of the legs.
+
+    A keyframe that only places the base says nothing of them: the same robot as a URDF has none.
+    """
+    name = standing_posture(robot)
+    if name == "neutral":
+        return False
+    if robot.source.kind != "mjcf" or name not in robot.postures:
+        return True
+    joints = slice(7 * robot.free_base, None)
+    return not np.array_equal(robot.postures[name][joints], robot.start[joints])
 
 
 def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:

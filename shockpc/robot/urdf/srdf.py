@@ -6,6 +6,7 @@ keeps two states of one name apart.
 
 import math
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
@@ -31,36 +32,48 @@ def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
     # one posture.
     postures: dict[str, Array] = {}
     for state in root.iter("group_state"):
-        q = postures.setdefault(state.get("name", ""), np.array(start))
+        title = state.get("name", "")
+        q = postures.setdefault(title, np.array(start))
         for entry in state.iter("joint"):
-            name, text = entry.get("name", ""), entry.get("value", "")
-            base = name == "root_joint" and model.joints[1].shortname() == "JointModelFreeFlyer"
-            if not base and not model.existJointName(name):
-                continue
-            joint = model.joints[1 if base else model.getJointId(name)]
-            values, angle = vector(text, joint.nq), vector(text, 1)
-            if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
-                values = np.array([math.cos(angle[0]), math.sin(angle[0])])
-            if values is None:
-                message = (
-                    f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the '
-                    f'value "{text}"'
-                )
-                raise RobotError(f"{message}, but it takes {joint.nq} numbers", joints=[name])
-            q[joint.idx_q : joint.idx_q + joint.nq] = values
+            _set_joint(q, model, entry, f'{path.name}: posture "{title}"')
     for entry in root.iterfind("rotor_params/joint"):
-        name = entry.get("name", "")
-        if model.existJointName(name):
-            # The attribute that holds the inertia of the rotor is called mass.
-            inertia, ratio = (vector(entry.get(key), 1) for key in ("mass", "gear_ratio"))
-            if inertia is None or ratio is None or inertia[0] < 0.0:
-                raise RobotError(
-                    f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" '
-                    f"and gear_ratio "
-                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of '
-                    f"the rotor [kg m²] not below zero",
-                    joints=[name],
-                )
-            joint = model.joints[model.getJointId(name)]
-            model.armature[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * inertia
+        if model.existJointName(entry.get("name", "")):
+            _add_rotor(model, entry, path.name)
     return {name: read_only(q) for name, q in postures.items()}
+
+
+def _set_joint(q: Array, model: pin.Model, entry: Element, title: str) -> None:
+    """Set what a state gives of a joint in a configuration (nq,). Args: title, of the posture."""
+    name = entry.get("name", "")
+    text = entry.get("value", "")
+    base = name == "root_joint" and model.joints[1].shortname() == "JointModelFreeFlyer"
+    if not base and not model.existJointName(name):
+        return
+    joint = model.joints[1 if base else model.getJointId(name)]
+    values = vector(text, joint.nq)
+    angle = vector(text, 1)
+    if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
+        values = np.array([math.cos(angle[0]), math.sin(angle[0])])
+    if values is None:
+        raise RobotError(
+            f'{title} gives joint "{name}" the value "{text}", but it takes {joint.nq} numbers',
+            joints=[name],
+        )
+    q[joint.idx_q : joint.idx_q + joint.nq] = values
+
+
+def _add_rotor(model: pin.Model, entry: Element, file: str) -> None:
+    """Set the reflected inertia of a joint, ratio² · inertia of the rotor."""
+    name = entry.get("name", "")
+    # The attribute that holds the inertia of the rotor is called mass.
+    inertia = vector(entry.get("mass"), 1)
+    ratio = vector(entry.get("gear_ratio"), 1)
+    if inertia is None or ratio is None or inertia[0] < 0.0:
+        raise RobotError(
+            f'{file}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and '
+            f'gear_ratio "{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of '
+            f"the rotor [kg m²] not below zero",
+            joints=[name],
+        )
+    joint = model.joints[model.getJointId(name)]
+    model.armature[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * inertia
