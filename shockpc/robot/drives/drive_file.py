@@ -8,7 +8,7 @@ import fnmatch
 import functools
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -227,14 +227,22 @@ def similar_robots(robot: Robot) -> tuple[str, ...]:
     driven = {joint.name for joint in robot.single_joints if joint.kind != "free"}
     alike = []
     for name, mass in _catalogue_masses().items():
-        if driven and 1.0 / ALIKE <= robot.mass / mass <= ALIKE:
-            public = [drive for drive in catalogue_drives(name) if drive.status in PUBLIC]
-            patterns = [pattern for drive in public for pattern in drive.joint if pattern != "*"]
-            if driven == {
-                joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)
-            }:
-                alike.append(name)
-    return tuple(name for name in alike if name in robot.name.casefold()) or tuple(alike)
+        of_like_mass = 1.0 / ALIKE <= robot.mass / mass <= ALIKE
+        if driven and of_like_mass and driven == _joints_with_drives(driven, name):
+            alike.append(name)
+    namesakes = [name for name in alike if name in robot.name.casefold()]
+    return tuple(namesakes or alike)
+
+
+def _joints_with_drives(joints: Collection[str], name: str) -> set[str]:
+    """Those of some joints that known drives of a robot of the catalogue fit by name."""
+    fitting: set[str] = set()
+    for drive in catalogue_drives(name):
+        if drive.status in PUBLIC:
+            for pattern in drive.joint:
+                if pattern != "*":
+                    fitting.update(fnmatch.filter(joints, pattern))
+    return fitting
 
 
 @functools.cache

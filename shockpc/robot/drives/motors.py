@@ -81,19 +81,24 @@ def simulator_settings(robot: Robot) -> frozenset[str]:
     setting of a simulator. Where a file gives one number to `MANY` joints or more and the effort of
     none, nothing says that their drives are the same.
     """
-    armature, effort = robot.model.armature, efforts(robot)
+    effort = efforts(robot)
+    # The reflected inertia of each joint that has one, and its index of velocity.
+    inertias: dict[str, float] = {}
+    indices: dict[str, int] = {}
+    for joint in robot.single_joints:
+        if joint.kind != "free" and robot.model.armature[joint.v].any():
+            inertias[joint.name] = float(robot.model.armature[joint.v.start])
+            indices[joint.name] = joint.v.start
     settings: set[str] = set()
-    joints = {
-        joint.name: joint.v.start
-        for joint in robot.single_joints
-        if joint.kind != "free" and armature[joint.v].any()
-    }
-    for number in {float(armature[v]) for v in joints.values()}:
-        alike = {
-            name: v for name, v in joints.items() if abs(armature[v] - number) <= SAME * number
-        }
-        known = [effort[v] for v in alike.values() if np.isfinite(effort[v])]
-        differ = bool(known) and max(known) > min(known) * (1.0 + SAME)
-        if differ or (not known and len(alike) >= MANY):
-            settings |= set(alike)
+    for number in set(inertias.values()):
+        tolerance = SAME * number
+        alike = [name for name, inertia in inertias.items() if abs(inertia - number) <= tolerance]
+        efforts_alike = effort[[indices[name] for name in alike]]
+        known = efforts_alike[np.isfinite(efforts_alike)]
+        if known.size:
+            is_setting = bool(known.max() > known.min() * (1.0 + SAME))
+        else:
+            is_setting = len(alike) >= MANY
+        if is_setting:
+            settings.update(alike)
     return frozenset(settings)

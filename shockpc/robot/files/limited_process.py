@@ -208,25 +208,32 @@ def _compute(
         os.environ.update(environment)
         if folder is not None:
             os.chdir(folder)
-        limits = {resource.RLIMIT_CPU: seconds, resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: 0}
-        with suppress(OSError):  # elsewhere than on Linux, where memory cannot be limited
-            taken = (
-                int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-                * resource.getpagesize()
-            )
-            limits[resource.RLIMIT_AS] = taken + memory
-        for limit, most in limits.items():
-            hard = resource.getrlimit(limit)[1]
-            resource.setrlimit(
-                limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-            )
-        value, error = None, None
+        _limit(seconds, memory)
+        value = None
+        error: Exception | None = None
         try:
             value = pickle.loads(work)()
-        except Exception as raised:
+        except Exception as raised:  # whatever it is, it is raised in the process that asked
             error = raised
         with open(writing, "wb") as pipe:
             pickle.dump((value, error, inputs), pipe)
         code = 0
     finally:
         os._exit(code)
+
+
+def _limit(seconds: int, memory: int) -> None:
+    """Limit this process.
+
+    Args:
+        seconds: time of the processor.
+        memory: beside what is taken [bytes].
+    """
+    limits = {resource.RLIMIT_CPU: seconds, resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: 0}
+    with suppress(OSError):  # elsewhere than on Linux, where memory cannot be limited
+        pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
+        limits[resource.RLIMIT_AS] = int(pages) * resource.getpagesize() + memory
+    for limit, most in limits.items():
+        _, hard = resource.getrlimit(limit)
+        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(limit, (soft, hard))

@@ -68,11 +68,11 @@ def loops_of(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[L
         links = [robot.frames[m.body(body).name] if body else ground for body in equality.bodies]
         if kind > WELD or links[0].body == links[1].body:  # the same: fixed to one another already
             continue
-        ends = [
-            pin.SE3(link.rotation, link.offset) * held
-            for link, held in zip(links, _held_frames(m, equality), strict=True)
-        ]
-        names = [robot.bodies[link.body].name if link.body >= 0 else ground.name for link in links]
+        ends: list[pin.SE3] = []
+        names: list[str] = []
+        for link, held in zip(links, _held_frames(m, equality), strict=True):
+            ends.append(pin.SE3(link.rotation, link.offset) * held)
+            names.append(robot.bodies[link.body].name if link.body >= 0 else ground.name)
         torque_scale = m.eq_data[equality.number, 10]
         yield Loop(
             name="–".join(names),
