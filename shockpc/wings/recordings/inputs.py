@@ -1,4 +1,4 @@
-"""What the studies of recordings read: a table of landings, or a log."""
+"""Inputs of the studies of recordings: a table of landings, or a log."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -62,6 +62,8 @@ INPUTS = {
         check=_refuse_overridden,
     ),
 }
-"""As of `cli.study_command`: the columns of a table and the landing that gives what these lack; the
-path of a log and one landing on all contacts.
+"""Inputs as in `cli.study_command`: a table or a log, each with its landing.
+
+A table has columns and a landing that gives what these lack; a log has a path and one landing on
+all contacts.
 """

@@ -1,5 +1,6 @@
-"""From a table of landings and the options of a command to columns, and the landing that gives what
-these lack.
+"""Columns of a table of landings, and the landing that gives what they lack.
+
+Both follow from the table and the options of a command.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,8 +30,9 @@ VELOCITY, ANGULAR_VELOCITY = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 """Columns of the base."""
 
 CELLS = ("contact", "stance")
-"""Columns that are called as options are, and whose empty cells mean what these say; as those of
-efforts are.
+"""Columns with names of options, whose empty cells mean the values of these.
+
+Empty cells of efforts do the same.
 """
 
 UP = (0.0, 0.0, 1.0)
@@ -65,8 +67,9 @@ def table_and_scene(
 def refuse_overridden(
     options: SceneOptions, scene: Scene, robot: Robot, table: StateColumns
 ) -> None:
-    """Refuse options that have no effect, because a table gives the contacts, posture, motion,
-    torques or friction.
+    """Refuse options that have no effect because a table gives their values.
+
+    These are contacts, posture, motion, torques and friction.
 
     Of a glob of joints one that the table lacks is enough to have an effect, as is one empty cell
     of a column where an empty cell means the scene's value. Components of zero say nothing.

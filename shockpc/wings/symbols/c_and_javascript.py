@@ -80,8 +80,9 @@ def pieces(
 
 
 class _Statements:
-    """The statements of a program: values are numbered, first inputs and constants, then results of
-    operations.
+    """The statements of a program with numbered values.
+
+    Inputs and constants come first, then the results of operations.
 
     Args: as for `pieces`.
 

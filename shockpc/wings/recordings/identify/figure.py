@@ -1,5 +1,6 @@
-"""What measured landings say about unknowns: the error over each of them, and predicted against
-measured jumps before and after.
+"""Figure of identified unknowns: the error over each of them, and measured over predicted jumps.
+
+The jumps are predicted before and after the identification.
 """
 
 from typing import NamedTuple
@@ -20,8 +21,9 @@ CLEAR_MINIMUM = 0.2
 """Smallest error, in errors before, up to which errors are drawn in logarithms."""
 
 ACROSS, REACH, LARGE_MARKS = 3, 1.1, 200
-"""Panels beside one another; half the width of the frame of jumps, in largest measured ones;
-landings that have large marks.
+"""Panels in a row, reach of the frame of jumps, and number of landings up to which marks are large.
+
+The reach is half the width of the frame, in largest measured jumps.
 """
 
 ERRORS_HEIGHT, JUMPS_HEIGHT = 1.9, 3.2

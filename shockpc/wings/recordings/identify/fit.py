@@ -1,6 +1,4 @@
-"""The search for the unknowns of `identify`: those values with which predicted and measured jumps
-differ least.
-"""
+"""Search for the values of unknowns with which predicted and measured jumps differ least."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +19,12 @@ from shockpc.wings.recordings.logs.prediction import (
 )
 
 SEED = 0
-"""Of the Sobol sequence, of the bootstrap and of the parts that are left out."""
+"""Seed of the Sobol sequence, of the bootstrap and of the parts that are left out."""
 
 SOBOL_BITS, STARTS = 8, 2
-"""Binary logarithm of the most points of the Sobol sequence that is searched first; and those from
-which the search goes on.
+"""Binary logarithm of the most points of the Sobol sequence, and number of starts of the search.
+
+The sequence is searched first; the search goes on from the starts.
 """
 
 STEP = 5e-3
@@ -37,7 +36,7 @@ EDGE = 2e-3
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What is minimised.
+    """The fit of predicted to measured jumps.
 
     Unknowns are shares u (p,) of their ranges, in logarithms where these are so.
 
@@ -71,8 +70,9 @@ class Fit:
         return tuple(map(value_of, self.predictor.unknowns, u.tolist()))
 
     def jumps(self, u: Array) -> Array:
-        """Predicted jumps (n, k) of the landings that are used, by their energies or noise; without
-        prediction no jump.
+        """Predicted jumps (n, k) of the landings that are used, by their energies or noise.
+
+        A landing without prediction has no jump.
         """
         jumps = np.nan_to_num(self.predictor(self.values(u)).jumps)
         return np.asarray((self.whitening @ jumps[..., None])[self.used, :, 0])
@@ -84,8 +84,9 @@ class Fit:
         return np.asarray((self.whitening @ difference[..., None])[self.used, :, 0])
 
     def derivatives(self, u: Array, step: Array | float = STEP) -> Array:
-        """Derivatives (n, k, p) of the residuals: differences to both sides, as far as the range
-        allows.
+        """Derivatives (n, k, p) of the residuals, by differences to both sides.
+
+        At a bound of the range the difference is to one side.
         """
         columns = []
         for j, h in enumerate(np.broadcast_to(step, self.p)):
@@ -135,7 +136,7 @@ class Solution(NamedTuple):
 
 
 def fit_of(predictor: Predictor, noise: Array | None) -> Fit:
-    """What is minimised for a predictor.
+    """The fit of a predictor to what was measured.
 
     Args: noise, (k,) standard deviations of measured velocities, if they are given.
 
@@ -176,8 +177,10 @@ def _too_few(predictor: Predictor, before: Predicted, used: int) -> StudyError:
 def _whitening(
     predictor: Predictor, known: np.ndarray, used: np.ndarray, noise: Array | None, W: Array
 ) -> Array:
-    """Matrices (n, k, k) that make residuals of differences: by the noise, or √(H / 2E) by the
-    inertia H of what was measured and the energy E of the strike.
+    """Matrices (n, k, k) that make residuals of differences.
+
+    They are by the noise, or √(H / 2E) by the inertia H of what was measured and the energy E of
+    the strike.
 
     Args:
         predictor: of the landings.
@@ -244,9 +247,7 @@ def _minimum(fit: Fit) -> tuple[Array, float]:
 
 
 def _apart(points: Array, distance: float) -> list[Array]:
-    """The first points, at most `STARTS`, that are apart from one another by a distance along some
-    axis.
-    """
+    """The first points, at most `STARTS`, that are a distance apart along some axis."""
     starts: list[Array] = []
     for u in points:
         far = all(np.abs(u - start).max() > distance for start in starts)
@@ -290,7 +291,7 @@ def _at_bounds(fit: Fit, best: Array, scale: float) -> Array:
 
 
 def _cost(fit: Fit, scale: float, u: Array) -> float:
-    """What is minimised."""
+    """The sum that is minimised, at shares u."""
     return float(np.sum(np.sqrt(1.0 + np.sum(fit.residuals(u) ** 2, axis=1) / scale**2) - 1.0))
 
 
@@ -304,8 +305,9 @@ def value_of(one: Variation, u: float) -> float:
 
 
 def _soft_l1(z: Array, k: int) -> Array:
-    """SciPy's loss of squares z (n k,): 2 (√(1 + Σz) − 1) of the k residuals of a landing together,
-    along whatever axes.
+    """SciPy's loss of squares z (n k,): 2 (√(1 + Σz) − 1) of each landing.
+
+    Σz is of the k residuals of the landing together, along whatever axes.
     """
     root = np.sqrt(1.0 + z.reshape(-1, k).sum(axis=1))
     share = np.where(np.arange(len(z)) % k == 0, np.repeat(2.0 * (root - 1.0), k), 0.0)

@@ -1,5 +1,6 @@
-"""What measured landings do not tell of the unknowns of `identify`, and what is wrong with the
-model beyond their scatter.
+"""Remarks on what measured landings do not tell of unknowns, and on errors of the model.
+
+An error of the model is one beyond the scatter of the landings.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +25,10 @@ SLIGHT = 0.02
 
 
 def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
-    """What the data do not tell of the unknowns. Args: n, number of landings."""
+    """Remarks on what the data do not tell of the unknowns.
+
+    Args: n, number of landings.
+    """
     results, p = known.unknowns, len(known.unknowns)
     names = [one.variation.subject for one in results]
     if known.scatter < ALIKE:
@@ -47,7 +51,10 @@ def of_unknowns(known: Uncertainty, n: int) -> Iterator[str]:
     for v in known.unseen:
         part = [j for j in range(p) if abs(v[j]) > 0.3 and results[j].state != "no influence"]
         if len(part) == 1:
-            yield f"{names[part[0]]} cannot be determined: over its range it changes the jumps by less than the misfit"
+            yield (
+                f"{names[part[0]]} cannot be determined: over its range it "
+                "changes the jumps by less than the misfit"
+            )
         elif part:
             signs = "with" if v[part[0]] * v[part[1]] > 0.0 else "against"
             yield (
@@ -80,8 +87,10 @@ def of_errors(known: Uncertainty, errors: Mapping[str, float]) -> Iterator[str]:
 
 
 def of_control(fit: Fit) -> Iterator[str]:
-    """That control acts as inertia, where joints whose inertia is unknown hardly move before
-    touchdown, as motors hold them.
+    """A remark that control acts as inertia.
+
+    It is made where joints whose inertia is unknown hardly move before touchdown, as motors hold
+    them.
 
     A damping k_d takes the impulse k_d t Δq̇ in a window t, as an inertia k_d t would.
     """
@@ -115,7 +124,7 @@ def of_control(fit: Fit) -> Iterator[str]:
 
 
 def of_model(fit: Fit, found: Solution, errors: Mapping[str, float]) -> Iterator[str]:
-    """What is wrong beyond the scatter of the landings, or beyond the noise.
+    """Remarks on errors beyond the scatter of the landings, or beyond the noise.
 
     Args: errors, as in `Identification`.
     """

@@ -1,6 +1,4 @@
-"""What measured landings say about unknowns: their values, errors before and after, drives and a
-scene with them.
-"""
+"""Report of identified unknowns: values, errors before and after, drives and a scene with them."""
 
 import dataclasses
 import datetime
@@ -29,7 +27,7 @@ DRIVES, SCENE = "drives.toml", "scene.toml"
 
 
 def identify_report(file: Path, study: Identification) -> Report:
-    """What was found from the table of a file."""
+    """The report of an identification from the table of a file."""
     table = file.name
     return Report(
         name="identify",
@@ -193,8 +191,9 @@ def _share(unknown: Unknown) -> tuple[float, float]:
 
 
 def _ends(model: JointModel, v: int, share: tuple[float, float] | None) -> list[float] | None:
-    """The ends of the inertia at a joint for a file of drives [kg m², kg]; None where it is exact
-    or not known.
+    """The ends of the inertia at a joint for a file of drives [kg m², kg].
+
+    None where the inertia is exact or not known.
 
     Args:
         model: the drives.
@@ -209,8 +208,9 @@ def _ends(model: JointModel, v: int, share: tuple[float, float] | None) -> list[
 
 
 def _drives_text(study: Identification, table: str) -> str:
-    """All drives of the robot with the values that were found, and today's date as their source, as
-    a file for --drives.
+    """All drives of the robot with the identified values, as a file for --drives.
+
+    Their source has today's date.
     """
     day = datetime.date.today().isoformat()
     robot, joints = study.robot, study.scene.joints

@@ -1,5 +1,4 @@
-"""From measured landings to what was unknown of a robot: drives, friction, restitution, stiffness,
-masses.
+"""Unknowns of a robot from measured landings: drives, friction, restitution, stiffness, masses.
 
 The unknowns are those values with which predicted and measured jumps of velocities differ least, in
 the norm of the kinetic energy and relative to the energy of each strike, in which the measurement
@@ -56,7 +55,7 @@ ERRORS = ("before", "after", "left out", "free impulse")
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """What measured landings say about unknowns.
+    """Unknowns of a robot identified from measured landings.
 
     Errors of a landing are ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); the
     statistic is their median. A landing without a prediction counts as one of no jump, whose error

@@ -1,5 +1,4 @@
-"""How well the unknowns of `identify` are known: intervals, what the data do not tell apart, and
-errors of other landings.
+"""Uncertainty of the unknowns of `identify`: intervals, correlation, errors of other landings.
 
 Intervals are a bootstrap over landings: each draw gives landings other weights, and the values
 follow from the derivatives at the solution. So do the values without the landings that are left
@@ -16,16 +15,18 @@ from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, Solution, val
 from shockpc.wings.recordings.logs.prediction import SCALE, energy_roots
 
 DRAWS, FOLDS = 1000, 5
-"""Of the bootstrap; and parts in which landings are left out."""
+"""Draws of the bootstrap, and parts in which landings are left out."""
 
 ALIKE = 0.05
-"""Relative scatter of the predicted jumps over the speeds of the strikes up to which landings are
-all alike.
+"""Largest relative scatter of landings that are all alike.
+
+It is that of the predicted jumps over the speeds of the strikes.
 """
 
 NO_INFLUENCE, UNSEEN = 1e-6, 1e-4
-"""Shares of the jumps: what changes so little over its range has no influence, and what several
-change together is not seen.
+"""Shares of the jumps below which an unknown has no influence, and below which it is not seen.
+
+The first is of a change over the unknown's range, the second of a change of several together.
 """
 
 State = Literal[
@@ -37,7 +38,7 @@ CONFIRMED = 1e-3
 
 
 class Unknown(NamedTuple):
-    """What is known of an unknown.
+    """An unknown with its value and interval.
 
     Attributes:
         variation: the unknown, with its unit and range.
@@ -55,7 +56,7 @@ class Unknown(NamedTuple):
 
 
 class Uncertainty(NamedTuple):
-    """How well the unknowns are known.
+    """Uncertainty of the unknowns.
 
     Attributes:
         unknowns: with their values and intervals.
@@ -76,7 +77,7 @@ class Uncertainty(NamedTuple):
 
 
 class Influence(NamedTuple):
-    """What the data say of the unknowns.
+    """Influence of the unknowns on the data.
 
     Attributes:
         singular: as of `Uncertainty`, not relative.
@@ -99,7 +100,7 @@ class Influence(NamedTuple):
 
 
 def uncertainty(fit: Fit, solution: Solution) -> Uncertainty:
-    """How well the unknowns are known at the solution."""
+    """Uncertainty of the unknowns at the solution."""
     influence = _influence(fit, solution)
     free = influence.free
     n = int(fit.used.sum())
@@ -128,7 +129,7 @@ def uncertainty(fit: Fit, solution: Solution) -> Uncertainty:
 
 
 def _influence(fit: Fit, solution: Solution) -> Influence:
-    """What the data say of the unknowns at the solution.
+    """Influence of the unknowns on the data at the solution.
 
     With the residuals' derivatives D and weights w of the landings, √w D = U S Vᵀ. A direction V_j
     is not seen if its 95 % interval is as wide as the range, or if it changes next to nothing.
@@ -153,7 +154,10 @@ def _influence(fit: Fit, solution: Solution) -> Influence:
 
 
 def _state(influence: Influence, j: int, scatter: float) -> State:
-    """What is known of an unknown. Args: j, its number; scatter, as of `Uncertainty`."""
+    """State of an unknown.
+
+    Args: j, its number; scatter, as of `Uncertainty`.
+    """
     if influence.without[j]:
         return "no influence"
     if influence.vague[j] or scatter < ALIKE:
@@ -162,8 +166,9 @@ def _state(influence: Influence, j: int, scatter: float) -> State:
 
 
 def _correlation(changes: Array, free: np.ndarray) -> Array:
-    """The correlation (p, p) of the values by their changes (m, p) in the draws; NaN of those that
-    are not free.
+    """The correlation (p, p) of the values by their changes (m, p) in the draws.
+
+    It is NaN for values that are not free.
     """
     p = len(free)
     correlation = np.full((p, p), np.nan)
@@ -175,8 +180,9 @@ def _correlation(changes: Array, free: np.ndarray) -> Array:
 
 
 def confirmed(fit: Fit, solution: Solution) -> bool:
-    """True if the scene as it is given predicts the same as the solution, so that no error can
-    fall.
+    """True if the scene as it is given predicts the same as the solution.
+
+    No error can fall then.
     """
     before = np.nan_to_num(fit.before.jumps[fit.used])
     after = np.nan_to_num(solution.predicted.jumps[fit.used])
@@ -184,8 +190,9 @@ def confirmed(fit: Fit, solution: Solution) -> bool:
 
 
 def unidentified(known: Uncertainty) -> Uncertainty:
-    """The same where the values found predict no better than the scene as it is given: nothing is
-    identified.
+    """The uncertainty with no unknown identified.
+
+    It is that of values that predict no better than the scene as it is given.
     """
     unknowns = []
     for unknown in known.unknowns:
@@ -208,8 +215,9 @@ def _scatter(fit: Fit, u: Array) -> float:
 
 
 def _refitted(solution: Solution, free: np.ndarray, counts: Array) -> Array:
-    """By how much (m, p) the shares differ where landings have other weights (m, n), with the
-    derivatives held.
+    """Changes (m, p) of the shares where landings have other weights (m, n).
+
+    The derivatives are held.
 
     Reweighted least squares for all m at once, in 12 steps:
     Σ_n w_n D_nᵀ D_n x = −Σ_n w_n D_nᵀ r_n,  w_n = count_n / √(1 + |r_n + D_n x|² / scale²).
@@ -265,8 +273,9 @@ def errors_left_out(fit: Fit, solution: Solution, free: np.ndarray) -> Array:
 
 
 def errors_of_free_impulse(fit: Fit, solution: Solution) -> Array:
-    """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where it
-    would fit whatever jump.
+    """The errors (n,) with the impulse at the contacts that fits each landing best.
+
+    NaN where it would fit whatever jump.
     """
     predictor = fit.predictor
     values = solution.values
@@ -290,8 +299,9 @@ def errors_of_free_impulse(fit: Fit, solution: Solution) -> Array:
 
 
 def _unexplained(moves: Array, change: Array) -> float:
-    """Norm of the part of a change (k,) that no impulse along moves (k, r) gives; NaN where these
-    are more than half of its numbers.
+    """Norm of the part of a change (k,) that no impulse along moves (k, r) gives.
+
+    NaN where the moves are more than half of its numbers.
     """
     U, s, _ = np.linalg.svd(moves, full_matrices=False)
     U = U[:, s > 1e-9 * s.max(initial=0.0)]
@@ -301,13 +311,14 @@ def _unexplained(moves: Array, change: Array) -> float:
 
 
 def drawn(n: int, draws: int) -> Array:
-    """How often (draws, n) each of n landings is drawn, with replacement."""
+    """Counts (draws, n) of how often each of n landings is drawn, with replacement."""
     return np.random.default_rng(SEED).multinomial(n, np.full(n, 1.0 / n), size=draws).astype(float)
 
 
 def _tails(n: int, p: int) -> tuple[float, float]:
-    """Quantiles of a bootstrap that are the ends of a 95 % interval: those of n landings and p
-    unknowns are too narrow otherwise.
+    """Quantiles of a bootstrap that are the ends of a 95 % interval, of n landings and p unknowns.
+
+    The usual quantiles are too narrow for few landings.
 
     The expanded percentiles of Hesterberg 2015, "What Teachers Should Know About the Bootstrap",
     The American Statistician 69:371.

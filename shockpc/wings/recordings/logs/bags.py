@@ -1,5 +1,6 @@
-"""Bags of ROS 1 and ROS 2 and MCAP files: the joints and the base of a robot from messages of the
-usual types, as columns.
+"""Bags of ROS 1 and ROS 2 and MCAP files: a robot's joints and base as columns.
+
+They are read from messages of the usual types.
 """
 
 from array import array
@@ -25,8 +26,9 @@ NamedNumbers = tuple[tuple[str, ...], Sequence[float]]
 
 
 class _Kind(NamedTuple):
-    """A type of message: what it gives, names of the usual topics, best first, and how its numbers
-    are read.
+    """A type of message: its content, its usual topics, and how its numbers are read.
+
+    The topics are names, best first.
     """
 
     gives: str
@@ -43,8 +45,9 @@ class _Series(NamedTuple):
 
 
 def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str, np.ndarray]:
-    """The columns of a bag: time_ns of the headers of messages, q_JOINT, qd_JOINT, and those of the
-    base, as in recorded tables.
+    """The columns of a bag, as in recorded tables.
+
+    They are time_ns of the headers of messages, q_JOINT, qd_JOINT, and those of the base.
 
     The clock is that of the joints. Of slower topics the samples stand at the nearest times of it,
     and between these is NaN.
@@ -113,8 +116,9 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
 
 
 def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str]) -> list[Any]:
-    """The connections that are read: those asked for, else of what each type gives the one of the
-    most usual name.
+    """The connections that are read.
+
+    They are those asked for, else for the content of each type the one of the most usual name.
     """
     known = [connection for connection in connections if connection.msgtype in KINDS]
     names = list(dict.fromkeys(connection.topic for connection in known))
@@ -165,8 +169,9 @@ def _usual(topic: str, usual: Sequence[str]) -> int:
 
 
 def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.ndarray]:
-    """The columns of several series at the times of the one that has the joints, or else most
-    samples.
+    """The columns of several series at the times of one of them.
+
+    It is the one that has the joints, or else most samples.
     """
     series.sort(
         key=lambda record: (

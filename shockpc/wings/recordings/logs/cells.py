@@ -19,16 +19,19 @@ EMPTY = " (as an empty cell, or a row with too few or too many, is read)"
 
 
 class RowMessages(dict[int, str]):
-    """Why rows are no landings, by number of the row; the first reason of a row counts."""
+    """Reasons why rows are no landings, by number of the row; the first reason of a row counts."""
 
     def refuse(self, wrong: np.ndarray, text: Callable[[int], str]) -> None:
-        """Refuse some rows. Args: wrong, (n,) which ones; text, the reason of a row by its number."""
+        """Refuse some rows.
+
+        Args: wrong, (n,) which ones; text, the reason of a row by its number.
+        """
         for i in np.flatnonzero(wrong).tolist():
             self.setdefault(i, text(i))
 
 
 def empty_cells(cells: np.ndarray) -> np.ndarray:
-    """Which cells hold nothing, or say that they hold no number."""
+    """Mask of the cells that are empty, or say that they hold no number."""
     if cells.dtype.kind not in "UO":
         return np.asarray(np.isnan(cells.astype(float)))
     texts = np.array(

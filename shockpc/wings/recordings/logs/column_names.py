@@ -1,4 +1,4 @@
-"""What the columns of recorded landings and of logs mean, by their names.
+"""Meaning of the columns of recorded landings and of logs, by their names.
 
 Joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw … qz, or
 roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world
@@ -22,8 +22,9 @@ LABELS = {
     "row": ("name", "landing", "event", "id"),
     "time": ("time", "stamp", "timestamp", "t", "__time"),
 }
-"""Columns that name a row, and that are carried through to the results; the first of each that the
-table has.
+"""Columns that name a row; the first of each kind that the table has.
+
+They are carried through to the results.
 """
 
 FRICTION = ("friction", "mu")
@@ -47,13 +48,15 @@ ROS = (
     (re.compile(r".*twist/linear/([xyz])"), "base_v{}_body"),
     (re.compile(r".*twist/angular/([xyz])"), "base_w{}_body"),
 )
-"""Columns of recorded ROS messages JointState and Odometry, whose twist is in the axes of the base.
-A name that ends otherwise is
-left at once, so that the time is linear in its length."""
+"""Columns of recorded ROS messages JointState and Odometry.
+
+The twist of Odometry is in the axes of the base. A name that ends otherwise is left at once, so
+that the time is linear in its length.
+"""
 
 
 class ColumnName(NamedTuple):
-    """What the name of a column says.
+    """Meaning of the name of a column.
 
     Attributes:
         target: the joint, what is known of the base, KEY@PLACE, or a name that means neither.
@@ -78,8 +81,9 @@ class ColumnName(NamedTuple):
 
 
 def column_name(name: str, robot: Robot) -> ColumnName | None:
-    """What the name of a column says, where that of a joint is meant before anything else; None if
-    it is empty.
+    """Meaning of the name of a column; None if it is empty.
+
+    A name of a joint means that joint before anything else.
     """
     if name in robot.joint_names:
         return ColumnName(name)
@@ -114,15 +118,17 @@ def column_name(name: str, robot: Robot) -> ColumnName | None:
 def named_columns(
     columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]
 ) -> dict[str, np.ndarray]:
-    """Columns by the names that are used here: those of ROS and numbered ones expanded, then
-    renamed as for `rows_of`.
+    """Columns by the names that are used here.
+
+    Those of ROS and numbered ones are expanded, then renamed as for `rows_of`.
     """
     return _renamed(_expanded(columns, robot), rename)
 
 
 class StateColumns(NamedTuple):
-    """Columns of a table by the names that `rows_of` knows: positions, rates, and those that are
-    not of the robot's state.
+    """Columns of a table by the names that `rows_of` knows.
+
+    They are positions, rates, and those that are not of the robot's state.
     """
 
     positions: dict[str, np.ndarray]

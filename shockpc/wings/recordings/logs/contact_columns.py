@@ -1,6 +1,4 @@
-"""Which scenes the rows of a table are of: their contacts, velocities of contacts, standing feet
-and friction.
-"""
+"""Scenes of the rows of a table: contacts, velocities of contacts, standing feet and friction."""
 
 import contextlib
 from collections.abc import Mapping, Sequence
@@ -20,8 +18,9 @@ from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, number
 from shockpc.wings.recordings.logs.column_names import FRICTION
 
 ContactVelocities = Mapping[tuple[str, int], Array]
-"""Velocities (n,) of contacts that a table gives, by frame and world axis, NaN where a cell is
-empty [m/s].
+"""Velocities (n,) of contacts that a table gives, by frame and world axis [m/s].
+
+They are NaN where a cell is empty.
 """
 
 
@@ -105,7 +104,7 @@ def row_friction(
 def _row_contacts(
     landing: PosedLanding, columns: Mapping[str, np.ndarray], n: int, messages: RowMessages
 ) -> tuple[list[tuple[Contact, ...]], np.ndarray]:
-    """The different landings, each with its contacts, and which of them (n,) is that of each row."""
+    """The different landings, each with its contacts, and the number (n,) of that of each row."""
     if "contact" not in columns:
         return [landing.scene.contact], np.zeros(n, dtype=int)
     texts, index = np.unique(columns["contact"].astype(str), return_inverse=True)
@@ -171,8 +170,9 @@ def _velocities(
 def _stances(
     landing: PosedLanding, columns: Mapping[str, np.ndarray], n: int, messages: RowMessages
 ) -> tuple[list[tuple[str, ...]], np.ndarray]:
-    """The different sets of standing feet, and which of them (n,) is that of each row; where a cell
-    is empty, the scene's.
+    """The different sets of standing feet, and the number (n,) of that of each row.
+
+    Where a cell is empty, it is the scene's.
     """
     if "stance" not in columns:
         return [landing.scene.stance], np.zeros(n, dtype=int)
@@ -190,8 +190,9 @@ def _stances(
 def _contacts(
     landing: PosedLanding, text: str, rows: np.ndarray, messages: RowMessages
 ) -> tuple[Contact, ...]:
-    """The contacts A+B of rows (n,), each as the scene has it or, if it has not, with all that the
-    first of the scene is given.
+    """The contacts A+B of rows (n,), each as the scene has it.
+
+    One that the scene has not has all that the first of the scene is given.
 
     They are resolved in the posture of the scene. Rows whose text means no contacts are refused,
     and have those of the scene.
@@ -207,8 +208,9 @@ def _contacts(
 
 
 def _frames(robot: Robot, text: str, rows: np.ndarray, messages: RowMessages) -> tuple[str, ...]:
-    """The frames A+B of rows (n,); none where the text means none, and the rows are therefore
-    refused.
+    """The frames A+B of rows (n,); none where the text means none.
+
+    The rows are refused then.
     """
     try:
         landings = landing_frames(robot, text)

@@ -1,4 +1,4 @@
-"""Where a foot that falls is stopped: kinks of its height over time.
+"""Touchdowns of a foot that falls: kinks of its height over time.
 
 Before and behind each sample a straight line is fitted to the heights. A touchdown is where the
 slope of the line ahead exceeds that of the line behind by more than noise explains, the foot fell
@@ -17,22 +17,23 @@ WINDOW, FEWEST = 6e-3, 3
 """Time [s] and samples that a line is fitted to, whichever is longer."""
 
 WIDEST = 25e-3
-"""The same at most, where the heights are so noisy that the smallest jump would not be significant
-[s].
-"""
+"""Largest such time, where noisy heights would hide the smallest jump [s]."""
 
 LEAST_JUMP, SIGNIFICANT = 0.15, 5.0
-"""Smallest jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the
-heights.
+"""Smallest jump of a slope that is a kink [m/s], and that in standard deviations.
+
+These are by the noise of the heights.
 """
 
 STILL_FALLING = 0.5
 """Share of the slope before a kink that may be left after it."""
 
 FULL_FALL = 0.9
-"""Share of the slope with which a foot fell, with which it still falls: the last such sample is
-that of the touchdown. The force of
-the ground takes some milliseconds to stop the foot, so that the lines cross later."""
+"""Share of the slope of its fall with which a foot still falls.
+
+The last such sample is that of the touchdown. The force of the ground takes some milliseconds to
+stop the foot, so that the lines cross later.
+"""
 
 CLEARANCE = 5e-3
 """Height from which a foot comes down again after a landing, beyond noise [m]."""
@@ -41,8 +42,9 @@ REST, SHORTEST = 40e-3, 20e-3
 """Time for which a foot has to stay down, and at the end of a log at least [s]."""
 
 REBOUND, SINKING = 10e-3, 0.25
-"""How much it may rise in that time beyond noise [m]; and sink, as a share of the speed with which
-it fell.
+"""Rise in that time beyond noise that a foot may have [m], and share of its fall that it may sink.
+
+The share is of the speed with which it fell.
 """
 
 NOISE = 6.0
@@ -50,8 +52,9 @@ NOISE = 6.0
 
 
 def line_slopes(t: Array, x: Array, n: int) -> tuple[Array, Array]:
-    """Slopes (N,) of the straight lines through the n intervals behind each sample, and ahead of
-    it; fewer at the ends, NaN of one.
+    """Slopes (N,) of the straight lines through the n intervals behind and ahead of each sample.
+
+    At the ends the intervals are fewer, and the slope of a single sample is NaN.
 
     The weights of the samples are those of least squares for equal intervals; the slopes are exact
     for any intervals of a line.
@@ -76,8 +79,9 @@ def _slopes_behind(t: Array, x: Array, n: int) -> Array:
 
 
 def noise(x: Array) -> float:
-    """Standard deviation of the noise of a smooth signal (N,): of third differences, which have 20
-    times its variance.
+    """Standard deviation of the noise of a smooth signal (N,).
+
+    It is by third differences, which have 20 times its variance.
     """
     return float(1.4826 * np.median(np.abs(np.diff(x, 3))) / np.sqrt(20.0)) if len(x) > 3 else 0.0
 
@@ -105,8 +109,9 @@ class FootLanding(NamedTuple):
 
 
 def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootLanding], list[int]]:
-    """The landings of a foot, and the samples at which it is stopped but does not stay, so that it
-    may bounce.
+    """The landings of a foot, and the samples at which it may bounce.
+
+    There it is stopped but does not stay.
 
     Args:
         t: (N,) times without gaps, rising [s].
@@ -143,8 +148,9 @@ def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootL
 
 
 class _Stop(NamedTuple):
-    """A point that fell and does not any more: last sample before, sample of the kink, and speed of
-    the fall [m/s].
+    """A point that fell and does not any more.
+
+    Last sample before, sample of the kink, and speed of the fall [m/s].
     """
 
     sample: int
@@ -191,8 +197,9 @@ def _stops(t: Array, height: Array) -> Iterator[_Stop]:
 
 
 def _scatter(slope: Array, n: int) -> float:
-    """Standard deviation of slopes about smooth ones: by second differences of those that share no
-    sample (6 times its variance).
+    """Standard deviation of slopes about smooth ones.
+
+    It is by second differences of those that share no sample (6 times its variance).
 
     It also shows what wanders from sample to sample, such as an estimated position.
 

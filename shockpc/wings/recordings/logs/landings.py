@@ -1,5 +1,6 @@
-"""Landings of a recorded table: every row has its configuration and motion before the impact, in
-arrays.
+"""Landings of a recorded table: rows with a configuration and a motion before the impact.
+
+The rows are in arrays.
 """
 
 import contextlib
@@ -42,8 +43,9 @@ OPEN = 0.1
 """Largest change of a position that the table gives, to close a loop [rad, m]."""
 
 CLOSED_BY, RATES_BY = "closed by", "rates closed by"
-"""Columns: the largest change of a given position [rad, m], and of a given rate [rad/s, m/s], that
-closes the loops.
+"""Columns of the largest changes that close the loops.
+
+They are of a given position [rad, m], and of a given rate [rad/s, m/s].
 """
 
 
@@ -94,7 +96,7 @@ class RecordedLandings:
 
     @property
     def extra_headings(self) -> tuple[str, ...]:
-        """How far loops were closed, if there are any."""
+        """Headings of the changes that closed loops, if there are any."""
         return (CLOSED_BY, RATES_BY) if self.closes else ()
 
     @property
@@ -104,7 +106,7 @@ class RecordedLandings:
 
     @property
     def description(self) -> dict[str, Any]:
-        """What the rows depend on, besides scene and robot."""
+        """Settings that the rows depend on, besides scene and robot."""
         table = self.table
         text = hashlib.sha256(
             repr(
@@ -129,7 +131,7 @@ class RecordedLandings:
 
     @functools.cached_property
     def closes(self) -> bool:
-        """Whether there are loops that the rows may leave open."""
+        """True if there are loops that the rows may leave open."""
         return bool(self.first.loops) and not self.table.closed
 
     @property
@@ -234,8 +236,9 @@ class RecordedLandings:
     def _closed(
         self, landing: PosedLanding, q: Array, rates: Array
     ) -> tuple[Array, Array, float, float]:
-        """A configuration and rates with which all loops are closed, and the largest changes of
-        what the table gives.
+        """A configuration and rates with which all loops are closed, and the largest changes.
+
+        The changes are of what the table gives.
 
         First by the joints that the table does not give; if these cannot close them, by the minimum
         change of all, or of the scene's `assemble`.
@@ -284,8 +287,7 @@ class RecordedLandings:
         return profile_of(self.landing(row))
 
     def landing(self, row: int) -> PosedLanding:
-        """The landing of one row, in whose configuration and motion the loops are closed, with its
-        scene.
+        """The landing of a row, with its scene, in a configuration and motion that close the loops.
 
         Raises:
             ShockError: there is none, or they cannot be closed.
@@ -418,8 +420,9 @@ def with_torque(landing: PosedLanding, effort: Array) -> PosedLanding:
 
 
 def robot_of_table(columns: Mapping[str, np.ndarray], scene: Scene) -> Robot:
-    """The robot of a scene, with the geoms that strike in rows of a table where the scene has no
-    contact.
+    """The robot of a scene, with the geoms that strike in rows of a table.
+
+    These count where the scene has no contact.
 
     Raises:
         ShockError: as for `robot_of`.
@@ -440,8 +443,9 @@ def rows_of_table(
     robot: Robot,
     rename: Mapping[str, str] | None = None,
 ) -> RecordedRows:
-    """The rows of a table, as `rows_of` gives them, with a scene that gives what the table does
-    not.
+    """The rows of a table, as `rows_of` gives them.
+
+    The scene gives what the table does not.
 
     Where the scene has no contact, every row has to have its own: one without any is refused, and
     has not those of another.
@@ -525,8 +529,9 @@ def recorded_landings(
 
 
 def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:
-    """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have
-    friction, or a contact.
+    """The quantity and the places of QUANTITY[@PLACES] in all landings of a table.
+
+    Only some of these may have friction, or a contact.
 
     Raises:
         ShockError: it means nothing in any of them.

@@ -1,5 +1,6 @@
-"""The motion of a robot in a log: its configurations, and velocities as slopes of straight lines
-through them.
+"""The motion of a robot in a log: its configurations and velocities.
+
+Velocities are slopes of straight lines through the configurations.
 """
 
 import functools
@@ -40,16 +41,14 @@ CHUNK = 4096
 """Samples whose kinematics are computed together."""
 
 LAG, LEAST_LAG, ALIKE = 20e-3, 1e-3, 0.9
-"""Longest lag of a rate that is looked for, and the smallest that is one [s]; and the smallest
-correlation at it.
-"""
+"""Longest and smallest lag of a rate that is searched [s], and the smallest correlation at it."""
 
 MOST_SAMPLES = 20_000
 """Samples in which lags and noise are looked for."""
 
 
 class LoggedMotion:
-    """What a log says of the motion of a robot.
+    """The motion of a robot as a log tells it.
 
     Attributes:
         robot: the robot.
@@ -166,8 +165,9 @@ class LoggedMotion:
         ]
 
     def has(self, key: str) -> bool:
-        """Whether the log says where the base is ("x", "y", "z"), how it is turned ("w"), or how it
-        moves, as in `TWIST`.
+        """True if the log has a position, an attitude or a velocity of the base.
+
+        Args: key, "x", "y" or "z" of its position, "w" of its attitude, or one of `TWIST`.
         """
         if key in TWIST:
             return key in self._base or self._from_positions(key)
@@ -175,19 +175,24 @@ class LoggedMotion:
         return self._whole or turned or key in self._base
 
     def carried(self, contact: int) -> bool:
-        """Whether all joints that carry a contact are known. Args: contact, its number."""
+        """True if all joints that carry a contact are known.
+
+        Args: contact, its number.
+        """
         return not self._lacking[contact]
 
     def _from_positions(self, key: str) -> bool:
-        """Whether a velocity of the base follows from its position, or an attitude as fast as a
-        gyro. Args: key, of `TWIST`.
+        """True if a velocity of the base follows from its position, or from a fast attitude.
+
+        Fast is as fast as a gyro. Args: key, of `TWIST`.
         """
         return self.has(key[1]) if key[0] == "v" else self.has("w") and not self._slow_attitude
 
     @functools.cached_property
     def gyro(self) -> Array | None:
-        """Angular velocities (n, 3) of the base that the log has, in its axes [rad/s]; None where
-        it lacks them.
+        """Angular velocities (n, 3) of the base that the log has, in its axes [rad/s].
+
+        None where the log lacks them.
         """
         if not (self.free and self._gyro):
             return None
@@ -197,7 +202,8 @@ class LoggedMotion:
         return np.asarray((rotation.swapaxes(1, 2) @ self._rows.before.omega[..., None])[..., 0])
 
     def turning(self, begin: int, end: int, before: bool) -> Array | None:
-        """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s];
+        """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s].
+
         None where the log has neither.
 
         Args: the first and last sample; and whether a touchdown follows on the last one.
@@ -220,8 +226,9 @@ class LoggedMotion:
 
     @functools.cached_property
     def positions(self) -> dict[StatePart, Array]:
-        """Positions (n, k) of the joints [rad, m]; of a free base its place [m] and its quaternion
-        x, y, z, w, without jumps.
+        """Positions (n, k) of the joints [rad, m], and of a free base.
+
+        Those of the base are its position [m] and its quaternion x, y, z, w, without jumps.
         """
         joints = np.empty((len(self.time), len(self.joints)))
         for k, name in enumerate(self.joints):
@@ -234,8 +241,9 @@ class LoggedMotion:
         return {"joints": joints, "base": base}
 
     def around(self, time: float, window: float) -> tuple[int, int]:
-        """First and last sample of a window around a time; of the `FEWEST` nearest samples where it
-        holds fewer [s].
+        """First and last sample of a window around a time [s].
+
+        They are those of the `FEWEST` nearest samples where it holds fewer.
         """
         begin, end = np.searchsorted(
             self.time, (time - 0.5 * window - 1e-9, time + 0.5 * window + 1e-9)
@@ -249,8 +257,9 @@ class LoggedMotion:
         return begin, end - 1
 
     def velocities(self, part: StatePart, begin: int, end: int) -> Array:
-        """Velocities, as in `names`: slopes of the lines through samples begin … end; of the base
-        in world axes.
+        """Velocities, as in `names`: slopes of the lines through samples begin … end.
+
+        Those of the base are in world axes.
 
         The angular velocity is 2 q̇ q̄ of the quaternion. What the log has without its positions is
         the mean over the samples.
@@ -276,8 +285,9 @@ class LoggedMotion:
         )
 
     def uncertainty(self, part: StatePart, window: float) -> float:
-        """Standard deviation of such a slope by the noise of positions, of the noisiest of a part
-        [m/s, rad/s].
+        """Standard deviation of such a slope by the noise of positions [m/s, rad/s].
+
+        It is that of the noisiest position of a part.
         """
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
         columns = self.positions[part][
@@ -301,8 +311,9 @@ class LoggedMotion:
     def rail_before(
         self, lift: int, touch: int, contacts: tuple[int, int], begin: int, end: int
     ) -> float:
-        """Rate of the rail before a touchdown by the flight before it; NaN if that implies no
-        upward speed at its beginning [m/s].
+        """Rate of the rail before a touchdown by the flight before it [m/s].
+
+        NaN if the flight implies no upward speed at its beginning.
 
         In a flight of time T the centre of mass falls freely: it comes down with Δz / T − g T / 2,
         where Δz is the difference of its heights above the foot, and left with Δz / T + g T / 2.
@@ -338,8 +349,9 @@ class LoggedMotion:
         )
 
     def lags(self) -> Iterator[str]:
-        """Warnings of rates that lag behind the slopes of their positions, by the lag at which both
-        correlate best.
+        """Warnings of rates that lag behind the slopes of their positions.
+
+        The lag is the one at which both correlate best.
         """
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
         last, lags = min(last, first + MOST_SAMPLES), dict[str, float]()
@@ -360,14 +372,18 @@ class LoggedMotion:
         if lags:
             least, greatest = min(lags.values()), max(lags.values())
             extent = f"{least:.1f}" if greatest - least < 0.05 else f"{least:.1f} to {greatest:.1f}"
-            yield f"rates lag behind the slopes of their positions by {extent} ms, and are not used: {listed(lags, 8)}"
+            yield (
+                f"rates lag behind the slopes of their positions by {extent} ms, and are not used: "
+                f"{listed(lags, 8)}"
+            )
 
 
 def watched_motion(
     log: Log, scene: Scene, robot: Robot, frames: Sequence[str] | None = None
 ) -> LoggedMotion:
-    """The motion of a robot and of what may touch down: some frames, or all feet and the contacts
-    of the scene.
+    """The motion of a robot and of what may touch down.
+
+    That is some frames, or all feet and the contacts of the scene.
 
     A contact of the scene stands for the foot of its body. Where the log lacks what the heights of
     the other feet follow from, the scene's contacts only are watched.

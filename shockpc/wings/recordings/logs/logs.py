@@ -1,5 +1,6 @@
-"""Logs: time series of a robot's motion from tables with a column of times, and from bags of ROS 1,
-ROS 2 and MCAP files.
+"""Logs: time series of a robot's motion from tables and bags.
+
+A table has a column of times; bags are those of ROS 1, ROS 2 and MCAP files.
 
 What was sampled at different times is brought to the times of one clock, by straight lines between
 neighbouring samples. Nothing is made up over a gap: there the samples are missing, and the log is
@@ -28,8 +29,9 @@ GAP = 5.0
 """Time between neighbouring samples, in median ones, from which it is a gap."""
 
 COMPLETE = 0.8
-"""Share of samples with a velocity of the base from which on samples without one are left out; with
-fewer, the velocity is.
+"""Smallest share of samples with a velocity of the base at which the others are left out.
+
+With fewer, the velocity is left out.
 """
 
 SLOWEST, FASTEST = 20.0, 1e6
@@ -44,13 +46,14 @@ SENSOR = re.compile(r"[aw][xyz]@.+")
 PARTS = dict.fromkeys((*QUATERNION, "roll", "pitch", "yaw"), "attitude") | dict.fromkeys(
     "xyz", "position"
 )
-"""What of the base a column of positions is of."""
+"""Part of the base that a column of positions is of."""
 
 CLOCK = re.compile(rf"({'|'.join(LABELS['time'])})(?:_(s|ms|us|ns))?")
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 EPOCH = 1e8
-"""Seconds since 1970 above which a time without a unit is a date: in s, or a thousand, a million or
-a milliard times that.
+"""Seconds since 1970 above which a time without a unit is a date.
+
+It is in s, or a thousand, a million or a milliard times that.
 """
 
 
@@ -243,7 +246,7 @@ def _of_known_frames(
 
 
 def _whole_samples(state: _State, robot: Robot, n: int, remarks: list[str]) -> np.ndarray:
-    """Which of n samples have all positions, and the rates of the base that most samples have."""
+    """Mask of n samples: they have all positions, and the rates of the base that most have."""
     needed = dict(state.positions)
     for name, x in state.rates.items():
         column = column_name(name, robot)
@@ -294,8 +297,9 @@ def _measured_together(
 def _gyro_of_base(
     robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none
-    where the log has some.
+    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it.
+
+    None where the log has some.
     """
     of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
     frames = (
@@ -314,7 +318,7 @@ def _gyro_of_base(
 
 
 def _known(values: np.ndarray) -> np.ndarray:
-    """Which samples (n,) of a column have all of their numbers."""
+    """Mask (n,) of the samples of a column that have all of their numbers."""
     return np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1))
 
 
@@ -325,8 +329,9 @@ def _period(time: Array, values: Array) -> float:
 
 
 def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, float]) -> None:
-    """Fill what is missing between neighbouring samples of slower columns (n,), along straight
-    lines, except over gaps.
+    """Fill what is missing between neighbouring samples of slower columns (n,).
+
+    It is along straight lines, except over gaps.
 
     A quaternion and its opposite are one rotation: their signs are made continuous first, and their
     length 1 afterwards.

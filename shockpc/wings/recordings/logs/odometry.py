@@ -1,5 +1,6 @@
-"""The velocity of a base by its standing feet: they stay where they are while the joints move, so
-the base moves.
+"""The velocity of a base by its standing feet.
+
+They stay where they are while the joints move, so the base moves.
 """
 
 from collections.abc import Sequence
@@ -14,14 +15,13 @@ from shockpc.method.dynamics import dynamics
 from shockpc.wings.recordings.logs.logged_motion import TWIST, LoggedMotion
 
 DETERMINED = 0.02
-"""Smallest singular value, in largest ones, with which the feet determine a motion: of feet nearly
-on a line it is smaller.
+"""Smallest singular value with which the feet determine a motion, in largest ones.
+
+It is smaller of feet nearly on a line.
 """
 
 SLIP = 0.15
-"""Speed with which standing feet move against each other from which no motion of the base follows
-from them [m/s].
-"""
+"""Relative speed of standing feet from which no motion of the base follows from them [m/s]."""
 
 
 def base_velocity(
@@ -75,8 +75,9 @@ def base_velocity(
 def _standing_rows(
     motion: LoggedMotion, contacts: Sequence[int], begin: int, end: int
 ) -> tuple[Array, Array]:
-    """Rows A (r, 6) by the base's twist (ω, v), and b (r,) with A twist = b: standing feet have no
-    speed while the joints move.
+    """Rows A (r, 6) by the base's twist (ω, v), and b (r,), with A twist = b.
+
+    Standing feet have no speed while the joints move.
     """
     robot = motion.robot
     rates = np.zeros(robot.model.nv)

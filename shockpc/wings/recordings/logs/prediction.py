@@ -1,5 +1,6 @@
-"""Predicted jumps of what recorded landings measured, for values of what is unknown, and the norm
-in which errors count.
+"""Predicted jumps of what recorded landings measured, and the norm of their errors.
+
+They are for values of what is unknown.
 """
 
 import functools
@@ -35,8 +36,9 @@ COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 
 def predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
-    """The columns that predict what was measured, by its key, with all components of the base's
-    jump.
+    """The columns that predict what was measured, by its key.
+
+    All components of the base's jump are among them.
 
     Args:
         study: the landings.
@@ -65,7 +67,10 @@ def predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
 
 
 def _with_friction(key: str, column: Column) -> Column:
-    """The same quantity of the impact with friction. Args: key, of what was measured."""
+    """The quantity of a column in the impact with friction.
+
+    Args: key, of what was measured.
+    """
     selection = column.selection
     if selection.quantity.evaluation.exact == "never":
         return column  # of the impact with friction already
@@ -108,8 +113,9 @@ def _rotations(study: RecordedLandings) -> Array:
 def predicted_later(
     study: RecordedLandings, by_key: Mapping[str, Column], timed: Sequence[Measured]
 ) -> tuple[list[Array], dict[int, str]]:
-    """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness,
-    and failures by row.
+    """The changes (n,) until the time of each measured quantity, and failures by row.
+
+    They are on contacts of finite stiffness.
 
     Args:
         study: the landings.
@@ -137,8 +143,9 @@ def predicted_later(
 
 
 def mobilities(study: RecordedLandings) -> Array:
-    """W = H⁻¹ (n, nv, nv) of the landings, of a free base in the world's components of its velocity
-    and angular velocity.
+    """W = H⁻¹ (n, nv, nv) of the landings.
+
+    That of a free base is in the world's components of its velocity and angular velocity.
 
     Joints are free, and followers follow; along what the base cannot move, and of rows without a
     landing, W is zero or NaN.
@@ -166,9 +173,7 @@ def mobilities(study: RecordedLandings) -> Array:
 
 
 def _velocities(robot: Robot, state: Dynamics) -> Array:
-    """The velocities (N, nv, nv) of which `mobilities` are, for unit joint velocities in N
-    postures.
-    """
+    """The velocities (N, nv, nv) of `mobilities` for unit joint velocities in N postures."""
     velocities = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
     if robot.free_base:
         velocities[:, :6, :6] = state.J[:, [3, 4, 5, 0, 1, 2], :6]
@@ -176,7 +181,7 @@ def _velocities(robot: Robot, state: Dynamics) -> Array:
 
 
 def coordinate(measured: Measured, robot: Robot) -> int:
-    """Which row of `mobilities` a measured velocity has; −1 for another quantity."""
+    """Row of `mobilities` that a measured velocity has; −1 for another quantity."""
     if measured.key in COMPONENTS:
         return COMPONENTS.index(measured.key)
     return (
@@ -187,8 +192,9 @@ def coordinate(measured: Measured, robot: Robot) -> int:
 
 
 def energy_roots(W: Array, chosen: np.ndarray) -> Array:
-    """Matrices R (n, k, k): ‖R δ‖² is the smallest ΔᵀHΔ of all motions Δ in which some velocities
-    jump by δ.
+    """Matrices R (n, k, k) of the least energy of jumps δ: ‖R δ‖².
+
+    That is the smallest ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
 
     Args:
         W: (n, nv, nv) mobilities.
@@ -265,7 +271,7 @@ class Predictor:
 
     @functools.cached_property
     def coordinates(self) -> np.ndarray:
-        """Which rows of `mobilities` (k,) the measured velocities have."""
+        """Rows of `mobilities` (k,) that the measured velocities have."""
         return np.array([coordinate(column, self.robot) for column in self.measured])
 
     def study(self, values: tuple[float, ...] | None) -> RecordedLandings:
@@ -340,8 +346,9 @@ class Predictor:
     def _with_friction(
         self, study: RecordedLandings, values: tuple[float, ...] | None
     ) -> tuple[Array, dict[int, str]]:
-        """The jumps with friction, of which only the impulses of the contacts depend on friction,
-        restitution and scale.
+        """The jumps with friction.
+
+        Only the impulses of the contacts depend on friction, restitution and scale.
         """
         by_subject, others = self.by_subject(values), {"friction": 0.0, SCALE: 1.0}
         if all(contact.kind != "flat" for scene in study.table.scenes for contact in scene.contact):
@@ -360,8 +367,9 @@ class Predictor:
 
     @memoized(MOST_PROBLEMS)
     def problems(self, values: tuple[float, ...] | None) -> Problems:
-        """The landings with friction for values of the unknowns: rows (m,), their problem, and the
-        measured velocities (m, k, ny).
+        """The landings with friction for values of the unknowns.
+
+        They have rows (m,), their problem, and the measured velocities (m, k, ny).
 
         These are for unit free velocities. And why others have none.
         """
@@ -416,8 +424,9 @@ class Predictor:
 
     @functools.cached_property
     def strike_energy(self) -> Array:
-        """Kinetic energy (n,) that each impact takes if its contacts stick without restitution: ½
-        v_inᵀ Λ v_in [J].
+        """Kinetic energy (n,) that each impact takes if it sticks: ½ v_inᵀ Λ v_in [J].
+
+        Its contacts stick without restitution.
 
         It does not depend on what was measured after the impact. NaN where there is no such
         landing.

@@ -1,5 +1,6 @@
-"""Read a table of recorded landings: a row is a touchdown; `column_names` says what its columns are
-called.
+"""Read a table of recorded landings, in which a row is a touchdown.
+
+`column_names` says what its columns are called.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,16 +28,18 @@ from shockpc.wings.recordings.logs.state import (
 )
 
 SERIES_ROWS, SERIES_RATIO = 100, 0.1
-"""Rows of a table with times and no names, and the ratio of von Neumann (1941), mean squared
-difference of successive values over
-twice their variance, of the median column, from and up to which it is taken for a time series. The
-ratio is 1 where rows are independent, and 2 sin²(π f / f_s) for a motion at a frequency f that is
-sampled at f_s."""
+"""Fewest rows of a time series, and its largest ratio of von Neumann (1941).
+
+A table with times and no names is taken for a series by these. The ratio is the mean squared
+difference of successive values over twice their variance, of the median column. It is 1 where rows
+are independent, and 2 sin²(π f / f_s) for a motion at a frequency f that is sampled at f_s.
+"""
 
 
 SAMPLES, SAMPLE_STEP = 3, 20e-3
-"""Rows from which, and median step of rising times up to which [s], rows without names and contacts
-are samples: a foot does not land again so soon.
+"""Fewest rows without names and contacts that are samples, and their largest time step [s].
+
+The step is the median one of rising times: a foot does not land again so soon.
 """
 
 
@@ -78,8 +81,9 @@ def rows_of(
 
 
 def _is_series(columns: Mapping[str, np.ndarray], robot: Robot) -> bool:
-    """True if rows are samples of one motion, most of which are no touchdowns: their times are
-    those of samples, or they change little from one to the next.
+    """True if rows are samples of one motion, most of which are no touchdowns.
+
+    Their times are those of samples, or they change little from one to the next.
     """
     times = _label(columns, robot, "time")
     if times is None or _label(columns, robot, "row") is not None:
@@ -237,7 +241,7 @@ def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: 
 def _origins(
     landing: PosedLanding, columns: Mapping[str, np.ndarray], read: RobotColumns
 ) -> Iterator[tuple[str, bool]]:
-    """What a landing consists of, in words, and whether the table gives it."""
+    """The parts of a landing, in words, each with a flag: the table gives it."""
     robot = landing.robot
     yield "contacts", "contact" in columns
     if "stance" in columns:

@@ -8,15 +8,16 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 FEWEST_NEW, REGULAR = 20, 0.8
-"""New values from which a pattern is one, and the share of them that have to be repeated alike: a
-coarse encoder, or a robot at
-rest, repeats values irregularly."""
+"""Fewest new values of a pattern, and the share of them that have to be repeated alike.
+
+A coarse encoder, or a robot at rest, repeats values irregularly.
+"""
 
 Columns: TypeAlias = MutableMapping[str, Array]
 
 
 def repetitions(values: Array) -> int:
-    """How often every sample is there, 1 if samples are not repeated regularly.
+    """Number of times that every sample is there, 1 if samples are not repeated regularly.
 
     Args: values (n, k), finite.
     """

@@ -1,5 +1,6 @@
-"""Recorded landings as rows: configurations, motions before the impact, contacts, and what was
-measured.
+"""Recorded landings as rows.
+
+A row has a configuration, a motion before the impact, contacts, and what was measured.
 """
 
 from collections.abc import Mapping, Sequence
@@ -84,8 +85,9 @@ class RecordedRows(NamedTuple):
         return self.labels["name"]
 
     def key(self, row: int) -> tuple[int, float | None]:
-        """What decides the landing of a row, whatever its posture and motion: the number of its
-        scene, and its friction.
+        """Key of the landing of a row, whatever its posture and motion.
+
+        It is the number of its scene, and its friction.
         """
         mu = float(self.friction[row])
         return int(self.scene[row]), None if np.isnan(mu) else mu
@@ -106,7 +108,7 @@ class RecordedRows(NamedTuple):
 
 
 def contacts_of(scenes: Sequence[Scene], index: np.ndarray) -> np.ndarray:
-    """What strikes in rows (n,), as `contact_name` has it.
+    """Names of what strikes in rows (n,), as `contact_name` has them.
 
     Args: index, (n,) which of the scenes each row is of.
     """

@@ -1,5 +1,6 @@
-"""Accelerometers and gyros of a log, jumps of velocity that they measured, and samples that a log
-repeats.
+"""Accelerometers and gyros of a log: jumps of velocity that they measured, repeated samples.
+
+Samples that a log repeats are left out.
 
 Columns ax@FRAME, ay@FRAME, az@FRAME are what an accelerometer at a frame reads, in its axes [m/s²]:
 it reads the acceleration less that of gravity, 9.81 upwards at rest. Columns wx@FRAME … are those
@@ -25,16 +26,18 @@ from shockpc.wings.recordings.logs.logged_motion import LoggedMotion
 from shockpc.wings.recordings.logs.logs import Log
 
 LINE = 20e-3
-"""Time before a touchdown through which the line of the motion goes that is no jump [s]; at least
-half of it has to be there.
+"""Time before a touchdown through which the line of the motion goes that is no jump [s].
+
+At least half of it has to be there.
 """
 
 GOOD = 500.0
 """Rate below which an accelerometer has few samples in an impact [Hz]."""
 
 SATURATES, FASTEST_TURN = 19.6, 35.0
-"""Smallest acceleration at which a range may end [m/s²], and angular velocity above the range of
-usual gyros [rad/s].
+"""Smallest end of a range of accelerations [m/s²], and largest angular velocity of gyros [rad/s].
+
+Usual gyros do not exceed it.
 """
 
 
@@ -102,20 +105,30 @@ class Sensors:
         for frame in self.accelerometers:
             a = self._samples("a", frame)
             if 0.8 < (usual := float(np.nanmedian(np.linalg.norm(a, axis=1)))) < 1.2:
-                yield f'the accelerometer at "{frame}" mostly reads {usual:.2f}, as if in g; its columns are in m/s²'
+                yield (
+                    f'the accelerometer at "{frame}" mostly reads {usual:.2f}, as if in g; '
+                    "its columns are in m/s²"
+                )
             for axis, values in zip("xyz", np.abs(a).T, strict=True):
                 held = values == (largest := np.nanmax(values))
                 if largest > SATURATES and (held[2:] & held[1:-1] & held[:-2]).any():
-                    yield f"a{axis}@{frame} stays at {largest:.4g} m/s², its maximum; if that is its range, jumps are too small"
+                    yield (
+                        f"a{axis}@{frame} stays at {largest:.4g} m/s², its maximum; "
+                        "if that is its range, jumps are too small"
+                    )
         for body, w in self.turning.items():
             if (fastest := float(np.nanmax(np.abs(w)))) > FASTEST_TURN:
                 name = body_places(self.motion.robot)[body].name
-                yield f'the gyro of "{name}" reads up to {fastest:.3g} rad/s, beyond 2000 deg/s; convert it if it is in degrees'
+                yield (
+                    f'the gyro of "{name}" reads up to {fastest:.3g} rad/s, beyond 2000 deg/s; '
+                    "convert it if it is in degrees"
+                )
 
     @functools.cached_property
     def _velocities(self) -> Mapping[str, Array]:
-        """Integrals (n, 3) of the accelerometers by frame, in its axes, by trapezoids [m/s]; NaN
-        where a sample is missing.
+        """Integrals (n, 3) of the accelerometers by frame, in its axes, by trapezoids [m/s].
+
+        They are NaN where a sample is missing.
         """
         step, velocities = np.diff(self.log.time)[:, None], {}
         for frame in self.accelerometers:
@@ -130,8 +143,9 @@ class Sensors:
     def jumps(
         self, since: int, first: int, last: int, time: float, window: float
     ) -> dict[str, float]:
-        """Jumps by quantity, of the points that accelerometers and gyros tell and of the rates of
-        turning; NaN where unknown.
+        """Jumps by quantity; NaN where unknown.
+
+        They are of the points that accelerometers and gyros tell and of the rates of turning.
 
         Args:
             since: first sample of the motion before.
@@ -170,8 +184,9 @@ class Sensors:
         }
 
     def _jump(self, values: Array, rows: tuple[int, int, int, int] | None) -> Array:
-        """The mean (3,) of samples from `begin` to `end` less the line through those since some
-        sample up to the first touch.
+        """The mean (3,) of samples from `begin` to `end` less a line.
+
+        The line is through those since some sample up to the first touch.
 
         NaN if any sample is missing, because an integral over it is wrong.
         """

@@ -1,6 +1,4 @@
-"""The robot's state in the rows of a table: what columns hold of it, and the configurations and
-motions that follow.
-"""
+"""The robot's state in the rows of a table: columns, configurations and motions."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -28,21 +26,22 @@ from shockpc.wings.recordings.logs.column_names import (
 DEG = np.pi / 180.0
 
 ANGLES, TWIST = ("roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz")
-"""Of the base."""
+"""Angles and velocities of the base."""
 
 UNKNOWN = (
     "; an unknown velocity of the base is not replaced by the scene's; to use the scene's, leave "
     "out the empty columns: --map vx= …"
 )
-"""What an empty cell of a velocity of the base means."""
+"""Meaning of an empty cell of a velocity of the base."""
 
 TURNS = {"roll": np.pi, "pitch": np.pi}
 """Largest angles of the base [rad]; its yaw may be counted over several turns."""
 
 
 class MeasuredColumn(NamedTuple):
-    """A column that was measured after the impact: its name, what that says, and its numbers (n,),
-    NaN where it is empty.
+    """A column that was measured after the impact.
+
+    It has its name, what that says, and its numbers (n,), NaN where it is empty.
     """
 
     name: str
@@ -51,7 +50,7 @@ class MeasuredColumn(NamedTuple):
 
 
 class RobotColumns(NamedTuple):
-    """What the columns of a table say of its robot, in rad, m and s.
+    """The columns of a table that are of its robot, in rad, m and s.
 
     Attributes:
         arrays: MuJoCo's "qpos" (n, nq) and "qvel" (n, nv), in the order of the robot.
@@ -191,7 +190,10 @@ def _read_state(
 
 
 def _limited_angle(joint: Joint) -> bool:
-    """Whether a joint has limits of its angle; a file without any may give zeros for both of them."""
+    """True if a joint has limits of its angle.
+
+    A file without any may give zeros for both of them.
+    """
     low, high = joint.limits
     return (
         joint.unit == "rad"
@@ -202,7 +204,7 @@ def _limited_angle(joint: Joint) -> bool:
 
 
 def _looks_like_degrees(name: str, values: Array, low: float, high: float) -> list[str]:
-    """A warning of a column in radians that is outside of limits, and in degrees would be inside."""
+    """A warning of a column that is outside of limits in radians, and inside in degrees."""
     outside = (values < low - 0.5) | (values > high + 0.5)
     rows = np.flatnonzero(outside & (values * DEG >= low - 0.1) & (values * DEG <= high + 0.1))
     return [
@@ -233,8 +235,9 @@ def _read_effort(
 def _read_array(
     name: str, values: np.ndarray, robot: Robot, read: RobotColumns, messages: RowMessages
 ) -> None:
-    """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate
-    in body axes.
+    """Read all coordinates, or all velocities, in the layout of MuJoCo.
+
+    A free base turns at a rate in body axes.
     """
     order, size = qpos_order(robot) if name == "qpos" else qvel_order(robot)
     if values.ndim != 2 or values.shape[1] != size:
@@ -293,8 +296,9 @@ def configurations(
 
 
 def motions(landing: PosedLanding, read: RobotColumns, Q: Array) -> Motion:
-    """The motions (n, …) before the impact of the rows; what the table does not give is the
-    scene's.
+    """The motions (n, …) before the impact of the rows.
+
+    The scene gives what the table does not.
 
     Args:
         landing: of the scene.
@@ -330,8 +334,9 @@ def motions(landing: PosedLanding, read: RobotColumns, Q: Array) -> Motion:
 
 
 def _moves_with_joints(landing: PosedLanding) -> bool:
-    """Whether the base has the velocity of the scene where a table gives rates of joints; a fixed
-    one has none by default.
+    """True if the base has the velocity of the scene where a table gives rates of joints.
+
+    A fixed base has none by default.
 
     Raises:
         StudyError: the scene gives a fixed base a speed, which would be added to the motion of the

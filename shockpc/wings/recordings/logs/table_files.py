@@ -32,8 +32,9 @@ MOST_ROWS = 2**24
 
 
 def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dict[str, np.ndarray]:
-    """The columns of recorded landings by name, from a file as `read_table` reads it, or as they
-    are.
+    """The columns of recorded landings by name.
+
+    They are from a file as `read_table` reads it, or as they are.
 
     Raises:
         StudyError: the file cannot be read, there are no rows, or a column holds neither real
@@ -48,8 +49,9 @@ def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dic
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may
-    be (n, k).
+    """The columns of a CSV, Parquet or NPZ file by name.
+
+    They hold numbers or texts (n,); arrays of NPZ may be (n, k).
 
     A column of a CSV file with a cell that is no number holds texts. Of a row that has not a cell
     for each column, only the text at its beginning is kept, because of the others it is not known
@@ -84,8 +86,9 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
 
 
 def _checked(columns: dict[str, np.ndarray], what: str) -> dict[str, np.ndarray]:
-    """The columns of a table, which messages call by a name; refused if there are no rows, or
-    neither numbers nor texts.
+    """The columns of a table, refused without rows or with neither numbers nor texts.
+
+    Messages call the table by a name.
     """
     for name, values in columns.items():
         if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
@@ -192,8 +195,9 @@ def _is_text(cell: str) -> bool:
 
 
 def number(cell: str) -> float:
-    """A number as every program writes it; ValueError for what Python alone reads as one: 1_0, and
-    digits of other scripts.
+    """A number as every program writes it.
+
+    What Python alone reads as a number is a ValueError: 1_0, and digits of other scripts.
     """
     _refuse_other_digits(cell)
     return float(cell)
@@ -291,8 +295,9 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
 
 
 def _values_of_lists(data: bytes) -> int:
-    """How many values the lists of a Parquet file have by its header; pyarrow ends the process
-    where that is corrupt.
+    """Number of values of the lists of a Parquet file by its header.
+
+    Where that is corrupt, pyarrow ends the process.
     """
     import pyarrow.parquet
 

@@ -1,5 +1,6 @@
-"""The landings of a table: how often each value occurs with the worst landings named, and measured
-over predicted jumps.
+"""The landings of a table: a histogram of each column, and measured over predicted jumps.
+
+The worst landings are named.
 """
 
 import math
@@ -23,14 +24,16 @@ MOST_PANELS, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its most bins."""
 
 FRAME_REACH = 1.4
-"""Half the width of the frame of a comparison, in largest measured jumps; predictions beyond it are
-arrows on its edge.
+"""Half the width of the frame of a comparison, in largest measured jumps.
+
+Predictions beyond it are arrows on its edge.
 """
 
 
 def draw_recorded(study: RecordedLandings, results: Table) -> Figure:
-    """Draw how often a value of each column occurs, and the worst landings beside it by name and
-    value.
+    """Draw how often a value of each column occurs, with the worst landings beside it.
+
+    These have their names and values.
     """
     title = f"{robot_name(study.robot)}: {count(study.rows, 'landing')}"
     shown = [column for column in results.main if _known(results, column).size][:MOST_PANELS]
@@ -73,8 +76,9 @@ def _draw_distribution(
 
 
 def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
-    """Draw measured over predicted jumps of the largest group: a column for each joint model, a row
-    for each time.
+    """Draw measured over predicted jumps of the largest group.
+
+    Joint models are columns, times are rows.
     """
     groups = [agreement for agreement in validation.agreements if agreement.name != ALL]
     largest = max(groups, key=lambda agreement: agreement.measured.shape[1])
@@ -169,7 +173,7 @@ def _draw_jumps(panel: Axes, agreement: Agreement, quantities: list[str], reach:
 
 
 def _agreement(agreement: Agreement) -> str:
-    """How well predictions agree, in words where there is no correlation."""
+    """Text of how well predictions agree, in words where there is no correlation."""
     r = agreement.statistics["r"][0]
     error = agreement.statistics["error"][0]
     if np.isfinite(r):

@@ -1,5 +1,6 @@
-"""The landings of a table: ranges of every quantity, the landings themselves, and measured jumps
-against predicted ones.
+"""The landings of a table: ranges of every quantity, and measured against predicted jumps.
+
+The landings themselves are a table too.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -173,7 +174,7 @@ def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Shee
 def _shown_rows(
     study: RecordedLandings, results: Table, order: Sequence[int], rank: Computed | None
 ) -> Sheet:
-    """The same with the columns that people read."""
+    """The table of landings with the columns that people read."""
     labels = ["landing" if name == "name" else name for name in study.table.labels]
     if len(set(study.table.labels["contact"].tolist())) == 1:
         labels.remove("contact")  # as the header says
@@ -196,8 +197,9 @@ def _shown(results: Table) -> list[Computed]:
 
 
 def agreement_sheet(validation: Validation, full: bool = False, intervals: bool = False) -> Sheet:
-    """How well measured and predicted jumps agree: a row for each quantity, a column for each
-    statistic.
+    """Agreement of measured and predicted jumps.
+
+    Each quantity has a row, each statistic a column.
 
     Args:
         validation: the comparison.
@@ -228,7 +230,10 @@ def _closing(
     columns = results.columns
     if study.closes and not np.isnan(columns[CLOSED_BY]).all():
         by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
-        yield f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), rates by {rates:.2g} rad/s (m/s)"
+        yield (
+            f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), "
+            f"rates by {rates:.2g} rad/s (m/s)"
+        )
     if len(results.messages) < study.rows:
         empty = [column for column in results.computed if np.isnan(columns[column.name]).all()]
         yield from without_value((column.name, column.selection.quantity) for column in empty)
@@ -263,8 +268,9 @@ def _closing(
 
 
 def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
-    """A warning of rows that are no landings, because restitution would make energy; with friction
-    they are those that slide.
+    """A warning of rows that are no landings, because restitution would make energy.
+
+    With friction these rows slide.
     """
     (made,) = (
         results.columns[column.name]
@@ -296,4 +302,7 @@ def _warnings(landings: RecordedLandings) -> Iterator[str]:
             outside = np.maximum(low - values, values - high)
             if n := int(np.sum(outside > 1e-4)):
                 most = shown_as(float(outside.max()), joint.unit)
-                yield f'warning: joint "{joint.name}" is outside its limits in {count(n, "landing")}, by at most {most}'
+                yield (
+                    f'warning: joint "{joint.name}" is outside its limits in '
+                    f"{count(n, 'landing')}, by at most {most}"
+                )

@@ -1,6 +1,4 @@
-"""Measured jumps against predicted ones: how well they agree, with bootstrap intervals over the
-landings.
-"""
+"""Agreement of measured and predicted jumps, with bootstrap intervals over the landings."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -37,7 +35,7 @@ from shockpc.wings.recordings.logs.rows import Measured, RecordedRows
 from shockpc.wings.recordings.logs.table_files import columns_of
 
 DRAWS, SEED = 2000, 0
-"""Of the bootstrap."""
+"""Number of draws and seed of the bootstrap."""
 
 FEWEST = 10
 """Landings below which chance makes correlations, and draws repeat too few landings for intervals.
@@ -66,7 +64,7 @@ UNKNOWN = (np.nan, np.nan, np.nan)
 
 
 class Agreement(NamedTuple):
-    """How well the prediction of a joint model agrees with what was measured.
+    """Agreement of the prediction of a joint model with what was measured.
 
     Attributes:
         model: name of the joint model; of the prediction on contacts of finite stiffness with that
@@ -174,8 +172,9 @@ def recorded(
         ),
     ] = 20,
 ) -> Evaluation[RecordedLandings]:
-    """The landings of a recorded table, checked; computed part by part as the result is iterated
-    over, or at once by `table`.
+    """The landings of a recorded table, checked.
+
+    They are computed part by part as the result is iterated over, or at once by `table`.
 
     Args:
         table: a CSV, Parquet or NPZ file, or its columns by name, such as the table of
@@ -198,8 +197,9 @@ def recorded(
 def refuse_unused(
     scene: Scene, rows: RecordedRows, evaluation: Evaluation[RecordedLandings]
 ) -> None:
-    """Refuse a friction or a contact stiffness of a scene on which nothing depends that is
-    computed, or compared with a table's.
+    """Refuse a friction or a contact stiffness of a scene that has no effect.
+
+    Nothing that is computed, or compared with a table's, depends on it then.
 
     Args:
         scene: gives what the table does not.
@@ -361,8 +361,9 @@ def _agreement(
 def _statistics(
     measured: Array, predicted: Array, energy: Array
 ) -> dict[str, tuple[float, float, float]]:
-    """The statistics of `Agreement`, with intervals: landings are drawn with replacement, each with
-    all of its quantities.
+    """The statistics of `Agreement`, with bootstrap intervals.
+
+    Landings are drawn with replacement, each with all of its quantities.
 
     Args:
         measured: (n, k) jumps.
@@ -395,8 +396,9 @@ def _statistics(
 
 
 def _of_samples(measured: Array, predicted: Array, energy: Array, draws: np.ndarray) -> Array:
-    """The statistics (6, m), as `STATISTICS`, of draws (m, n) of landings by number; NaN where one
-    has no meaning.
+    """The statistics (6, m), as `STATISTICS`, of draws (m, n) of landings by number.
+
+    NaN where one has no meaning.
 
     With predicted jumps p, measured ones q and their deviations x and y from their means:
     r = Σ x y / √(Σ x² Σ y²), slope = Σ x y / Σ x², errors = median of ‖p − q‖ / ‖q‖ and of those in
@@ -449,8 +451,9 @@ def _from_others(values: Array, known: np.ndarray, draws: np.ndarray) -> Array:
 
 
 def _squares(deviations: Array, values: Array) -> Array:
-    """The sums of squares (m,) of deviations (m, n, k) of values; NaN where these are equal, and
-    rounding alone deviates.
+    """The sums of squares (m,) of deviations (m, n, k) of values.
+
+    NaN where the values are equal, and rounding alone deviates.
     """
     squares = np.sum(deviations**2, axis=(1, 2))
     return np.where(squares > EQUAL**2 * np.sum(values**2, axis=(1, 2)), squares, np.nan)

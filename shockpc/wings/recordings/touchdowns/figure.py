@@ -1,5 +1,6 @@
-"""The touchdowns of a log: heights of the feet over all of it, and around some touchdowns with the
-windows of the velocities.
+"""The touchdowns of a log: heights of the feet over time, and some touchdowns enlarged.
+
+These have the windows of the velocities.
 """
 
 from collections.abc import Sequence
@@ -24,8 +25,9 @@ POINTS = 4000
 
 
 def draw_touchdowns(study: Touchdowns) -> Figure:
-    """Draw the heights, or flags, over time with all touchdowns; under it some touchdowns, and what
-    was taken before and after.
+    """Draw the heights, or flags, over time with all touchdowns, and some touchdowns under it.
+
+    These show what was taken before and after.
     """
     shown = _spread(study.landings)
     columns = max(1, min(COLUMNS, len(shown)))
@@ -85,8 +87,9 @@ def _label(study: Touchdowns) -> str:
 def _draw_curves(
     axes: Axes, study: Touchdowns, x: np.ndarray, samples: slice, start: float
 ) -> None:
-    """Draw the heights [mm] of all contacts, or what the log has instead; gaps of the log stay
-    open.
+    """Draw the heights [mm] of all contacts, or what the log has instead.
+
+    Gaps of the log stay open.
     """
     breaks = np.flatnonzero(np.diff(study.log.segment[samples]))
     for c, frame in enumerate(study.frames):

@@ -1,4 +1,4 @@
-"""When a contact touches by a column of flags or of forces in a log."""
+"""Times at which a contact touches, by a column of flags or of forces in a log."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,13 +10,15 @@ from shockpc.core.spatial import Array
 from shockpc.text.errors import StudyError, UnknownName
 
 OFF = 20e-3
-"""Time without contact before a touchdown, and with it for half of that time after it, if the foot
-does not bounce [s].
+"""Time without contact before a touchdown [s].
+
+For half of that time after it there is contact, if the foot does not bounce.
 """
 
 BOUNCE = 10.0
-"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in
-thresholds of the force.
+"""Mean force from which a foot that bounces has landed too, in thresholds of the force.
+
+It is the mean over that time after a touchdown.
 """
 
 FORCE = 0.05
@@ -40,8 +42,9 @@ class Flag(NamedTuple):
     force: float | None
 
     def touches(self, t: Array, first: int) -> tuple[list[int], list[int]]:
-        """The last samples before touchdowns, and before contacts that are too short for one,
-        counted from the first.
+        """The last samples before touchdowns, and before contacts that are too short for one.
+
+        Samples are counted from the first.
 
         Args:
             t: (m,) times of a part of the log without gaps [s].

@@ -134,7 +134,10 @@ def _closing(study: Touchdowns) -> Iterator[str]:
         left = count(len(study.landings) - rows, "touchdown")
         yield f"{left} of {len(study.landings)} not in the table; the messages say why"
     if rows:
-        yield f"--out DIR writes the table, touchdowns.csv: {count(rows, 'row')}, which shockpc recorded takes"
+        yield (
+            f"--out DIR writes the table, touchdowns.csv: {count(rows, 'row')}, "
+            "which shockpc recorded takes"
+        )
 
 
 def _document(log: Path, study: Touchdowns) -> dict[str, Any]:

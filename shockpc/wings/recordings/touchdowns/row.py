@@ -1,5 +1,6 @@
-"""What a log says of one touchdown: posture, velocities before and after it, and jumps that
-accelerometers and gyros measured.
+"""A touchdown of a log as a row: posture, velocities before and after, measured jumps.
+
+The jumps are those of accelerometers and gyros.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,8 +41,9 @@ class TouchSamples(NamedTuple):
 
 
 class Missing:
-    """What a row lacks: texts, each with the times after the touchdown [ms] for which it holds in
-    place of {}.
+    """Texts of what a row lacks, each with times.
+
+    These are the times after the touchdown [ms] for which it holds; they are put in place of {}.
     """
 
     def __init__(self) -> None:
@@ -129,8 +131,9 @@ class RowReader:
         return parts
 
     def _before(self, part: StatePart, touch: int) -> tuple[int, int] | None:
-        """The first and the last sample of the line before a touchdown; None where the log begins
-        too late for it.
+        """The first and the last sample of the line before a touchdown.
+
+        None where the log begins too late for it.
         """
         t = self.time
         period = self.motion.period[part]
@@ -160,7 +163,7 @@ class RowReader:
         return {f"after{text}ms_{name}": x for name, x in jumps.items()}
 
     def _posture(self, sample: int) -> dict[str, Any]:
-        """Where the base is, as far as the log knows, and all joints at a sample."""
+        """Position and attitude of the base, as far as the log has them, and joint positions."""
         motion = self.motion
         row: dict[str, Any] = {}
         if motion.free:
@@ -202,7 +205,7 @@ class RowReader:
         return {prefix + key: x for key, x in velocities.items() if key not in self.known}
 
     def _stands_throughout(self, c: int, begin: int, end: int) -> bool:
-        """True if a contact has no flag, or this says contact in all samples from one to another."""
+        """True if a contact has no flag, or this says contact in all samples of a range."""
         if c not in self.flags:
             return True
         return bool((self.flags[c].signal[begin : end + 1] > 1.0).all())
@@ -215,8 +218,9 @@ class RowReader:
         time: float,
         missing: Missing,
     ) -> None:
-        """Add the velocities at a time after a touchdown [s] to a row; NaN where the log does not
-        reach so far.
+        """Add the velocities at a time after a touchdown [s] to a row.
+
+        They are NaN where the log does not reach so far.
         """
         motion = self.motion
         window = self.windows[part]
@@ -243,8 +247,9 @@ class RowReader:
             row |= self._by_feet(prefix, feet, begin, end, missing, what, text)
 
     def _rail_before(self, touch: int, begin: int, end: int) -> float:
-        """Rate of a rail that the log lacks, by the flight since the last contact; NaN without one
-        [m/s].
+        """Rate of a rail that the log lacks, by the flight since the last contact [m/s].
+
+        NaN without such a flight.
         """
         # Last sample of contact before the touchdown, and which contact it is.
         lift, c = -1, 0

@@ -1,5 +1,4 @@
-"""From a log to a table of landings: when the feet touch down, how the robot moves just before, and
-what is measured after.
+"""Table of landings from a log: when feet touch down, and the motion before and after.
 
 A foot lands where its contacts say so, a column of flags or forces, or else where its height over
 time has a kink. Velocities are slopes of straight lines through positions: before, in a window that
@@ -42,14 +41,16 @@ from shockpc.wings.recordings.touchdowns.flags import OFF, Flag, flags_of
 from shockpc.wings.recordings.touchdowns.row import RowReader, TouchSamples
 
 WINDOW = 3e-3
-"""Default of the windows for velocities; each has at least `FEWEST` samples, after a touchdown the
-nearest ones [s].
+"""Default of the windows for velocities [s].
+
+Each window has at least `FEWEST` samples, after a touchdown the nearest ones.
 """
 
 GOOD, TIMES_ONLY = 500.0, 300.0
-"""Rates below which velocities around a touchdown are doubtful (Cassie's jumps, thinned: 2 % off at
-1 kHz, 7 % at 500 Hz, 27 % at
-200 Hz), and below which none is given [Hz]."""
+"""Rates [Hz] below which velocities around a touchdown are doubtful, and below which none is given.
+
+Cassie's jumps, thinned, are 2 % off at 1 kHz, 7 % at 500 Hz and 27 % at 200 Hz.
+"""
 
 NOISY = 0.1
 """Share of the speed of a fall above which the noise of velocities of the base is said."""
@@ -473,8 +474,9 @@ class TouchdownFinder:
             )
 
     def _window(self, part: StatePart, length: float | None) -> float:
-        """Length of the windows for velocities of the joints or the base [s]; infinite where
-        samples are too far apart for one.
+        """Length of the windows for velocities of the joints or the base [s].
+
+        It is infinite where samples are too far apart for a window.
 
         Raises:
             StudyError: in windows of the length given are too few samples.
@@ -572,8 +574,9 @@ class TouchdownFinder:
             )
 
     def _stands(self, c: int, sample: int) -> bool:
-        """True if a contact stands at a sample: by its flag, or as it is still, and no higher than
-        where it lands.
+        """True if a contact stands at a sample.
+
+        Its flag says so, or it is still, and no higher than where it lands.
         """
         if c in self.flags:
             return bool(self.flags[c].signal[sample] > 1.0)
@@ -594,8 +597,10 @@ class TouchdownFinder:
 
 
 def _unit(robot: Robot, name: str) -> str:
-    """The unit of a column: of q_JOINT, before_JOINT, after6ms_JOINT, after6ms_vx,
-    after6ms_KEY@PLACE, or as in `UNITS`.
+    """The unit of a column.
+
+    Its name is q_JOINT, before_JOINT, after6ms_JOINT, after6ms_vx, after6ms_KEY@PLACE, or one of
+    `UNITS`.
     """
     kind, _, subject = name.partition("_")
     if "@" in subject:
