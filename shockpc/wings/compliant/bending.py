@@ -92,26 +92,28 @@ class Bending(NamedTuple):
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
-            f"rigid links {self._held}: right to some 10 % if the first bending mode of "
+            f"rigid links {self._held} are right within some 10 % if the first bending mode of "
             f"{few(self.modes.links, 3)}, in the assembled robot, is above {_hertz(lowest[0])} for "
-            f"jumps and accelerometers below 200 Hz, and above {_hertz(lowest[1])} for forces and "
-            f"the largest torque (EI of {EI[0]} and {EI[1]} N m²)"
+            f"velocity jumps, and above {_hertz(lowest[1])} for forces (EI of {EI[0]} and {EI[1]} "
+            f"N m²)"
         )
         if self.step:
-            first += f". This holds for forces without steps, but {self.step}"
+            first += f". This needs a force without a step, but {self.step}"
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
-        reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
+        reach = (
+            f"jumps on contacts of up to {limits[0]} N/m, and for forces of up to {limits[1]} N/m"
+        )
         if math.isnan(self.mass):
             limits = [
                 f"{1e3 * product / self.modes.metal:.2g}" for product in (FOR_JUMPS, FOR_TORQUES)
             ]
-            reach = f"pulses of {limits[0]} and {limits[1]} ms or longer"
+            reach = f"jumps in pulses of {limits[0]} ms or longer, and for forces of {limits[1]} ms"
         metal = (
-            f"bars or tubes of metal with these inertias reach {_hertz(self.modes.metal)}, right "
-            f"on {reach}"
+            f"bars or tubes of metal with these inertias reach {_hertz(self.modes.metal)}, enough "
+            f"for {reach}"
         )
-        carbon = f"tubes of carbon fibre at most {_hertz(self.modes.carbon)}"
-        return first, f"{metal}; {carbon}; real links are softer: shockpc guide bending"
+        carbon = f"tubes of carbon fibre reach at most {_hertz(self.modes.carbon)}"
+        return first, f"{metal}; {carbon}. Real links are softer: shockpc guide bending"
 
 
 def _hertz(frequency: float) -> str:
