@@ -1,1 +1,4 @@
-"""A motion on springs and dampers whose elements change: mathematics on arrays, with NumPy alone."""
+"""A motion on springs and dampers whose elements change: mathematics on arrays.
+
+It uses NumPy alone.
+"""

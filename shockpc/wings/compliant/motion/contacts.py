@@ -1,5 +1,6 @@
-"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in
-closed form.
+"""A landing on contacts and springs of finite stiffness, in closed form.
+
+It has forces, accelerations and their times.
 
 The geometry is frozen. What remains is a linear system, excited by the velocity before impact and
 by constant forces,
@@ -60,21 +61,24 @@ from shockpc.wings.compliant.motion.state import State
 from shockpc.wings.compliant.motion.system import system_of
 
 SMALLEST_PIVOT = 1e-7
-"""Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M
-counts as positive definite.
+"""Smallest diagonal entry of a Cholesky factor with which M counts as positive definite.
+
+The factor is that of M, scaled to a unit diagonal.
 """
 
 LONGEST = 2.0
-"""Periods of the slowest mode after which a motion ends at the latest: springs without loss may
-press contacts on the ground again
-and again."""
+"""Periods of the slowest mode after which a motion ends at the latest.
+
+Springs without loss may press contacts on the ground again and again.
+"""
 
 MOST_SEGMENTS = 4000
 """Bound of the number of segments of a motion."""
 
 UNDONE_ANGLE = 1e-3
-"""Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny
-oscillation of a row at a turn.
+"""Angle of the fastest element within which a reversal that is undone is no event [rad].
+
+It is a tiny oscillation of a row at a turn.
 """
 
 
@@ -106,8 +110,9 @@ def attach_rotors(
 
 
 def damper_restitution(ratio: Array) -> Array:
-    """The restitution of a mass on a spring and a viscous damper, until their force falls to zero:
-    they do not pull.
+    """The restitution of a mass on a spring and a viscous damper, which do not pull.
+
+    The motion ends where their force falls to zero.
 
     e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel
     2007, Granular Matter 9:465). Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
@@ -116,8 +121,9 @@ def damper_restitution(ratio: Array) -> Array:
 
 
 def rise(ratio: Array) -> Array:
-    """ω times the time until the largest force of a mass on a spring and a viscous damper in
-    series: acos ζ / √(1 − ζ²).
+    """ω times the time until the largest force of a mass on a spring and a damper in series.
+
+    It is acos ζ / √(1 − ζ²) of a viscous damper.
 
     Args: ratio ζ of the damping to the critical one, 2 ζ ω the rate at which the damper lets the
     force decay.
@@ -128,8 +134,9 @@ def rise(ratio: Array) -> Array:
 
 
 def series_damping(restitution: Array) -> Array:
-    """The damping ratio ζ of a mass on a spring and a viscous damper in series, of a restitution e,
-    until the force is zero.
+    """The damping ratio ζ of a mass on a spring and a damper in series, by its restitution e.
+
+    The damper is viscous, and e is that of the motion until the force is zero.
 
     e = exp(−πζ / √(1 − ζ²)), and the rate at which the damper lets the force decay is 2 ζ √(k/m).
     At ζ = 1, e = 0: the force decays without an end, and so does the velocity.
@@ -215,7 +222,7 @@ def simulate_landing(
 
 
 def _remedies(elements: Elements, until: float | None) -> str:
-    """What to do where elements change too often to follow them."""
+    """Text of what to do where elements change too often to follow them."""
     remedies = ["take a softer contact, a larger restitution or none"]
     if np.any(elements.contact < 0):
         remedies.insert(0, "take springs of joints that are stiffer than the contacts as rigid")
@@ -253,7 +260,8 @@ def _check(
 
 
 def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
-    """The coordinates u along some rows: W as in `System`, and to_velocity and from_velocity, with
+    """The coordinates u along some rows: W as in `System`, to_velocity and from_velocity.
+
     u = from_velocity q̇.
 
     From M = LLᵀ, scaled to a unit diagonal: they have unit inertia.

@@ -1,5 +1,6 @@
-"""The first time at which one of several sums of harmonic oscillations, which may decay, falls
-below zero.
+"""The first time at which one of several sums of oscillations falls below zero.
+
+The oscillations are harmonic and may decay.
 
 Between two samples a signal lies above the parabola through them whose curvature is the bound Σ_j
 |λ_j|² |amplitude_j|. Where that stays positive there is no root; elsewhere the samples are refined.
@@ -22,7 +23,7 @@ SAMPLES = (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024))
 """Steps of the intervals that are searched one after another."""
 
 REFINEMENTS = 3
-"""How often a step in which a signal may dip is divided by 16."""
+"""Number of times that a step in which a signal may dip is divided by 16."""
 
 NEGLIGIBLE = 1e-11
 """Share of the amplitudes of a signal below which its start counts as zero."""
@@ -31,8 +32,9 @@ EARLY = 1e-3
 """Angle of the fastest mode [rad] after which the sign of a signal that starts at zero is read."""
 
 MOST_TERMS = 2**31
-"""Bound of the number of terms of oscillations that are evaluated for the events of a motion, or
-for a peak: some ten seconds.
+"""Most terms of oscillations that are evaluated for the events of a motion, or for a peak.
+
+They take some ten seconds.
 """
 
 
@@ -57,8 +59,9 @@ class Effort:
 
 
 class Signals(NamedTuple):
-    """Signals s, start + linear t + square t² + Re Σ_j wave_j (exp(λ_j t) − 1), whose fall below
-    −tolerance is sought.
+    """Signals whose fall below −tolerance is sought: sums of a parabola and oscillations.
+
+    s = start + linear t + square t² + Re Σ_j wave_j (exp(λ_j t) − 1)
 
     Written from their start, slow oscillations of large amplitude, as of what falls against a soft
     spring, cancel no digits.
@@ -162,7 +165,10 @@ class _Search:
         self.bound = of_waves + 2.0 * np.maximum(self._signals.square, 0.0)
 
     def first_fall_of_parabolas(self, time: float) -> tuple[float, int | None]:
-        """The first fall where nothing oscillates; the time that is passed and None if none falls."""
+        """The first fall where nothing oscillates.
+
+        It is the time that is passed and None if none falls.
+        """
         falls = [_falls(*parabola) for parabola in self._parabolas(self._centre)]
         first = min(falls, default=np.inf)
         if first == np.inf:
@@ -170,8 +176,9 @@ class _Search:
         return first, falls.index(first)
 
     def last_possible_fall(self) -> float:
-        """The time after which no signal falls: a signal is below its parabola by its amplitudes at
-        most.
+        """The time after which no signal falls.
+
+        A signal is below its parabola by its amplitudes at most.
 
         One that grows faster than it oscillates is the gap of a contact that opened for good.
         """
@@ -260,8 +267,9 @@ class _Search:
 def _with_waves(
     value: float, slope: float, t: float, modes: list[tuple[float, float, float, float]]
 ) -> tuple[float, float]:
-    """A value and its slope with Re Σ_j w_j (exp(λ_j t) − 1) added, without cancellation at small
-    times.
+    """A value and its slope with Re Σ_j w_j (exp(λ_j t) − 1) added.
+
+    No digits are cancelled at small times.
 
     Args:
         value: without the waves.
@@ -288,7 +296,10 @@ def _with_waves(
 
 
 def _stays(lowest: float, linear: float, square: float) -> float:
-    """The time from which on lowest + linear t + square t² stays positive; infinite if it does not."""
+    """The time from which on lowest + linear t + square t² stays positive.
+
+    It is infinite if it does not.
+    """
     if square < 0.0 or (square == 0.0 and (linear < 0.0 or linear == 0.0 >= lowest)):
         return np.inf
     if lowest > 0.0 <= linear:
@@ -300,8 +311,9 @@ def _stays(lowest: float, linear: float, square: float) -> float:
 
 
 def _falls(level: float, linear: float, square: float) -> float:
-    """The time at which level + linear t + square t², of a level above zero, falls below zero;
-    infinite if it does not.
+    """The time at which level + linear t + square t², of a level above zero, falls below zero.
+
+    It is infinite if it does not fall.
     """
     root = linear**2 - 4.0 * square * level
     if square >= 0.0 and (linear >= 0.0 or root < 0.0):
@@ -310,8 +322,9 @@ def _falls(level: float, linear: float, square: float) -> float:
 
 
 def _with_first_sign(rate: ComplexArray, signals: Signals) -> Signals:
-    """Signals with the signs that count: of one that may have either, that of its start, or if this
-    is zero soon after.
+    """Signals with the signs that count.
+
+    Of one that may have either, that is the sign of its start, or if this is zero soon after.
     """
     soon = EARLY / (float(np.abs(rate).max(initial=0.0)) or 1.0)
     change = soon * (signals.linear + soon * signals.square) + changes(soon * rate, signals.wave)
@@ -346,8 +359,9 @@ def real_sum(values: ComplexArray, wave: ComplexArray) -> Array:
 
 
 def changes(exponent: ComplexArray, wave: ComplexArray) -> Array:
-    """Re Σ_j wave_j (exp(x_j) − 1), (..., s), of exponents (..., m) and waves (s, m), without
-    cancellation at small exponents.
+    """Re Σ_j wave_j (exp(x_j) − 1), (..., s), of exponents (..., m) and waves (s, m).
+
+    No digits are cancelled at small exponents.
     """
     return real_sum(growth(exponent), wave)
 
@@ -362,8 +376,9 @@ def oscillations(exponent: ComplexArray, wave: ComplexArray) -> Array:
 
 
 def rate_of_change(rate: ComplexArray, amplitude: Array, constant: Array | float = 0.0) -> Array:
-    """The frequency (...) with which signals change [rad/s], from the bounds of |s̈| and |s|;
-    amplitude (..., m).
+    """The frequency (...) with which signals change [rad/s], by their amplitude (..., m).
+
+    It follows from the bounds of |s̈| and |s|.
     """
     size = constant + amplitude.sum(axis=-1)
     return np.asarray(

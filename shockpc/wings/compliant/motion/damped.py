@@ -18,8 +18,9 @@ from shockpc.core.spatial import Array
 from shockpc.wings.compliant.motion.crossing import ComplexArray
 
 PARALLEL = 1e6
-"""Size of the coefficients of a state of length 1 from which eigenvectors, of length 1 too, count
-as parallel.
+"""Size of the coefficients from which eigenvectors count as parallel.
+
+They are those of a state of length 1, as the eigenvectors.
 """
 
 CHANGED = (0.0, 1e-9, 1e-8, 1e-7, 1e-6)
@@ -62,8 +63,9 @@ class Damped(NamedTuple):
 
 
 def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
-    """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a
-    velocity (d,).
+    """The oscillations of modes of the frequencies sigma (d,).
+
+    They start from a deflection (d,) and a velocity (d,).
     """
     turning: ComplexArray = np.empty(len(sigma), dtype=complex)
     turning.real, turning.imag = deflection, np.where(sigma > 0.0, -velocity, 0.0)

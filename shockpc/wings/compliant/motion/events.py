@@ -1,11 +1,12 @@
-"""What elements of finite stiffness do, what can happen to them, and what tells of it."""
+"""Elements of finite stiffness: their phases, events, and the signals that tell of these."""
 
 from enum import StrEnum
 from typing import NamedTuple
 
 OPEN, LOADING, UNLOADING = range(3)
-"""What an element does: it is without force, is loaded with its stiffness k, or is unloaded with k
-/ e², and held where e = 0.
+"""Phases of an element: without force, loaded, or unloaded.
+
+It is loaded with its stiffness k, and unloaded with k / e², or held where e = 0.
 """
 
 RATE, FORCE, GAP, TOTAL, PUSH = range(5)
@@ -17,7 +18,10 @@ compressed.
 
 
 class EventKind(StrEnum):
-    """What can happen to an element. A normal that unloads is at the end of its compression."""
+    """Kind of event of an element.
+
+    A normal that unloads is at the end of its compression.
+    """
 
     UNLOADS = "unloads"
     RELOADS = "reloads"
@@ -56,7 +60,7 @@ WATCHED = {
 
 
 class Event(NamedTuple):
-    """What happens to an element at a time [s]; to a contact, at its normal."""
+    """An event of an element at a time [s]; of a contact, at its normal."""
 
     time: float
     element: int
@@ -64,8 +68,9 @@ class Event(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What may happen to an element: it does when offset + sign · the signal of that event falls
-    below −tolerance.
+    """An event that may happen to an element, and the signal that is watched for it.
+
+    It happens when offset + sign · the signal falls below −tolerance.
 
     Attributes:
         element: its number.

@@ -13,14 +13,16 @@ from shockpc.core.spatial import Array
 from shockpc.wings.compliant.motion.motion import Segment, StiffMotion
 
 TOGETHER = 1e-5
-"""Share of a pole within which an oscillation, which is then moved by as much, has the rate of the
-filter.
+"""Share of a pole within which an oscillation has the rate of the filter.
+
+The oscillation is moved by as much then.
 """
 
 
 def filtered(motion: StiffMotion, low_pass: LowPass, tail: float = 0.0) -> StiffMotion:
-    """A motion whose forces are those behind a filter, so that what follows from them is what an
-    accelerometer reads.
+    """A motion whose forces are those behind a filter.
+
+    What follows from them is what an accelerometer reads.
 
     Before the impact the filter has settled on the forces of the springs between bodies and of the
     motors.

@@ -1,5 +1,6 @@
-"""The motion of a landing on elements of finite stiffness, as `stiffness` solves it, and the peaks
-of what follows from it.
+"""The motion of a landing on elements of finite stiffness, and peaks of what follows from it.
+
+`stiffness` solves it.
 
 Between two events all forces are sums of oscillations, which dampers let decay, and so is
 everything that is linear in them.
@@ -25,18 +26,19 @@ from shockpc.wings.compliant.motion.crossing import (
 from shockpc.wings.compliant.motion.events import Event
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
-"""Share of the largest squared sample from which a local maximum is refined; the largest number
-that is.
-"""
+"""Share of the largest squared sample from which a local maximum is refined, and most of these."""
 
 FINER, MOST_BETWEEN, HIDDEN = 16, 256, 1e-7
-"""Parts of an interval between two samples in which a larger length may lie; the largest number of
-such intervals that are divided
-again; the share of the largest length by which one may stay hidden."""
+"""Parts of a divided interval, most intervals that are divided, and share of a hidden length.
+
+An interval is one between two samples in which a larger length may lie; it is divided again. The
+share is that of the largest length by which one may stay hidden.
+"""
 
 MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
-"""Numbers of segments and of samples that are searched together for peaks: what was found before
-limits what is searched.
+"""Numbers of segments and of samples that are searched together for peaks.
+
+What is known before limits what is searched.
 """
 
 DECAYED = 40.0
@@ -86,16 +88,18 @@ class Elements(NamedTuple):
         relaxation: Array | float = 0.0,
         straight: np.ndarray | bool = False,
     ) -> "Elements":
-        """Elements along some rows, with one value for all of them or one for each; by default
-        springs between bodies.
+        """Elements along some rows, with one value for all of them or one for each.
+
+        By default they are springs between bodies.
         """
         values = stiffness, restitution, contact, normal, damping, load, relaxation, straight
         return Elements(rows, *(np.broadcast_to(value, len(rows)) for value in values))
 
     @staticmethod
     def joined(*groups: "Elements") -> "Elements":
-        """Groups of elements, one after the other; rows of fewer coordinates do not move the last
-        ones.
+        """Groups of elements, one after the other.
+
+        Rows of fewer coordinates do not move the last ones.
         """
         width = max(group.rows.shape[1] for group in groups)
         rows = []
@@ -186,8 +190,9 @@ class Segment(NamedTuple):
         return self.jump + change, self.displacement + path
 
     def pieces(self) -> Iterator["Segment"]:
-        """The forces in parts, each longer than the one before: the oscillations that decay fastest
-        are only in the first.
+        """The forces in parts, each longer than the one before.
+
+        The oscillations that decay fastest are only in the first.
         """
         begin, fastest = 0.0, float(-self.rate.real.min(initial=0.0))
         end = DECAYED / fastest if fastest > 0.0 else np.inf
@@ -233,15 +238,14 @@ class StiffMotion(NamedTuple):
         return self.segments[-1].start + self.segments[-1].length
 
     def first(self, kind: str) -> Array:
-        """The time (r,) of the first event of a kind at each element [s]; infinite where there is
-        none.
-        """
+        """The time (r,) of the first event of a kind at each element [s]; infinite without one."""
         times = {event.element: event.time for event in reversed(self.events) if event.kind == kind}
         return np.array([times.get(i, np.inf) for i in range(len(self.elements.rows))])
 
     def impulse_time(self, rows: np.ndarray, share: float) -> Array:
-        """The time (c,) by which each of c rows has given a share of its impulse until the end; its
-        force never changes sign.
+        """The time (c,) by which each of c rows has given a share of its impulse until the end.
+
+        The force of a row never changes sign.
         """
         impulses = [segment.impulse(segment.length)[rows] for segment in self.segments]
         until = np.cumsum(impulses, axis=0)
@@ -257,7 +261,10 @@ class StiffMotion(NamedTuple):
 
     @property
     def response(self) -> Array:
-        """(n, r) M⁻¹Bᵀ: accelerations for unit forces of the elements [1/kg, 1/(kg m), 1/(kg m²)]."""
+        """M⁻¹Bᵀ (n, r): accelerations for unit forces of the elements.
+
+        They are in [1/kg, 1/(kg m), 1/(kg m²)].
+        """
         return np.asarray(self.to_velocity @ (self.elements.rows @ self.to_velocity).T)
 
     def at(self, times: Array) -> History:
@@ -279,8 +286,7 @@ class StiffMotion(NamedTuple):
         return History(force, displacement, jump, force @ self.response.T + self.gravity)
 
     def peak(self, outputs: Array, constant: Array | float = 0.0) -> tuple[Array, Array]:
-        """The largest lengths of vectors P f + p that are linear in the forces f, and when they are
-        reached.
+        """The largest lengths of vectors P f + p, linear in forces f, and when they are reached.
 
         Args:
             outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it
@@ -310,8 +316,10 @@ class StiffMotion(NamedTuple):
 
 
 def _impulse_time(segment: Segment, row: int, impulse: float) -> float:
-    """The time after the start of a segment at which the force of a row, which is positive, has
-    given an impulse [s]: by Newton's method within bounds, since the impulse grows with time.
+    """The time after the start of a segment at which a row has given an impulse [s].
+
+    The force of the row is positive. Newton's method finds the time within bounds, since the
+    impulse grows with time.
     """
     wave, level = segment.wave[row], float(segment.level[row])
     t, low, high = segment.length, 0.0, segment.length
@@ -341,8 +349,9 @@ def _lengths(vectors: Array) -> Array:
 def largest_lengths(
     outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort
 ) -> tuple[Array, Array]:
-    """The largest lengths of m vectors within some segments, and when they are reached; zero of a
-    vector that stays shorter.
+    """The largest lengths of m vectors within some segments, and when they are reached.
+
+    They are zero of a vector that stays shorter.
 
     Segments and vectors that cannot exceed what is known are left out by the sums of their
     amplitudes, and the others are halved until few samples do: what the first half holds limits
@@ -393,7 +402,10 @@ def largest_lengths(
 def _in_halves(
     outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort
 ) -> tuple[Array, Array]:
-    """As `largest_lengths`: what the first half holds limits what is searched in the second one."""
+    """The lengths of `largest_lengths`, by halves.
+
+    The result of the first half limits what is searched in the second one.
+    """
     half = len(segments) // 2
     first, early = largest_lengths(outputs, segments[:half], least, effort)
     known = np.maximum(least, first**2)
@@ -424,8 +436,9 @@ class _Sampled(NamedTuple):
 def _largest_sampled(
     of: _Sampled, steps: np.ndarray, least: Array, effort: Effort
 ) -> tuple[Array, Array]:
-    """The largest lengths (m,) of vectors and when they are reached: local maxima of samples,
-    refined, and what is longer between samples.
+    """The largest lengths (m,) of vectors and when they are reached.
+
+    They are local maxima of samples, refined, and what is longer between samples.
 
     Args:
         of: the vectors.
@@ -511,8 +524,9 @@ class Intervals(NamedTuple):
         )
 
     def kept(self, known: Array) -> "Intervals":
-        """Those in which a vector may be longer than is known (m,), at most `MOST_BETWEEN`, the
-        most promising ones.
+        """The intervals in which a vector may be longer than is known (m,).
+
+        They are at most `MOST_BETWEEN`, the most promising ones.
         """
         longest = self.longer + self.bend * self.width**2 / 8.0
         above = longest / np.maximum(known[self.vector], 1e-300)
@@ -524,8 +538,9 @@ class Intervals(NamedTuple):
 def _longer_between(
     of: _Sampled, between: Intervals, known: Array, effort: Effort
 ) -> Iterator[tuple[int, int, float, float]]:
-    """Segment, vector, length and time of what is longer than is known, in intervals that are
-    divided until none can be.
+    """Segment, vector, length and time of what is longer than is known.
+
+    Intervals are divided until none can be longer.
 
     Args:
         of: the vectors.
@@ -558,8 +573,9 @@ def _longer_between(
 
 
 def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:
-    """The rates (n, j) and waves (n, r, j) of n segments; the first rate is zero, that of what
-    stays constant.
+    """The rates (n, j) and waves (n, r, j) of n segments.
+
+    The first rate is zero, that of what stays constant.
     """
     modes = 1 + max(len(segment.rate) for segment in segments)
     rates = np.zeros((len(segments), modes), dtype=complex)
@@ -572,8 +588,9 @@ def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:
 
 
 def _local_maxima(square: Array, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Which of the samples (s, m) of m signals are maxima among their neighbours, and nearly as
-    large as the largest one.
+    """Mask of the samples (s, m) of m signals that are maxima and nearly as large as the largest.
+
+    They are maxima among their neighbours.
 
     A sample at the end of a segment may exceed those of the next, whose maximum lies between its
     samples: both count.

@@ -1,5 +1,6 @@
-"""A slender body that bends, as rigid segments joined by springs: finite segments, which keep mass,
-centre of mass and inertia.
+"""A slender body that bends, as rigid segments joined by springs.
+
+These finite segments keep mass, centre of mass and inertia.
 
 A body of length L gets n hinges at (i + ½) L/n along its axis. Each bends about the two axes across
 it with the stiffness EI n/L; where they are given, it also stretches along the axis with EA n/L and
@@ -20,8 +21,9 @@ from shockpc.core.number import NO_UNIT, number_from, whole_from
 from shockpc.core.spatial import Array, cross_matrix
 
 LEAST_TUBE = 0.01
-"""Share of the mass of a tube beside two lumps, below which segments between them would have next
-to none.
+"""Least share of the mass of a tube beside two lumps.
+
+Below it segments between them would have next to none.
 """
 
 ROUNDING = 1e-15
@@ -31,7 +33,7 @@ FORMS = (
     "EI:674, EA:1e7 and GJ:500, tube:70e9,0.025,0.021 (E, outer and inner diameter), 180Hz:clamped "
     "or 180Hz:free, and hinges:4"
 )
-"""What a flexible link is given by, as examples."""
+"""Forms of a flexible link, as examples."""
 
 LARGEST = 1e12
 """Largest number of a link, in whatever unit: one that stiff is rigid."""
@@ -42,7 +44,7 @@ HINGES, FINE, MOST = 2, 12, 50
 
 
 class Flex(NamedTuple):
-    """How a link bends; of EI and frequency one is given.
+    """Bending of a link; of EI and frequency one is given.
 
     Attributes:
         EI: bending stiffness [N m²].
@@ -89,8 +91,9 @@ class Flex(NamedTuple):
 
 
 def flex_from(text: str) -> Flex:
-    """How a link bends, from its text, such as "EI:674", "tube:70e9,0.025,0.021,hinges:4" or
-    "180Hz:clamped,EA:1e7".
+    """Bending of a link from its text.
+
+    Such are "EI:674", "tube:70e9,0.025,0.021,hinges:4" and "180Hz:clamped,EA:1e7".
 
     A tube also stretches.
 
@@ -272,8 +275,9 @@ def _moments(line: Array, low: float, high: float) -> tuple[float, float, float]
 
 
 def _line(centre: float, variance: float, length: float) -> Array:
-    """Mass along an axis, of which it is 1, with its moments: rows of mass, and from where to where
-    it is uniform [m].
+    """Rows of mass along an axis with given moments, and from where to where each is uniform [m].
+
+    The mass is 1.
 
     It is a tube of the whole length, so that no segment is without mass, and two lumps equally far
     from its middle: at its ends, or, where one of these would be negative, a single lump, or, where
@@ -303,8 +307,9 @@ def _line(centre: float, variance: float, length: float) -> Array:
 
 
 def chain_inertia(division: Division) -> Array:
-    """Inertia (6 + 2n, 6 + 2n) of a body that bends: of its twist (ω, v at the origin), then of the
-    angles of its hinges.
+    """Inertia (6 + 2n, 6 + 2n) of a body that bends.
+
+    It is that of its twist (ω, v at the origin), then of the angles of its hinges.
     """
     n, across = len(division.along), division.across
     axes, places = np.tile(across, (n, 1)), np.repeat(division.places, 2, axis=0)

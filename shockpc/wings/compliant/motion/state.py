@@ -1,5 +1,6 @@
-"""The state of a landing on elements of finite stiffness at an event, the motion until the next
-one, and what changes there.
+"""The state of a landing on elements of finite stiffness at an event.
+
+It has the motion until the next event, and what changes there.
 """
 
 from collections.abc import Iterator
@@ -33,8 +34,9 @@ from shockpc.wings.compliant.motion.motion import Modes, Segment
 from shockpc.wings.compliant.motion.system import EASED, Loaded, System
 
 STAYS_OPEN = 10.0
-"""Times the motion so far for which all contacts have to stay open, so that it has ended: what
-closes later is another impact.
+"""Multiple of the duration so far for which all contacts have to stay open after the end.
+
+What closes later is another impact.
 """
 
 
@@ -98,8 +100,9 @@ def _in_modes(loaded: Loaded, u: Array, z: Array) -> _InModes:
 
 
 class State:
-    """What each element does at an event, and the velocity then: `step` goes to the next event,
-    `switch` lets it happen.
+    """Phases of the elements at an event, and the velocity then.
+
+    `step` goes to the next event, `switch` lets it happen.
 
     Between two events every element is open, loading or unloading, so that the motion is linear.
 
@@ -133,12 +136,13 @@ class State:
 
     @property
     def separated(self) -> bool:
-        """Whether all contacts are open."""
+        """True if all contacts are open."""
         return not (self.phase[self.system.grounded] != OPEN).any()
 
     def _over(self, motion: Free) -> bool:
-        """Whether no contact is compressed further or rebounds, and none carries more than constant
-        forces make.
+        """True if no contact is compressed further, rebounds or carries more than at rest.
+
+        What it carries at rest is what constant forces make.
 
         A contact carries no more where its force, which oscillates about what constant forces make,
         is below that, or oscillates little. Without constant forces all contacts are open then.
@@ -158,15 +162,19 @@ class State:
         return not np.any(self._excess(motion)[normal] > 4.0 * system.push_noise[normal])
 
     def _excess(self, motion: Free) -> Array:
-        """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
+        """Forces (r,) that press beyond what constant forces make.
+
+        They are −∞ where they oscillate little.
+        """
         amplitude = np.abs(motion.wave[TOTAL]).sum(axis=1) * self.slope
         beyond = motion.rest - motion.start[TOTAL] - self._left
         return np.where(amplitude <= EASED * self.largest, -np.inf, beyond)
 
     @property
     def _left(self) -> Array:
-        """Scaled forces (r,) that count as none: of contacts with a damper in series, which may
-        decay without end.
+        """Scaled forces (r,) that count as none.
+
+        They are those of contacts with a damper in series, which may decay without end.
         """
         slowly, length = self.system.slowly, self.system.rigid_length
         decays = (self.system.relaxation > 0.0) & (length > 0.0)
@@ -187,8 +195,9 @@ class State:
         )
 
     def _closes_again(self, motion: Free, horizon: float) -> bool:
-        """Whether an open contact closes within a horizon [s] noticeably, if constant forces change
-        no velocity.
+        """True if an open contact closes noticeably within a horizon [s].
+
+        Constant forces are taken to change no velocity.
 
         As it would without force: it then goes beyond where it closes by more than a share of its
         largest compression.
@@ -213,8 +222,9 @@ class State:
     def step(
         self, time: float, horizon: float, may_end: bool
     ) -> tuple[Segment | None, Watch | None]:
-        """Go to the next event, at most by a horizon [s]; the segment until then, if any, and what
-        happens there.
+        """Go to the next event, at most by a horizon [s].
+
+        The result is the segment until then, if any, and what happens there.
 
         Where the motion may end there is neither once the impact is over. Watched are the rate of
         what is loaded, the force of what is unloaded and the gap of open contacts.
@@ -267,7 +277,10 @@ class State:
         return np.asarray((self.phase != OPEN) & ~rigid & self.system.sprung)
 
     def _loaded(self, dampers: bool) -> Loaded:
-        """What depends on which elements are loaded now. Args: dampers, whether those act."""
+        """The quantities that depend on which elements are loaded now.
+
+        Args: dampers, whether those act.
+        """
         held = (self.phase == UNLOADING) & self.system.rigid
         sprung = self._sprung(held)
         return self.system.loaded(held.tobytes(), sprung.tobytes(), self.slope.tobytes(), dampers)
@@ -312,7 +325,10 @@ class State:
         return Free(loaded, u, forces, rest, at.oscillations, start, linear, square, wave, bound)
 
     def _with_push(self, rate: Any, force: Any, gap: Any, total: Any) -> Any:
-        """Five signals (5, r, ...), in the order of RATE to PUSH: these four, and √k gap + c rate."""
+        """Five signals (5, r, ...), in the order of RATE to PUSH.
+
+        They are these four, and √k gap + c rate.
+        """
         shape = (-1,) + (1,) * (np.ndim(gap) - 1)
         root = np.sqrt(self.system.elements.stiffness).reshape(shape)
         viscous = self.system.viscous.reshape(shape)
@@ -345,7 +361,7 @@ class State:
         )
 
     def _watched(self) -> Iterator[Watch]:
-        """What can happen to the elements as they are."""
+        """Events that can happen to the elements as they are."""
         rates = self.system.W @ (self.system.u + self.jump)
         # Numbers of Python, because those of NumPy take ten times as long one by one.
         for i, phase in enumerate(self.phase.tolist()):
@@ -357,8 +373,10 @@ class State:
                 yield from self._watched_open(i)
 
     def _watched_loading(self, i: int) -> Iterator[Watch]:
-        """A contact is loaded against its normal; an element without force, in the direction in
-        which it moves first.
+        """Events that can load an element.
+
+        A contact is loaded against its normal; an element without force, in the direction in which
+        it moves first.
         """
         system, normal, z = self.system, bool(self.system.elements.normal[i]), float(self.z[i])
         tolerance = system.noise * float(system.length[i])
@@ -396,8 +414,9 @@ class State:
             yield Watch(i, EventKind.CLEARS, tolerance, 0.0, -1.0)
 
     def _watched_in(self, motion: Free) -> Iterator[Watch]:
-        """What can happen besides, in a motion: forces that ease to what stays constant, and
-        dampers in series that creep.
+        """Further events that can happen in a motion.
+
+        Forces ease to what stays constant, and dampers in series creep.
         """
         system, normal = self.system, self.system.elements.normal
         if system.pull.any():
@@ -413,8 +432,9 @@ class State:
             yield Watch(i, EventKind.SLOWS, 0.0, float(creep[i] - system.slowly[i]), -1.0)
 
     def switch(self, i: int, kind: EventKind) -> EventKind:
-        """Let an event happen to element i; what it is in full: a contact that would open may slip
-        first.
+        """Let an event happen to element i; returns what it is in full.
+
+        A contact that would open may slip first.
         """
         system, elements = self.system, self.system.elements
         e = 1.0 if system.rigid[i] else float(elements.restitution[i])

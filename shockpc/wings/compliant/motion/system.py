@@ -1,5 +1,6 @@
-"""What stays the same in a landing on elements of finite stiffness, and what depends on which of
-these are loaded.
+"""The constant part of a landing on elements of finite stiffness, and that of its loaded ones.
+
+The second depends on which elements are loaded.
 """
 
 from dataclasses import dataclass
@@ -13,23 +14,26 @@ from shockpc.wings.compliant.motion.damped import Damped, damped_modes
 from shockpc.wings.compliant.motion.motion import Elements
 
 NEGLIGIBLE = 1e-11
-"""Share of the motion that excites the elements, below which what moves or presses counts as
-rounding.
+"""Share of the exciting motion below which what moves or presses counts as rounding.
+
+It is the motion that excites the elements.
 """
 
 DEPENDENT = 1e-13
-"""Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or
-it moves no spring.
+"""Share of the largest frequency below which that of a mode is rounding.
+
+Its rows are dependent, or it moves no spring.
 """
 
 EASED = 0.01
-"""Share of the largest force and compression of a contact, and of the speed of the impact, below
-which nothing is noticeable.
+"""Share of the largest force, compression or impact speed below which nothing is noticeable.
+
+Force and compression are those of a contact.
 """
 
 
 class Loaded(NamedTuple):
-    """What depends on which elements are loaded.
+    """Quantities that depend on which elements are loaded.
 
     Attributes:
         fixed: rows that are held.
@@ -65,8 +69,9 @@ class Loaded(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """The elements, and the velocity before the impact, in the d coordinates of u along the rows of
-    the elements.
+    """The elements, and the velocity before the impact, in the d coordinates of u.
+
+    These are along the rows of the elements.
 
     All forces are scaled: they are those of the elements divided by −slope, √κ.
 
@@ -122,8 +127,9 @@ class System:
 
     @memoized(most=64)
     def loaded(self, held_rows: bytes, sprung_rows: bytes, slopes: bytes, dampers: bool) -> Loaded:
-        """What depends on which elements are loaded; where contacts open and close, the same are
-        loaded again and again.
+        """Quantities that depend on which elements are loaded.
+
+        Where contacts open and close, the same are loaded again and again.
 
         Args:
             held_rows: bytes of a bool array (r,), which rows are held.

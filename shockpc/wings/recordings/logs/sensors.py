@@ -1,6 +1,4 @@
-"""Accelerometers and gyros of a log: jumps of velocity that they measured, repeated samples.
-
-Samples that a log repeats are left out.
+"""Accelerometers and gyros of a log, and the jumps of velocity that they measured.
 
 Columns ax@FRAME, ay@FRAME, az@FRAME are what an accelerometer at a frame reads, in its axes [m/s²]:
 it reads the acceleration less that of gravity, 9.81 upwards at rest. Columns wx@FRAME … are those
