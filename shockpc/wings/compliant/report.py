@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,9 +17,11 @@ from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
-from shockpc.wings.compliant.course import CompliantLanding
 from shockpc.wings.compliant.of_profile import compliant_of, rigid_links
 from shockpc.wings.compliant.texts import stiffness_text
+
+if TYPE_CHECKING:
+    from shockpc.wings.compliant.course import CompliantLanding
 
 TITLES: dict[PlaceKind, dict[str, str]] = {
     "point": {
@@ -172,7 +174,7 @@ def _bending_lines(profile: ShockProfile) -> list[str]:
     return list(links.lines)
 
 
-def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:
+def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
     from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import frame_leg
 import numpy as np
 import pytest
-from commands import good
+from commands import STICK, good, python
 from robot_texts import LIMIT, joint, link, urdf
 
 from shockpc.landing.joint_model import without_springs
@@ -531,3 +531,15 @@ def test_measured_rates_identify_the_stiffness(capfd, tmp_path):
     )
     (unknown,) = json.loads(found)["tables"]["identify"]
     assert unknown["value"] == pytest.approx(674.0, rel=1e-4)
+
+
+def test_a_landing_on_rigid_contacts_imports_no_motion(tmp_path):
+    """What follows a landing over time would lengthen each command that needs none of it."""
+    (tmp_path / "robot.urdf").write_text(STICK)
+    code = (
+        "import sys; from shockpc.cli.entry import main; main(sys.argv[1:]); "
+        "sys.exit('shockpc.wings.compliant.course' in sys.modules)"
+    )
+    words = ("analyze", str(tmp_path / "robot.urdf"), "--contact", "foot", "--format", "json")
+    done = python(code, *words)
+    assert (done.returncode, done.stderr) == (0, "")
