@@ -121,6 +121,12 @@ def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("expression", ["1 is 1", "'\\d' and 1"])
+def test_what_python_says_of_odd_code_is_no_warning(expression: str, folder: Path):
+    """The value of an expression counts, not its style."""
+    assert read(folder, xacro(link(f"base_${{{expression}}}")), NAME).warnings == ()
+
+
 def included(name: str) -> str:
     """A robot that is another file."""
     return xacro(f'<xacro:include filename="{name}"/>')

@@ -7,6 +7,7 @@ in the table. Time and memory are limited by the process.
 """
 
 import ast
+import warnings
 from typing import Any
 
 _ALLOWED = (
@@ -48,8 +49,11 @@ def evaluate(text: str, names: dict[str, Any]) -> Any:
         SyntaxError: something in it is refused.
         Exception: what Python raises.
     """
-    tree = _Checked().visit(ast.parse(text.strip(), "<expression>", "eval"))
-    code = compile(ast.fix_missing_locations(tree), "<expression>", "eval")
+    with warnings.catch_warnings():
+        # Of odd code, such as `1 is 1`, which would stand among the messages of the document.
+        warnings.simplefilter("ignore")
+        tree = _Checked().visit(ast.parse(text.strip(), "<expression>", "eval"))
+        code = compile(ast.fix_missing_locations(tree), "<expression>", "eval")
     # As of a plain dictionary, because a table of xacro says that a name is defined again.
     dict.update(names, {"__builtins__": {}, _ATTRIBUTE: _attribute})
     return eval(code, names)
