@@ -169,13 +169,14 @@ class CrossSection:
         Corners are counted on from turn to turn.
         """
         turn = int((theta - float(self.level[0])) // (2.0 * math.pi))
-        return int(
-            np.searchsorted(self.level, theta - 2.0 * math.pi * turn, side="right")
-        ) + turn * len(self.level)
+        within = np.searchsorted(self.level, theta - 2.0 * math.pi * turn, side="right")
+        return int(within) + turn * len(self.level)
 
     def at(self, corner: int, theta: float) -> tuple[float, float]:
         """A corner from the centre of mass, forward and up [m]."""
-        (a, b), c, s = self.corners[corner % len(self.corners)], math.cos(theta), math.sin(theta)
+        a, b = self.corners[corner % len(self.corners)]
+        c = math.cos(theta)
+        s = math.sin(theta)
         return float(a * c + b * s), float(b * c - a * s)
 
     def arm(self, corner: int) -> tuple[float, float, float]:
@@ -190,10 +191,8 @@ class CrossSection:
     def energy(self, motion: SectionMotion) -> float:
         """Kinetic and potential energy [J]."""
         speed = motion.vx**2 + motion.vz**2
-        return (
-            0.5 * (self.mass * speed + self.inertia * motion.omega**2)
-            + self.mass * GRAVITY * motion.z
-        )
+        kinetic = 0.5 * (self.mass * speed + self.inertia * motion.omega**2)
+        return kinetic + self.mass * GRAVITY * motion.z
 
     def pivoting(self, corner: int, theta: float, omega: float, x: float = 0.0) -> SectionMotion:
         """The motion about a corner at rest at a place [m]."""
@@ -247,11 +246,8 @@ class CrossSection:
         squared = 0.0
         for k in range(last, corner - 1, -1):
             low = theta if k == corner else self.side(k - 1)
-            squared = max(
-                squared
-                - float(self.squared_rate(k, top, SectionMotion(low, 0.0, 0.0, 0.0, 0.0, 0.0))),
-                0.0,
-            )
+            at_rest = SectionMotion(low, 0.0, 0.0, 0.0, 0.0, 0.0)
+            squared = max(squared - float(self.squared_rate(k, top, at_rest)), 0.0)
             if k > corner:
                 squared /= self._kept(k - 1, k, low) ** 2
                 top = low
@@ -263,9 +259,8 @@ class CrossSection:
         Both corners are on the ground.
         """
         (a, b), (c, d) = self.at(old, theta), self.at(new, theta)
-        return (self.inertia + self.mass * (a * c + b * d)) / (
-            self.inertia + self.mass * (c * c + d * d)
-        )
+        about_old = self.inertia + self.mass * (a * c + b * d)
+        return about_old / (self.inertia + self.mass * (c * c + d * d))
 
 
 def follow_fall(
@@ -290,50 +285,76 @@ def follow_fall(
         StudyError: the laws of rigid contact with friction have no solution (Painlevé), or none was
             found for a strike.
     """
-    phases, touches, motion, turns, on = list[Phase](), list[Touch](), start, 0, corner
     mu = STICKS if friction is None else friction
+    phases: list[Phase] = []
+    touches: list[Touch] = []
+    motion = start
+    turns = 0
+    on = corner
     for _ in range(MOST_CHANGES):
-        kind, end, touched = (
-            _phase(section, on, motion, mu) if hinged is None else _pivot(section, on, motion, None)
-        )
-        phases.append(Phase(kind, -1 if kind == "is in the air" else on, motion, end))
+        if hinged is None:
+            kind, end, touched = _phase(section, on, motion, mu)
+        else:
+            kind, end, touched = _pivot(section, on, motion, None)
+        if kind == "is in the air":
+            on = -1
+        phases.append(Phase(kind, on, motion, end))
         motion = end
         if touched is None:
             turns += end.omega == 0.0
             if turns > MOST_TURNS:
                 break
             continue
-        on = phases[-1].corner
-        after, left = _strike(section, on if hinged is None else -1, touched, motion, mu)
+        hinge = -1 if hinged is not None else on
+        after, left = _strike(section, hinge, touched, motion, mu)
         a, _ = section.at(touched, motion.theta)
-        touches.append(Touch(touched, on, motion, after, motion.omega * a - motion.vz))
-        if hinged is not None and touches[-1].speed >= hinged:
+        touch = Touch(touched, on, motion, after, motion.omega * a - motion.vz)
+        touches.append(touch)
+        if hinged is not None and touch.speed >= hinged:
             break
         if hinged is None and (len(left) > 1 or on >= 0):
-            # On a side it stays, at rest or sliding, if its pressure is between the corners; else
-            # it goes on about the nearer one.
-            feet = {k: section.at(k, after.theta)[0] for k in {*left, touched, on} - {-1}}
-            slip = after.vx + after.omega * section.at(touched, after.theta)[1]
-            pressure = (
-                mu * after.z * math.copysign(1.0, slip)
-                if abs(slip) > 1e-6 * abs(motion.vx) + 1e-9
-                else 0.0
-            )
-            inside = min(feet.values()) < pressure < max(feet.values())
-            height = max(
-                (section.inertia / section.mass + section.arm(k)[0] ** 2)
-                * after.omega**2
-                / (2.0 * GRAVITY)
-                for k in feet
-            )
-            if inside and (
-                len(left) > 1
-                or height < min(SETTLED * after.z, *(section.arm(k)[0] - after.z for k in feet))
-            ):
+            rests, left = _on_side(section, touch, left, mu)
+            if rests:
                 return Fall(tuple(phases), tuple(touches), True)
-            left = [min(feet, key=lambda k: abs(feet[k] - pressure))] if len(left) > 1 else left
-        on, motion = left[0] if left else -1, after
+        on = left[0] if left else -1
+        motion = after
     return Fall(tuple(phases), tuple(touches), False)
+
+
+def _on_side(
+    section: CrossSection, touch: Touch, left: list[int], mu: float
+) -> tuple[bool, list[int]]:
+    """True if a body stays on a side after a touch, at rest or sliding; and the corners on the
+    ground.
+
+    It stays if its pressure is between the corners; else it goes on about the nearer one.
+
+    Args:
+        section: the body.
+        touch: of the side.
+        left: corners that stay on the ground.
+        mu: friction.
+    """
+    before, after = touch.before, touch.after
+    feet = {k: section.at(k, after.theta)[0] for k in {*left, touch.corner, touch.on} - {-1}}
+    slip = after.vx + after.omega * section.at(touch.corner, after.theta)[1]
+    # A body that slides is pressed µ z ahead of its centre of mass.
+    pressure = 0.0
+    if abs(slip) > 1e-6 * abs(before.vx) + 1e-9:
+        pressure = mu * after.z * math.copysign(1.0, slip)
+    inside = min(feet.values()) < pressure < max(feet.values())
+    if len(left) > 1:
+        nearest = min(feet, key=lambda k: abs(feet[k] - pressure))
+        return inside, [nearest]
+
+    # By how much its kinetic energy lifts it, (I / m + c²) ω² / 2g; by how much a corner can.
+    heights = []
+    room = [SETTLED * after.z]
+    for k in feet:
+        c = section.arm(k)[0]
+        heights.append((section.inertia / section.mass + c**2) * after.omega**2 / (2.0 * GRAVITY))
+        room.append(c - after.z)
+    return inside and max(heights) < min(room), left
 
 
 def _phase(
@@ -346,20 +367,16 @@ def _phase(
     if on < 0:
         return _flight(section, start)
     _, b = section.at(on, start.theta)
-    slip, speed = start.vx + start.omega * b, abs(start.vx) + abs(start.omega * b)
+    slip = start.vx + start.omega * b
+    speed = abs(start.vx) + abs(start.omega * b)
     along, up = section.forces(on, start.theta, start.omega**2)
     sticks = abs(slip) <= 10.0 * REST * speed + 1e-12
     if sticks and abs(along) < friction * up - REST * GRAVITY:
         return _pivot(section, on, start, friction)
     if GRAVITY + start.omega**2 * b <= REST * GRAVITY:  # rises if it is free
         return _flight(section, start)
-    return _slide(
-        section,
-        on,
-        start,
-        friction,
-        -math.copysign(1.0, along) if sticks else math.copysign(1.0, slip),
-    )
+    sense = -math.copysign(1.0, along) if sticks else math.copysign(1.0, slip)
+    return _slide(section, on, start, friction, sense)
 
 
 def _pivot(
@@ -371,31 +388,36 @@ def _pivot(
     """
     phi = math.remainder(section.arm(on)[1] + start.theta, 2.0 * math.pi)
     sense = math.copysign(1.0, start.omega or phi)
-    end, touched = (section.side(on), on + 1) if sense > 0.0 else (section.side(on - 1), on - 1)
-    struck: int | None = touched
+    # Without a change it turns to the next side, on which the next corner strikes.
+    struck: int | None = on + 1 if sense > 0.0 else on - 1
+    end = section.side(on) if sense > 0.0 else section.side(on - 1)
 
     def squared(theta: float) -> float:
         return float(section.squared_rate(on, theta, start))
 
+    # It turns back where ω² would be negative, at most where it is highest.
     highest = start.theta - phi
     uphill = highest if sense * (end - highest) > 0.0 > sense * phi else end
     if start.omega and squared(uphill) < 0.0:
-        end, struck = float(brentq(squared, start.theta, uphill, xtol=1e-13)), None
+        end = float(brentq(squared, start.theta, uphill, xtol=1e-13))
+        struck = None
     turned = struck is None
 
     def margin(theta: Array | float) -> Array:
-        along, up = section.forces(
-            on, theta, np.maximum(section.squared_rate(on, theta, start), 0.0)
-        )
+        # µ N − |T|, by mass; it is negative where the corner slips or is pulled.
+        rate_squared = np.maximum(section.squared_rate(on, theta, start), 0.0)
+        along, up = section.forces(on, theta, rate_squared)
         return np.ones_like(up) if friction is None else friction * up - np.abs(along)
 
     theta = np.linspace(start.theta, end, 2 + int(abs(end - start.theta) / STEP))
     below = np.flatnonzero(margin(theta[1:]) < 0.0)
     if below.size:
         k = int(below[0])
-        least = margin(theta[k]) <= 0.0
-        end = float(theta[k] if least else brentq(margin, theta[k], theta[k + 1], xtol=1e-13))
-        struck, turned = None, False
+        end = float(theta[k])
+        if margin(theta[k]) > 0.0:
+            end = float(brentq(margin, theta[k], theta[k + 1], xtol=1e-13))
+        struck = None
+        turned = False
     rate = 0.0 if turned else sense * math.sqrt(max(squared(end), 0.0))
     a, _ = section.at(on, start.theta)
     return "pivots", section.pivoting(on, end, rate, start.x + a), struck
@@ -411,8 +433,10 @@ def _slide(
     ratio = section.mass / section.inertia
 
     def normal(y: Array) -> float:
+        # N / m = (g + ω² b) / (1 + m a (a + µ s b) / I)
         a, b = section.at(on, y[0])
-        share, sinking = 1.0 + ratio * a * (a + friction * sense * b), GRAVITY + y[1] ** 2 * b
+        share = 1.0 + ratio * a * (a + friction * sense * b)
+        sinking = GRAVITY + y[1] ** 2 * b
         if share <= 0.0 < sinking:
             raise StudyError(
                 f"at {math.degrees(y[0]):.3g} deg a sliding contact with a friction of "
@@ -422,11 +446,14 @@ def _slide(
         return float(sinking / share)
 
     def rates(_: float, y: Array) -> list[float]:
-        (a, b), n = section.at(on, y[0]), normal(y)
+        # y = (θ, ω, x, v_x);  ω' = −m n (a + µ s b) / I,  v_x' = −µ s n
+        a, b = section.at(on, y[0])
+        n = normal(y)
         return [y[1], -ratio * n * (a + friction * sense * b), y[3], -friction * sense * n]
 
     # What is zero at the start counts as above it, so that its next zero is found.
     above = 1e-12
+    # In this order: the next corner strikes, the last one strikes, it sticks, it is pulled.
     ends: list[Callable[[float, Array], float]] = [
         lambda _, y: section.side(on) - y[0] + above,
         lambda _, y: y[0] - section.side(on - 1) + above,
@@ -443,25 +470,26 @@ def _slide(
             f"--friction"
         )
     theta, omega, x, vx = solution.y[:, -1].tolist()
-    which = next(k for k, times in enumerate(solution.t_events) if len(times))
-    theta = (section.side(on), section.side(on - 1), theta, theta)[which]
+    event = next(k for k, times in enumerate(solution.t_events) if len(times))
+    theta = (section.side(on), section.side(on - 1), theta, theta)[event]
     a, b = section.at(on, theta)
-    end_ = SectionMotion(theta, x, -b, -omega * b if which == 2 else vx, omega * a, omega)
-    return "slides", end_, (on + 1, on - 1, None, None)[which]
+    if event == 2:
+        vx = -omega * b
+    motion = SectionMotion(theta, x, -b, vx, omega * a, omega)
+    return "slides", motion, (on + 1, on - 1, None, None)[event]
 
 
 def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionMotion, int | None]:
     """The part of a fall in the air, until a corner strikes."""
 
     def at(t: float) -> SectionMotion:
-        height, fall = start.z + start.vz * t - 0.5 * GRAVITY * t * t, start.vz - GRAVITY * t
         return SectionMotion(
-            start.theta + start.omega * t,
-            start.x + start.vx * t,
-            height,
-            start.vx,
-            fall,
-            start.omega,
+            theta=start.theta + start.omega * t,
+            x=start.x + start.vx * t,
+            z=start.z + start.vz * t - 0.5 * GRAVITY * t * t,
+            vx=start.vx,
+            vz=start.vz - GRAVITY * t,
+            omega=start.omega,
         )
 
     def gap(t: float) -> float:
@@ -473,10 +501,11 @@ def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionM
     while gap(t) > 0.0:
         t += step
     # What leaves the ground is above it by less than rounding at first.
-    before = next(
-        (s for s in (t - step, t - 0.5 * step, t - 0.1 * step) if s > 0.0 and gap(s) > 0.0), None
-    )
-    end = at(t if before is None else float(brentq(gap, before, t, xtol=1e-13)))
+    for before in (t - step, t - 0.5 * step, t - 0.1 * step):
+        if before > 0.0 and gap(before) > 0.0:
+            t = float(brentq(gap, before, t, xtol=1e-13))
+            break
+    end = at(t)
     return "is in the air", end, section.lowest(end.theta)
 
 
@@ -490,36 +519,53 @@ def _strike(
     Raises:
         StudyError: none was found that obeys the laws of friction.
     """
-    corners = [touched, *([on] if on >= 0 else [])]
-    if on < 0 and before.omega:
+    corners = [touched]
+    if on >= 0:
+        corners.append(on)
+    elif before.omega:
+        # A side that is level strikes with both of its corners.
         sides = {touched + 1: section.side(touched), touched - 1: section.side(touched - 1)}
         corners += [k for k, side in sides.items() if abs(side - before.theta) < REST]
     J = np.array([row for k in corners for row in _rows(*section.at(k, before.theta))])
     weight = 1.0 / np.array([section.mass, section.mass, section.inertia])
     speeds = J @ [before.vx, before.vz, before.omega]
     scale = float(np.abs(speeds).max())
+    # The struck corner alone, which sticks: J₁ M⁻¹ J₁ᵀ p = −J₁ v
     push = np.linalg.solve(J[:2] * weight @ J[:2].T, -speeds[:2])
     change = weight * (J[:2].T @ push)
-    if not (
-        push[1] > 0.0
-        and abs(push[0]) <= mu * push[1]
-        and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale
-    ):
-        across = np.insert(J, np.arange(1, len(J), 2), 0.0, axis=0)  # no motion across the plane
-        approach = np.insert(speeds, np.arange(1, len(J), 2), 0.0).reshape(-1, 3)
-        solution = solve_friction(
-            across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners))
-        )
-        if not solution:
-            raise StudyError(
-                "no impulse was found that obeys the laws of friction at a strike of the fall; "
-                "take another --friction"
-            )
-        change = weight * (across.T @ solution[0].impulse.ravel())
+    in_cone = push[1] > 0.0 and abs(push[0]) <= mu * push[1]
+    if not (in_cone and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale):
+        change = _friction_change(J, weight, speeds, mu)
     after = speeds + J @ change
     vx, vz, omega = change + np.array([before.vx, before.vz, before.omega])
     left = [k for k, up in zip(corners, after[1::2], strict=True) if up <= 10.0 * REST * scale]
     return before._replace(vx=float(vx), vz=float(vz), omega=float(omega)), left
+
+
+def _friction_change(J: Array, weight: Array, speeds: Array, mu: float) -> Array:
+    """The change (3,) of vx, vz and ω by the impulses of corners with friction that may open.
+
+    Args:
+        J: (2k, 3) rows of the corners.
+        weight: (3,) inverse inertias.
+        speeds: (2k,) of the corners before [m/s].
+        mu: friction.
+
+    Raises:
+        StudyError: no impulses were found that obey the laws of friction.
+    """
+    # There is no motion across the plane.
+    at = np.arange(1, len(J), 2)
+    across = np.insert(J, at, 0.0, axis=0)
+    approach = np.insert(speeds, at, 0.0).reshape(-1, 3)
+    k = len(approach)
+    solution = solve_friction(across * weight @ across.T, approach, np.full(k, mu), np.zeros(k))
+    if not solution:
+        raise StudyError(
+            "no impulse was found that obeys the laws of friction at a strike of the fall; "
+            "take another --friction"
+        )
+    return np.asarray(weight * (across.T @ solution[0].impulse.ravel()))
 
 
 def _rows(a: float, b: float) -> Sequence[tuple[float, float, float]]:

@@ -107,92 +107,117 @@ def live_landing(
     refuse(landing)
     robot = landing.robot
     moved = list(_moved(landing, joints))
-    sliders = [
-        *(
-            Slider(
-                "joint", joint.name, joint.unit, joint.value(landing.q), *_range(joint, landing.q)
-            )
-            for joint in moved
-        ),
-        *(() if boxes is None else _places(landing.contacts[0], boxes)),
-        *_masses(landing),
-    ]
-    values = np.cumsum([0, len(moved), 0 if boxes is None else 3])
-
-    def formulas(x: Numbers) -> Iterator[Any]:
-        s, T = x[-12:-9], x[-9:].reshape(3, 3)
-        data, contacts, stance = data_of(robot), list(landing.contacts), landing.stance
-        if boxes is not None:
-            contacts[0] = contacts[0]._replace(point=x[values[1] : values[2]])
-        mass, inertia = data.mass.astype(object), data.inertia.astype(object)
-        for body, value in zip(_struck(landing), x[values[2] : -12], strict=True):
-            inertia[body] = inertia[body] * (value / float(mass[body]))
-            mass[body] = value
-        here = replace(
+    sliders: list[Slider] = []
+    for joint in moved:
+        low, high = _range(joint, landing.q)
+        value = joint.value(landing.q)
+        sliders.append(Slider("joint", joint.name, joint.unit, value, low, high))
+    if boxes is not None:
+        sliders += _places(landing.contacts[0], boxes)
+    sliders += _masses(landing)
+    formulas = _PostureFormulas(landing, moved, boxes is not None)
+    names = tuple(slider.name for slider in sliders)
+    try:
+        arrays = kept(
             landing,
-            q=_configuration(
-                robot,
-                landing.q,
-                dict(zip((joint.name for joint in moved), x[: len(moved)], strict=True)),
-            ),
-            before=Motion(s, *landing.before[1:]),
-            contacts=tuple(_tilted(block, T) for block in contacts),
-            stance=tuple(_tilted(block, T) for block in stance),
+            ("live", names, boxes is None, landing.q),
+            lambda: symbols.program(len(sliders) + 12, formulas).arrays(),
         )
-        rows = symbols.RowSpace.every(sum(block.size for block in here.constraints))
-        changed = data._replace(mass=mass, inertia=inertia)
-        solution = symbols.SymbolSolution(here.posed, rows, changed)
+    except SingularError as singular:
+        raise singular_landing(landing, singular) from None
+    tilts = TILTS[landing.base] if robot.free_base else ()
+    return LiveLanding(tuple(sliders), tilts, Program.of(arrays))
+
+
+class _PostureFormulas:
+    """The numbers of a landing as formulas of what sliders say.
+
+    Args:
+        landing: the landing.
+        moved: joints with a slider.
+        moves_contact: the point of the first contact has sliders.
+    """
+
+    def __init__(self, landing: PosedLanding, moved: Sequence[Joint], moves_contact: bool) -> None:
+        self.landing = landing
+        self.moved = moved
+        self.moves_contact = moves_contact
+
+    def __call__(self, x: Numbers) -> Iterator[Any]:
+        """The outputs of a `LiveLanding`. Args: x, sliders, the strike and the tilt, as there."""
+        symbols = symbols_module()
+        sliders = x[:-12]
+        here = self._landing(sliders, x[-12:-9], x[-9:].reshape(3, 3))
+        rows = symbols.RowSpace.every(sum(constraint.size for constraint in here.constraints))
+        solution = symbols.SymbolSolution(here.posed, rows, self._data(sliders))
         impact = symbols.SymbolImpact(solution, here)
         yield impact.state.rotation
         yield impact.state.position
         yield impact.strike_jumps
         yield quantity("contact", "impulse").compute(impact, here.places("contact"))
-        if places := here.places("joint"):
-            loads = [
-                np.asarray(quantity("joint", key).compute(impact, places))
-                for key in ("along", "force", "moment")
-            ]
-            yield np.concatenate([part.reshape(len(places), -1) for part in loads], axis=1)
+        places = here.places("joint")
+        if places:
+            loads = []
+            for key in ("along", "force", "moment"):
+                load = np.asarray(quantity("joint", key).compute(impact, places))
+                loads.append(load.reshape(len(places), -1))
+            yield np.concatenate(loads, axis=1)
         yield impact.condition
 
-    try:
-        made = kept(
+    def _landing(self, sliders: Numbers, strike: Numbers, T: Numbers) -> PosedLanding:
+        """The landing with symbols. Args: strike, velocity (3,); T, tilt (3, 3)."""
+        landing = self.landing
+        n = len(self.moved)
+        contacts = list(landing.contacts)
+        if self.moves_contact:
+            contacts[0] = contacts[0]._replace(point=sliders[n : n + 3])
+        values = {joint.name: x for joint, x in zip(self.moved, sliders[:n], strict=True)}
+        return replace(
             landing,
-            ("live", tuple(slider.name for slider in sliders), boxes is None, landing.q),
-            lambda: symbols.program(len(sliders) + 12, formulas).arrays(),
+            q=_configuration(landing.robot, landing.q, values),
+            before=Motion(strike, *landing.before[1:]),
+            contacts=tuple(_tilted(contact, T) for contact in contacts),
+            stance=tuple(_tilted(foot, T) for foot in landing.stance),
         )
-    except SingularError as singular:
-        raise singular_landing(landing, singular) from None
-    return LiveLanding(
-        tuple(sliders), TILTS[landing.base] if robot.free_base else (), Program.of(made)
-    )
+
+    def _data(self, sliders: Numbers) -> Any:
+        """Numbers of the robot, with the masses of sliders; inertias are in proportion."""
+        data = data_of(self.landing.robot)
+        mass = data.mass.astype(object)
+        inertia = data.inertia.astype(object)
+        first = len(self.moved) + 3 * self.moves_contact
+        for body, value in zip(_struck(self.landing), sliders[first:], strict=True):
+            inertia[body] = inertia[body] * (value / float(mass[body]))
+            mass[body] = value
+        return data._replace(mass=mass, inertia=inertia)
 
 
 def _moved(landing: PosedLanding, more: Sequence[str]) -> Iterator[Joint]:
     """The joints that carry what strikes, or lead one that does, and others by name."""
     robot = landing.robot
-    names = {name for pattern in more for name in robot.match_joints(pattern)}
-    carrying = np.asarray(robot.ancestors[[block.body for block in landing.contacts]].any(axis=0))
-    led = {
-        name
-        for mimic in robot.mimics
-        if carrying[robot.joint(mimic.joint).v].any()
-        for name in mimic.leaders
-    }
+    names: set[str] = set()
+    for pattern in more:
+        names.update(robot.match_joints(pattern))
+    struck = [contact.body for contact in landing.contacts]
+    carrying = np.asarray(robot.ancestors[struck].any(axis=0))
+    for mimic in robot.mimics:
+        if carrying[robot.joint(mimic.joint).v].any():
+            names.update(mimic.leaders)
     for joint in robot.independent_joints:
-        if carrying[joint.v].any() or joint.name in led | names:
+        if carrying[joint.v].any() or joint.name in names:
             yield joint
 
 
 def _struck(landing: PosedLanding) -> list[int]:
     """The base and the bodies that carry what strikes, with mass."""
     robot = landing.robot
-    found, body = {0}, landing.contacts[0].body
+    bodies = {0}
+    body = landing.contacts[0].body
     while body >= 0:
-        found.add(body)
+        bodies.add(body)
         body = robot.parents[body]
     mass = data_of(robot).mass
-    return [k for k in sorted(found) if mass[k] > 0.0]
+    return [k for k in sorted(bodies) if mass[k] > 0.0]
 
 
 def _masses(landing: PosedLanding) -> Iterator[Slider]:
@@ -212,37 +237,41 @@ def _places(contact: Constraint, boxes: Array) -> Iterator[Slider]:
 
 def _range(joint: Joint, q: Array) -> tuple[float, float]:
     """Least and largest value of the slider of a joint."""
-    value, most = joint.value(q), RANGE if joint.unit == "rad" else 1.0
-    low, high = (
-        limit if np.isfinite(limit) else sign * most
-        for limit, sign in zip(joint.limits, (-1.0, 1.0), strict=True)
-    )
+    value = joint.value(q)
+    most = RANGE if joint.unit == "rad" else 1.0
+    low, high = joint.limits
+    if not np.isfinite(low):
+        low = -most
+    if not np.isfinite(high):
+        high = most
     return min(low, value), max(high, value)
 
 
 def _configuration(robot: Robot, q: Array, values: dict[str, Any]) -> Numbers:
     """A configuration (nq,) with some joints as symbols, and those that follow them."""
-    found = q.astype(object)
+    in_symbols = q.astype(object)
     for mimic in robot.mimics:
         if values.keys() & mimic.leaders.keys():
-            led = (
-                by * values.get(name, robot.joint(name).value(q))
-                for name, by in mimic.leaders.items()
-            )
-            values[mimic.joint] = sum(led, start=mimic.offset)
+            angle = mimic.offset
+            for name, factor in mimic.leaders.items():
+                angle = angle + factor * values.get(name, robot.joint(name).value(q))
+            values[mimic.joint] = angle
     for name, value in values.items():
         joint = robot.joint(name)
-        found[joint.q] = value.sin_cos()[::-1] if joint.kind == "continuous" else value
-    return found
+        in_symbols[joint.q] = value.sin_cos()[::-1] if joint.kind == "continuous" else value
+    return in_symbols
 
 
-def _tilted(block: Constraint, T: Numbers) -> Constraint:
+def _tilted(constraint: Constraint, T: Numbers) -> Constraint:
     """The constraint on tilted ground; rows along all axes stay, as they hold the same."""
-    if block.axes_body >= 0 or (
-        np.linalg.matrix_rank(block.forces) == 3
-        and not len(block.moments)
-        and block.rebound is None
-    ):
-        return block
-    rebound = None if block.rebound is None else block.rebound @ T
-    return block._replace(forces=block.forces @ T, moments=block.moments @ T, rebound=rebound)
+    if constraint.axes_body >= 0:
+        return constraint
+    rebound = constraint.rebound
+    all_axes = np.linalg.matrix_rank(constraint.forces) == 3 and not len(constraint.moments)
+    if all_axes and rebound is None:
+        return constraint
+    if rebound is not None:
+        rebound = rebound @ T
+    return constraint._replace(
+        forces=constraint.forces @ T, moments=constraint.moments @ T, rebound=rebound
+    )

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, C, digits, pieces
+from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, C, Pieces, digits, pieces
 from shockpc.wings.symbols.programs import Program
 
 
@@ -139,6 +139,15 @@ process.stdout.write(worst + "\\n"); // console.log may colour it.
 process.exitCode = worst < {error!r} ? 0 : 1;
 """
 
+C_FILES = {
+    "landing.h": C_HEADER,
+    "landing.c": C_SOURCE,
+    "landing_test.c": C_TEST,
+    "Makefile": MAKEFILE,
+}
+JAVASCRIPT_FILES = {"landing.mjs": JS_SOURCE, "landing_test.mjs": JS_TEST}
+"""Templates by file name."""
+
 MOST_ERROR = 1e-9
 """Error of a number, relative to its size, above which the test of a code fails."""
 
@@ -163,60 +172,100 @@ def code_files(
         most: condition up to which the numbers are to be trusted.
         samples: what the test compares with.
     """
-    in_c = lang == "c"
-    words, size = (C, 300) if in_c else (JAVASCRIPT, 700)
-    bodies, slots = pieces(program, inputs, words, "const double" if in_c else "const", size)
-    given = ", ".join([*inputs, "w", "out"])
-    taken = (
-        ", ".join([*(f"const double *{name}" for name in inputs), "double *w", "double *out"])
-        if in_c
-        else given
-    )
-    # Not every piece reads all of its arguments.
-    unused = "".join(f"(void){name};" for name in (*inputs, "w", "out")) + "\n" if in_c else ""
-    begin = "static void" if in_c else "function"
     starts = [0, *itertools.accumulate(inputs.values())]
-    rows = "{{{}}}" if in_c else "[{}]"
-    parts = {
+    parts: dict[str, object] = {
         "about": "".join(f" * {_in_comment(line)}".rstrip() + "\n" for line in about),
-        "arrays": ", ".join(
-            f"const double {name}[{n}]" if in_c else name for name, n in inputs.items()
-        ),
-        "names": "".join(f"#define LANDING_{name.upper()} {k}\n" for k, name in enumerate(outputs))
-        if in_c
-        else json.dumps(list(outputs)),
         "count": len(outputs),
         "most": most,
-        "functions": "".join(
-            f"{begin} piece{k}({taken}) {{\n{unused}{body}\n}}\n" for k, body in enumerate(bodies)
-        ),
-        "calls": "".join(f"piece{k}({given});\n" for k in range(len(bodies))),
-        "slots": max(slots, 1),
         "n": len(samples.inputs),
         "inputs": starts[-1],
-        "arguments": ", ".join(
-            f"given[k] + {a}" if in_c else f"x.slice({a}, {b})"
-            for a, b in itertools.pairwise(starts)
-        ),
-        "given": _rows(samples.inputs, rows, words),
-        "exact": _rows(samples.exact, rows, words),
-        "size": ", ".join(digits(x, words) for x in samples.size.tolist()),
         "error": MOST_ERROR,
     }
-    files = {
-        "landing.h": C_HEADER,
-        "landing.c": C_SOURCE,
-        "landing_test.c": C_TEST,
-        "Makefile": MAKEFILE,
-    }
-    files = files if in_c else {"landing.mjs": JS_SOURCE, "landing_test.mjs": JS_TEST}
+    if lang == "c":
+        parts |= _parts_of_c(program, inputs, outputs, starts, samples)
+        files = C_FILES
+    else:
+        parts |= _parts_of_javascript(program, inputs, outputs, starts, samples)
+        files = JAVASCRIPT_FILES
     return {name: template.format(**parts) for name, template in files.items()}
 
 
+def _parts_of_c(
+    program: Program,
+    inputs: Mapping[str, int],
+    outputs: Sequence[str],
+    starts: Sequence[int],
+    samples: Samples,
+) -> dict[str, object]:
+    """What files in C have in place of names in braces. Args: starts, of inputs in one array."""
+    arguments = [*inputs, "w", "out"]
+    types = [f"const double *{name}" for name in inputs] + ["double *w", "double *out"]
+    # Not every piece reads all of its arguments.
+    unused = "".join(f"(void){name};" for name in arguments)
+    head = "static void piece{}(" + ", ".join(types) + ") {{\n" + unused + "\n"
+    names = [f"#define LANDING_{name.upper()} {k}\n" for k, name in enumerate(outputs)]
+    return {
+        "arrays": ", ".join(f"const double {name}[{n}]" for name, n in inputs.items()),
+        "names": "".join(names),
+        "arguments": ", ".join(f"given[k] + {start}" for start in starts[:-1]),
+        **_functions(pieces(program, inputs, C, "const double", 300), head, arguments),
+        **_samples(samples, "{{{}}}", C),
+    }
+
+
+def _parts_of_javascript(
+    program: Program,
+    inputs: Mapping[str, int],
+    outputs: Sequence[str],
+    starts: Sequence[int],
+    samples: Samples,
+) -> dict[str, object]:
+    """What files in JavaScript have in place of names in braces. Args: as for `_parts_of_c`."""
+    arguments = [*inputs, "w", "out"]
+    head = "function piece{}(" + ", ".join(arguments) + ") {{\n"
+    slices = [f"x.slice({a}, {b})" for a, b in itertools.pairwise(starts)]
+    return {
+        "arrays": ", ".join(inputs),
+        "names": json.dumps(list(outputs)),
+        "arguments": ", ".join(slices),
+        **_functions(pieces(program, inputs, JAVASCRIPT, "const", 700), head, arguments),
+        **_samples(samples, "[{}]", JAVASCRIPT),
+    }
+
+
+def _functions(parts: Pieces, head: str, arguments: Sequence[str]) -> dict[str, object]:
+    """The functions of a program, and their calls.
+
+    Args:
+        parts: of the program.
+        head: beginning of a function, with {} for its number.
+        arguments: of each.
+    """
+    names = ", ".join(arguments)
+    functions = [head.format(k) + body + "\n}\n" for k, body in enumerate(parts.bodies)]
+    calls = [f"piece{k}({names});\n" for k in range(len(parts.bodies))]
+    return {
+        "functions": "".join(functions),
+        "calls": "".join(calls),
+        "slots": max(parts.slots, 1),
+    }
+
+
+def _samples(samples: Samples, row: str, words: Mapping[str, str]) -> dict[str, object]:
+    """The numbers of a test. Args: row, form of a row; words, as for `pieces`."""
+    return {
+        "given": _rows(samples.inputs, row, words),
+        "exact": _rows(samples.exact, row, words),
+        "size": ", ".join(digits(x, words) for x in samples.size.tolist()),
+    }
+
+
 def _rows(table: Array, row: str, words: Mapping[str, str]) -> str:
-    return "".join(
-        row.format(", ".join(digits(x, words) for x in one)) + ",\n" for one in table.tolist()
-    )
+    lines = []
+    for values in table.tolist():
+        numbers = ", ".join(digits(x, words) for x in values)
+        lines.append(row.format(numbers) + ",\n")
+    return "".join(lines)
 
 
 def _in_comment(line: str) -> str:
