@@ -88,38 +88,30 @@ class Rigid:
         )
         if not np.isfinite(landing.equation(landing.state).H).all():
             raise without_kinetic_energy(landing, landing.state.H)
-        rotation, position = landing.state.rotation[0], landing.state.position[0]
+        rotation = landing.state.rotation[0]
+        position = landing.state.position[0]
+        mass = robot.masses.sum()
         coms = position + (rotation @ robot.coms[..., None])[..., 0]
-        com = robot.masses @ coms / robot.masses.sum()
-        arms = coms - com
-        spread = np.einsum("i,ij,ij->", robot.masses, arms, arms) * np.eye(3) - np.einsum(
-            "i,ij,ik->jk", robot.masses, arms, arms
-        )
-        inertia = np.sum(rotation @ robot.inertias @ rotation.transpose(0, 2, 1), axis=0) + spread
-
-        def placed(of_robot: Outline) -> tuple[Shape, ...]:
-            return tuple(
-                shape.placed(rotation[i], position[i])
-                for i, carried in enumerate(of_robot.shapes)
-                for shape in carried
-            )
-
-        solid = placed(outline(robot, "collision"))
+        com = robot.masses @ coms / mass
+        solid = _placed(outline(robot, "collision"), landing)
         links = {shape.link for shape in solid}
-        drawn = [shape for shape in placed(drawn_outline(robot)) if shape.link not in links]
-        # Only corners, because a body would pivot about vertices that rounding puts above a side of
-        # its hull, too.
-        shapes = tuple(
-            shape if shape.mesh is None else shape._replace(points=hull_corners(shape.points))
-            for shape in (*solid, *drawn)
-        )
-        if not shapes:
+        visual = _placed(drawn_outline(robot), landing)
+        drawn = [shape for shape in visual if shape.link not in links]
+        if not solid and not drawn:
             raise StudyError(
                 f'robot "{robot.name}" has neither collision nor visual geometry, so nothing of it '
                 f"meets the ground"
             )
-        visual = tuple(dict.fromkeys(shape.link for shape in drawn))
-        return cls(scene, landing, float(robot.masses.sum()), com, inertia, coms, shapes, visual)
+        return cls(
+            given=scene,
+            landing=landing,
+            mass=float(mass),
+            com=com,
+            inertia=_inertia(robot, rotation, coms - com),
+            coms=coms,
+            shapes=tuple(_corners_only(shape) for shape in (*solid, *drawn)),
+            visual=tuple(dict.fromkeys(shape.link for shape in drawn)),
+        )
 
     def points(self, directions: Array) -> tuple[Array, np.ndarray]:
         """Points (n, 3) of the surface [m], and the link of each (n,).
@@ -272,38 +264,83 @@ class Rigid:
             stands: what is on the ground already.
             slides: whether that slides.
         """
-        scene, robot, state = self.given, self.landing.robot, self.landing.state
-        base = rotation @ state.rotation[0, 0] @ robot.bodies[0].rotation.T
+        scene = self.given
+        base = rotation @ self.landing.state.rotation[0, 0]
+        quaternion = quaternion_of(base @ self.landing.robot.bodies[0].rotation.T)
         ground = min(float(rotation[2] @ spot.point) for spot in (*struck, *stands))
         posture = replace(
             scene.posture,
             base_rpy_deg=None,
-            base_quaternion=tuple((q := quaternion_of(base)) / np.linalg.norm(q)),
+            base_quaternion=tuple(quaternion / np.linalg.norm(quaternion)),
             base_position=(0.0, 0.0, -ground),
         )
         at_base = velocity - np.cross(omega, rotation @ self.com)
         strike = replace(
-            scene.strike, speed=None, strike_angle_deg=None, drop_height=None, forward_speed=None
-        )
-        strike = replace(
-            strike,
+            scene.strike,
+            speed=None,
+            strike_angle_deg=None,
+            drop_height=None,
+            forward_speed=None,
             velocity=tuple(at_base.tolist()),
             angular_velocity=tuple(omega.tolist()) if omega.any() else None,
         )
-
-        def offset(spot: Spot) -> tuple[float, float, float]:
-            frame = robot.frames[spot.link]
-            r = state.rotation[0, frame.body].T @ (spot.point - state.position[0, frame.body])
-            x, y, z = (frame.rotation.T @ (r - frame.offset)).tolist()
-            return x, y, z
-
-        contacts = tuple(replace(POINT, frame=spot.link, offset=offset(spot)) for spot in struck)
-        standing = tuple(
-            f"{spot.link}:" + ",".join(map(repr, offset(spot))) for spot in stands if not slides
+        contacts = [replace(POINT, frame=spot.link, offset=self._offset(spot)) for spot in struck]
+        standing: list[str] = []
+        for spot in stands:
+            offset = self._offset(spot)
+            if not slides:
+                standing.append(f"{spot.link}:" + ",".join(map(repr, offset)))
+                continue
+            arm = rotation @ (spot.point - self.com)
+            x, y, _ = (velocity + np.cross(omega, arm)).tolist()
+            contacts.append(replace(POINT, frame=spot.link, offset=offset, velocity=(x, y, 0.0)))
+        return replace(
+            scene,
+            posture=posture,
+            strike=strike,
+            contact=tuple(contacts),
+            stance=tuple(standing),
         )
-        for spot in stands if slides else ():
-            x, y, _ = (velocity + np.cross(omega, rotation @ (spot.point - self.com))).tolist()
-            contacts += (
-                replace(POINT, frame=spot.link, offset=offset(spot), velocity=(x, y, 0.0)),
-            )
-        return replace(scene, posture=posture, strike=strike, contact=contacts, stance=standing)
+
+    def _offset(self, spot: Spot) -> tuple[float, float, float]:
+        """A point in the frame of its link [m]."""
+        frame = self.landing.robot.frames[spot.link]
+        state = self.landing.state
+        arm = spot.point - state.position[0, frame.body]
+        r = state.rotation[0, frame.body].T @ arm
+        x, y, z = (frame.rotation.T @ (r - frame.offset)).tolist()
+        return x, y, z
+
+
+def _placed(of_robot: Outline, landing: PosedLanding) -> list[Shape]:
+    """The shapes of a robot in the posture of a landing."""
+    shapes = []
+    for i, carried in enumerate(of_robot.shapes):
+        for shape in carried:
+            placed = shape.placed(landing.state.rotation[0, i], landing.state.position[0, i])
+            shapes.append(placed)
+    return shapes
+
+
+def _corners_only(shape: Shape) -> Shape:
+    """A mesh as the corners of its hull.
+
+    A body would pivot about vertices that rounding puts above a side of its hull, too.
+    """
+    if shape.mesh is None:
+        return shape
+    return shape._replace(points=hull_corners(shape.points))
+
+
+def _inertia(robot: Robot, rotation: Array, arms: Array) -> Array:
+    """Inertia (3, 3) about the centre of mass [kg m²]: Σ R I Rᵀ + Σ m (|r|² 1 − r rᵀ).
+
+    Args:
+        robot: the robot.
+        rotation: R (nb, 3, 3) of the bodies.
+        arms: r (nb, 3) from the centre of mass to theirs [m].
+    """
+    squares = np.einsum("i,ij,ij->", robot.masses, arms, arms)
+    spread = squares * np.eye(3) - np.einsum("i,ij,ik->jk", robot.masses, arms, arms)
+    of_bodies = rotation @ robot.inertias @ rotation.transpose(0, 2, 1)
+    return np.asarray(np.sum(of_bodies, axis=0) + spread)

@@ -6,7 +6,7 @@ The pictures are in the attitude of the impact.
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.text.printed import cause_lines, causes, count, few, in_degrees, listed
 from shockpc.wings.fall.strikes import FallStrike, Tip
-from shockpc.wings.fall.study import EFFORTS, Falls, StrikeResult
+from shockpc.wings.fall.study import EFFORTS, Falls
 
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
@@ -131,28 +131,45 @@ def _warnings(falls: Falls) -> list[str]:
     return [*remarks, *(line for line in shared_warnings(profiles, without="height"))]
 
 
+class Motion(NamedTuple):
+    """Phases of a fall that are one motion.
+
+    Attributes:
+        kinds: how the body moves.
+        end: rotation at the end [rad].
+        short: it turns by less than `LEAST_ROTATION`.
+    """
+
+    kinds: set[str]
+    end: float
+    short: bool
+
+
 def moves(tip: Tip, until: float) -> str:
     """Text of how a robot moves, and to which rotations [deg], up to one [rad].
 
     What alternates within `LEAST_ROTATION`, as on a round foot, is one motion.
     """
-    parts: list[tuple[bool, set[str], float]] = []
-    for kind, phases in itertools.groupby(
-        (p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind
-    ):
-        same_kind = list(phases)
+    motions: list[Motion] = []
+    phases = [phase for phase in tip.fall.phases if phase.start.theta < until]
+    for kind, group in itertools.groupby(phases, lambda phase: phase.kind):
+        same_kind = list(group)
         end = min(same_kind[-1].end.theta, until)
         short = end - same_kind[0].start.theta < LEAST_ROTATION
-        alternates = parts and short and parts[-1][0]
-        kinds = {kind} | (parts.pop()[1] if alternates else set())
-        parts.append((short, kinds, end))
-    words = [
-        (" and ".join(sorted(kinds)), end)
-        for short, kinds, end in parts
-        if not short or len(kinds) > 1 or len(parts) == 1
-    ]
-    last = [list(same)[-1] for _, same in itertools.groupby(words, lambda part: part[0])]
-    return ", ".join(f"{kind} to {in_degrees(end):.3g}" for kind, end in last)
+        kinds: set[str] = {kind}
+        if motions and short and motions[-1].short:
+            kinds |= motions.pop().kinds
+        motions.append(Motion(kinds, end, short))
+    # Of motions with the same words the last one counts.
+    words: list[tuple[str, float]] = []
+    for motion in motions:
+        if motion.short and len(motion.kinds) == 1 and len(motions) > 1:
+            continue
+        text = " and ".join(sorted(motion.kinds))
+        if words and words[-1][0] == text:
+            words.pop()
+        words.append((text, motion.end))
+    return ", ".join(f"{text} to {in_degrees(end):.3g}" for text, end in words)
 
 
 def _tips(falls: Falls) -> Sheet:
@@ -160,20 +177,24 @@ def _tips(falls: Falls) -> Sheet:
     rows: list[Row] = []
     for tip in falls.tips:
         strikes = [strike for strike in falls.strikes if strike.fall == tip.name]
-        first = (struck_words(strikes[0]), strikes[0].speed) if strikes else (None, None)
-        speed, number = max(
-            ((strike.speed, strike.number) for strike in strikes), default=(None, None)
-        )
+        balance = in_degrees(tip.balance)
+        if not strikes:
+            motion = moves(tip, math.inf)
+            rows.append((tip.name, balance, tip.least_push, motion, None, None, 0, None, None))
+            continue
+        first = strikes[0]
+        fastest = max(strikes, key=lambda strike: (strike.speed, strike.number))
         rows.append(
             (
                 tip.name,
-                in_degrees(tip.balance),
+                balance,
                 tip.least_push,
-                moves(tip, strikes[0].rotation if strikes else math.inf),
-                *first,
+                moves(tip, first.rotation),
+                struck_words(first),
+                first.speed,
                 len(strikes),
-                number,
-                speed,
+                fastest.number,
+                fastest.speed,
             )
         )
     header = (
@@ -198,13 +219,17 @@ def _tips(falls: Falls) -> Sheet:
 
 def struck_words(strike: FallStrike) -> str:
     """Text of what strikes: each link, its speed where these differ, and if it separates."""
-    speeds = {f"{speed:.3g}" for speed in strike.struck.values()}
-    named = (
-        f"{link}{f' {speed:.3g}' * (len(speeds) > 1)}"
-        f"{' (separates)' * (link not in strike.pressing)}"
-        for link, speed in strike.struck.items()
-    )
-    return few(list(named), 4) if len(strike.struck) > 1 else next(iter(strike.struck))
+    if len(strike.struck) == 1:
+        return next(iter(strike.struck))
+    speeds = {link: f"{speed:.3g}" for link, speed in strike.struck.items()}
+    differ = len(set(speeds.values())) > 1
+    words = []
+    for link, speed in speeds.items():
+        word = f"{link} {speed}" if differ else link
+        if link not in strike.pressing:
+            word += " (separates)"
+        words.append(word)
+    return few(words, 4)
 
 
 def _strikes(falls: Falls, full: bool) -> list[Sheet]:
@@ -212,67 +237,80 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
 
     Args: full, whether with all rows and columns, in two tables.
     """
-    every, tipping = _every_strike(falls), bool(falls.tips)
+    every = _every_strike(falls)
     name = [column.key for column in every.columns].index("strike")
     by_name = {row[name]: row for row in every.rows}
-    values = [
-        key
-        for text in falls.quantities
-        for key in (text, *[f"{text}_at"] * (full or text == falls.rank))
-    ]
-    motion = [
-        "struck_links",
-        *("motion", "rate") * (tipping and full),
-        *("rotation_deg",) * tipping,
-        "speed",
-    ]
-    causes_ = [*values, "trunk_free", "trunk_with_drives", "trunk_locked"]
     sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results])
-    stops = {one.strike.name: text for one in falls.results if not full and (text := _stop(one))}
-    listings: dict[str, dict[str, str]] = {
-        "within 5 mm of striking too": {
-            one.strike.name: listed(one.strike.near) for one in falls.results if one.strike.near
-        },
-        "on the ground already and pressing": {
-            one.strike.name: listed(one.strike.stands) for one in falls.results if one.strike.stands
-        },
-        "first at its stop if rates stay": stops,
-    }
-    scene = falls.results[0].profile.scene if falls.results else None
-    bound = any(text.startswith("filtered_peak") for text in falls.quantities)
-    bound = bound and scene is not None and scene.pulse is None and not scene.yields
+    values: list[str] = []
+    for text in falls.quantities:
+        values.append(text)
+        if full or text == falls.rank:
+            values.append(f"{text}_at")
+    caused = [*values, "trunk_free", "trunk_with_drives", "trunk_locked"]
+    motion = ["struck_links"]
+    if falls.tips:
+        if full:
+            motion += ["motion", "rate"]
+        motion.append("rotation_deg")
+    motion.append("speed")
+    notes = _notes(falls, full)
+    title = f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}"
+    if not full:
+        shown = sheet.only("strike", *motion, *caused)._replace(title=title, notes=notes)
+        return [shown.largest(ROWS, "strike")]
+    before = sheet.only("strike", *motion, "first_at_its_stop", "stop_after")
+    effects = sheet.only("strike", *caused)
+    return [
+        before._replace(title=title),
+        effects._replace(title="what these strikes cause", notes=notes),
+    ]
+
+
+def _notes(falls: Falls, full: bool) -> list[str]:
+    """The notes under the strikes."""
     notes = [
         "struck links: that meet the ground together, with their speeds if they differ; speed: of "
         "the fastest towards the ground",
         "trunk: |Δv| at the heaviest body's centre of mass with free joints, drives and locked "
         "joints; any may be the largest",
-        "filtered_peak: at most, for a pulse of any length; a pulse or a contact stiffness gives "
-        "the reading" * bound,
-        *(
-            f"{what}: "
-            + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
-            for what, named in listings.items()
-            if named
-        ),
-        "places, rates and stops of every strike: --out DIR, --format md or json" * (not full),
     ]
-    title, notes = (
-        f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}",
-        list(filter(None, notes)),
-    )
-    if full:
-        before = sheet.only("strike", *motion, "first_at_its_stop", "stop_after")._replace(
-            title=title
+    if _filtered_bound(falls):
+        notes.append(
+            "filtered_peak: at most, for a pulse of any length; a pulse or a contact stiffness "
+            "gives the reading"
         )
-        return [
-            before,
-            sheet.only("strike", *causes_)._replace(title="what these strikes cause", notes=notes),
-        ]
-    return [
-        sheet.only("strike", *motion, *causes_)
-        ._replace(title=title, notes=notes)
-        .largest(ROWS, "strike")
-    ]
+    near: dict[str, str] = {}
+    stands: dict[str, str] = {}
+    stops: dict[str, str] = {}
+    for result in falls.results:
+        strike = result.strike
+        if strike.near:
+            near[strike.name] = listed(strike.near)
+        if strike.stands:
+            stands[strike.name] = listed(strike.stands)
+        if result.stop is not None and not full:
+            joint, time = result.stop
+            stops[strike.name] = f"{joint} {1e3 * time:.3g} ms"
+    for what, texts in (
+        ("within 5 mm of striking too", near),
+        ("on the ground already and pressing", stands),
+        ("first at its stop if rates stay", stops),
+    ):
+        if texts:
+            first = itertools.islice(texts.items(), 4)
+            notes.append(f"{what}: " + "; ".join(f"{text} ({name})" for name, text in first))
+    if not full:
+        notes.append("places, rates and stops of every strike: --out DIR, --format md or json")
+    return notes
+
+
+def _filtered_bound(falls: Falls) -> bool:
+    """True if filtered peaks are bounds, as the scene says nothing of how long a strike lasts."""
+    if not falls.results:
+        return False
+    scene = falls.results[0].profile.scene
+    filtered = any(text.startswith("filtered_peak") for text in falls.quantities)
+    return filtered and scene.pulse is None and not scene.yields
 
 
 def _judged(falls: Falls) -> bool:
@@ -282,30 +320,33 @@ def _judged(falls: Falls) -> bool:
 
 def _margins(falls: Falls) -> Sheet:
     """The parts and joints nearest to what they withstand, each with its worst strike."""
-    rows: list[Row] = [
-        (one.name, one.kind, one.margin, one.torque, one.withstands, one.strike)
-        for one in falls.margins
-    ]
-    scene, robot = falls.results[0].profile.scene, falls.robot
-    limits, named = torque_limits(robot, scene.part)[0], {one.name for one in falls.margins}
-    bare = [
-        joint.name
-        for joint in robot.single_joints
-        if joint.axis is not None and np.isnan(limits[joint.v.start])
-    ]
-    notes = (
-        [
-            f"no torque or effort limit is known of "
-            f"{few([name for name in bare if name not in named], 4)}"
-        ]
-        if bare
-        else []
-    )
-    unjudged = [
-        one.strike.name
-        for one in falls.results
-        if one.profile.redundant and math.isnan(one.values.get(EFFORTS, 0.0))
-    ]
+    rows: list[Row] = []
+    for margin in falls.margins:
+        rows.append(
+            (
+                margin.name,
+                margin.kind,
+                margin.margin,
+                margin.torque,
+                margin.withstands,
+                margin.strike,
+            )
+        )
+    scene = falls.results[0].profile.scene
+    limits = torque_limits(falls.robot, scene.part)[0]
+    named = {margin.name for margin in falls.margins}
+    notes: list[str] = []
+    bare = []
+    for joint in falls.robot.single_joints:
+        if joint.axis is not None and np.isnan(limits[joint.v.start]):
+            bare.append(joint.name)
+    if bare:
+        unrated = few([name for name in bare if name not in named], 4)
+        notes.append(f"no torque or effort limit is known of {unrated}")
+    unjudged = []
+    for result in falls.results:
+        if result.profile.redundant and math.isnan(result.values.get(EFFORTS, 0.0)):
+            unjudged.append(result.strike.name)
     if unjudged:
         notes.append(
             f"joints are not judged in {few(unjudged, 4)}, because contacts or loops are "
@@ -327,10 +368,6 @@ def _margins(falls: Falls) -> Sheet:
     )
     title = "margins (survivable contact velocity / contact velocity), each in its worst strike"
     return Sheet(title, header, rows, notes)
-
-
-def _stop(result: StrikeResult) -> str | None:
-    return None if result.stop is None else f"{result.stop[0]} {1e3 * result.stop[1]:.3g} ms"
 
 
 def _every_strike(falls: Falls) -> Sheet:

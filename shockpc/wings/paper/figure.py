@@ -36,30 +36,17 @@ def draw_panels(
         captions: lines under each label.
         note: under the tables, in italics.
     """
-    views = [view_of(profile) for profile in profiles]
-    chosen = [
-        profile.bodies[i]
-        for profile, view in zip(profiles, views, strict=True)
-        for i in view.numbers
-    ]
-    number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
-    numbers = [
-        {i: number[name] for i, name in enumerate(profile.bodies) if name in number}
-        for profile in profiles
-    ]
-    views = [view._replace(numbers=by_body) for view, by_body in zip(views, numbers, strict=True)]
+    views, number = _numbered([view_of(profile) for profile in profiles], profiles)
     windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
-    under = [
-        [*lines, *_outside(*panel)]
-        for lines, panel in zip(captions, zip(profiles, views, windows, strict=True), strict=True)
-    ]
+    under: list[list[str]] = []
+    for lines, profile, view, window in zip(captions, profiles, views, windows, strict=True):
+        under.append([*lines, *_outside(profile, view, window)])
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
     models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
-    bodies: TableRows = [
-        ("", "body"),
-        *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items()),
-    ]
+    bodies: TableRows = [("", "body")]
+    for name, k in number.items():
+        bodies.append((str(k), printable(name.replace("_", " "), 40)))
     page = Page(
         LEFT + width,
         windows[0].sides[1] + foot,
@@ -68,22 +55,43 @@ def draw_panels(
         [note],
     )
     y = page.low + foot
-    for middle, window, texts in zip(
-        draw_row(page, y, views, windows, labels, GAP), windows, under, strict=True
-    ):
+    middles = draw_row(page, y, views, windows, labels, GAP)
+    for middle, window, texts in zip(middles, windows, under, strict=True):
+        text_width = window.sides[0] + GAP
         for n, text in enumerate(texts):
-            page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
+            page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, text_width, ha="center")
     page.bar(LEFT, BAR)
     page.key()
     return page.figure
 
 
+def _numbered(
+    views: Sequence[View], profiles: Sequence[ShockProfile]
+) -> tuple[list[View], dict[str, int]]:
+    """Views in which a body has the same number, and the numbers by its name: of all bodies that
+    have one in a view.
+    """
+    number: dict[str, int] = {}
+    for profile, view in zip(profiles, views, strict=True):
+        for i in view.numbers:
+            number.setdefault(profile.bodies[i], len(number) + 1)
+    numbered: list[View] = []
+    for profile, view in zip(profiles, views, strict=True):
+        by_body: dict[int, int] = {}
+        for i, name in enumerate(profile.bodies):
+            if name in number:
+                by_body[i] = number[name]
+        numbered.append(view._replace(numbers=by_body))
+    return numbered, number
+
+
 def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[TableRows]:
     """The meaning of the letters of sensors: one table, or one for each panel if they differ."""
-    tables: list[TableRows] = [
-        [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)]
-        for profile in profiles
-    ]
+    tables: list[TableRows] = []
+    for profile in profiles:
+        tables.append(
+            [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)]
+        )
     if all(rows == tables[0] for rows in tables):
         return [[("", "sensor or point"), *tables[0]]] if tables[0] else []
     return [
@@ -98,7 +106,6 @@ def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
     lines = [f"strike angle {angle_text(profile)} deg"]
     for i, number in view.numbers.items():
         if i in view.centres and not window.holds(view.centres[i], 0.05):
-            lines.append(
-                "CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0)
-            )
+            x, z = view.centres[i].round(2) + 0.0
+            lines.append(f"CoPc {number} at ({x:.2f}, {z:.2f}) m")
     return lines
