@@ -1,5 +1,8 @@
-"""When links that are taken as rigid are right: from which frequency on their first bending mode
-makes no difference.
+"""Frequency of the first bending mode from which on links can be taken as rigid.
+
+From there on the mode makes no difference.
+
+From some frequency on, the mode makes no difference.
 
 A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as
 the pulse. Several contacts share the mass that they stop, so that they last less than each alone.
@@ -29,8 +32,9 @@ from shockpc.text.printed import few
 from shockpc.wings.compliant.leg_modes import LegModes, leg_modes
 
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
-"""Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a
-joint, are within 10 %.
+"""Smallest Tc f1 with which jumps, and with which torques, are within 10 %.
+
+With jumps is what an accelerometer reads; of the torques it is the largest one of a joint.
 """
 
 STEEP = 0.2
@@ -40,14 +44,14 @@ ABRUPT = "rectangle", "saw-tooth"
 """Pulses with a step."""
 
 RINGS = "torques ring, and jumps may differ, however stiff links are"
-"""What a step of force does."""
+"""Effect of a step of force."""
 
 BENDS = "contact", "bending"
 """Kind and subject of the warning that not even links of metal are stiff enough."""
 
 
 class Bending(NamedTuple):
-    """What the first bending mode of links has to be, so that they can be taken as rigid.
+    """Requirement on the first bending mode of links to be taken as rigid.
 
     Attributes:
         contact_time: Tc [s].
@@ -66,14 +70,15 @@ class Bending(NamedTuple):
         return product / self.contact_time
 
     def stiffest(self, product: float) -> float:
-        """Largest stiffness of a contact [N/m] with which links of metal with these inertias are
-        stiff enough.
+        """Largest stiffness of a contact for which links of metal are stiff enough [N/m].
+
+        The links have these inertias.
         """
         return self.mass * (math.pi * self.modes.metal / product) ** 2
 
     @property
     def never(self) -> bool:
-        """Whether not even links of metal are stiff enough for jumps."""
+        """True if not even links of metal are stiff enough for jumps."""
         return self.modes.metal < self.lowest(FOR_JUMPS)
 
     @property
@@ -88,7 +93,7 @@ class Bending(NamedTuple):
 
     @property
     def lines(self) -> tuple[str, str]:
-        """What the links have to be, and what metal and carbon fibre would reach."""
+        """Text of what the links have to be, and of what metal and carbon fibre would reach."""
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
@@ -121,8 +126,11 @@ def _hertz(frequency: float) -> str:
 
 
 def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Bending | None:
-    """When the links of a landing can be taken as rigid: those between the base and the contact
-    with the smallest effective mass.
+    """Requirement on the links of a landing to be taken as rigid.
+
+    The links are those between the base and the contact with the smallest effective mass.
+
+    The links are those between the base and the contact with the smallest effective mass.
 
     Args:
         landing: the landing.
@@ -174,7 +182,10 @@ def _yielding(landing: PosedLanding, masses: Array) -> dict[float, int]:
 
 
 def _lightest_contact(landing: PosedLanding, masses: Array) -> tuple[int, float]:
-    """The number of the contact with the smallest effective mass, and that [kg]; −1 if none yields."""
+    """The number of the contact with the smallest effective mass, and that mass [kg].
+
+    The number is −1 if none yields.
+    """
     yielding = _yielding(landing, masses)
     if not yielding:
         return -1, math.nan
@@ -183,8 +194,9 @@ def _lightest_contact(landing: PosedLanding, masses: Array) -> tuple[int, float]
 
 
 def _shared_mass(landing: PosedLanding, masses: Array) -> float:
-    """The mass that the contacts stop together, each with a stiffness of 1, m = 1/ω² [kg]; infinite
-    of a single one.
+    """The mass that the contacts stop together, m = 1/ω² [kg]; infinite of a single one.
+
+    Each contact has a stiffness of 1.
     """
     if len(_yielding(landing, masses)) < 2:
         return math.inf
@@ -196,8 +208,9 @@ def _shared_mass(landing: PosedLanding, masses: Array) -> float:
 
 
 def step_of_force(landing: PosedLanding) -> str:
-    """Where the force of contacts of finite stiffness has a step, and how to be without; empty if
-    it has none.
+    """Text of where the contact forces have a step, and how to be without; empty without a step.
+
+    The contacts have a finite stiffness.
     """
     from shockpc.impact.contact_rows import row_layout
 

@@ -1,5 +1,6 @@
-"""A landing whose links bend: the same scene on a robot with a body for each segment of a link, of
-which hinges swing on springs.
+"""A landing whose links bend: the same scene on a robot with a body for each segment.
+
+Hinges between the segments of a link swing on springs.
 
 Joint model, posture and motion are those of the rigid robot, so that nothing that the scene says of
 joints reaches a hinge.
@@ -42,8 +43,9 @@ class FlexibleLanding(PosedLanding):
         return self.flexible.hinges
 
     def carried(self, place: Place) -> Place:
-        """A place of the rigid landing: a point on the segment that it moves with, a joint with its
-        velocities here.
+        """A place of the rigid landing in this one.
+
+        It is a point on the segment that it moves with, or a joint with its velocities here.
         """
         joint = self._joints.get((place.name, place.body, place.number))
         if joint is not None:
@@ -52,12 +54,12 @@ class FlexibleLanding(PosedLanding):
 
     @functools.cached_property
     def points(self) -> tuple[Place, ...]:
-        """As of the rigid landing."""
+        """Places of the rigid landing, carried to this one."""
         return tuple(map(self.carried, self.rigid.points))
 
     @functools.cached_property
     def parts(self) -> tuple[Place, ...]:
-        """As of the rigid landing."""
+        """Places of the rigid landing, carried to this one."""
         parts = []
         for place in self.rigid.parts:
             parts.append(place if place.joint >= 0 else self.carried(place))
@@ -75,7 +77,7 @@ class FlexibleLanding(PosedLanding):
         }
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
-        """As of the rigid landing: hinges are no joints, and segments no bodies."""
+        """Places of the rigid landing: hinges are no joints, and segments no bodies."""
         return (
             tuple(map(self.carried, self.rigid.places(kind)))
             if kind in ("body", "joint")
@@ -181,8 +183,9 @@ def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
 
 
 def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
-    """The landing with the inertia k / ω² that a hinge of stiffness k has in a contact of frequency
-    ω.
+    """The landing with the inertia k / ω² of each hinge.
+
+    A hinge of stiffness k has it in a contact of frequency ω.
 
     What of a sole carries follows from it: links that are stiff against the contact are rigid then,
     and the hinges of soft ones are free. Of the energy that the rigid robot would lose, ω² = K Σ v²
@@ -210,8 +213,9 @@ def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:
 
 
 def _on_segments(flexible: FlexibleRobot, constraint: Constraint) -> Constraint:
-    """The rows of a contact or of an end stop on the segments that they act on; each contact is
-    where it is in this posture.
+    """The rows of a contact or of an end stop on the segments that they act on.
+
+    Each contact is where it is in this posture.
     """
     if constraint.kind == "stop":
         body = flexible.segments[constraint.body][0]

@@ -1,5 +1,6 @@
-"""A robot with links that bend: one with more bodies, rigid segments of links, and with joints that
-have springs between these.
+"""A robot with links that bend, as a robot with more bodies and joints.
+
+The bodies are rigid segments of links, and the joints between these have springs.
 
 The segments have the frame of their body, in which points, axes and centres of mass stay what they
 are.
@@ -21,20 +22,21 @@ from shockpc.text.errors import RobotError
 from shockpc.wings.compliant.motion.segments import FINE, Division, Flex, bending_stiffness, divide
 
 SHORT = 0.5
-"""Share of a body's radius of gyration, up to which the distance of two joints does not give its
-axis.
+"""Share of a body's radius of gyration up to which two joints do not give its axis.
+
+Up to it their distance is too small.
+
+Up to it the distance of two joints does not give the axis.
 """
 
 ROUNDING = 1e-9
-"""Distance [m] by which what is at a hinge may be before it and still moves with the segment
-behind.
-"""
+"""Distance of a point before a hinge with which it still moves with the segment behind [m]."""
 
 MOST_SPRINGS = 240
 """Springs in the hinges of all links; a landing of so many takes up to a minute and 0.5 GB."""
 
 LEAVE_OUT = "leave it out of flex, with patterns that do not fit it"
-"""What to do with a link that cannot bend."""
+"""Advice for a link that cannot bend."""
 
 
 @frozen()
@@ -148,7 +150,10 @@ def flexible_robot(
 
 
 def _refuse(robot: Robot, flexes: Mapping[int, Flex]) -> None:
-    """Refuse more springs than are computed, and a frequency of the free base with its joint held."""
+    """Refuse more springs than are computed.
+
+    A frequency of the free base with its joint held is refused too.
+    """
     count = sum(flex.springs for flex in flexes.values())
     if count > MOST_SPRINGS:
         raise RobotError(
@@ -220,8 +225,9 @@ class _Model:
         self.model.appendBodyToJoint(number, inertia, frame)
 
     def add_frames(self) -> None:
-        """Add the frames of the robot, each on the segment that it moves with; that of a body is the
-        first segment's.
+        """Add the frames of the robot, each on the segment that it moves with.
+
+        That of a body is the first segment's.
         """
         robot = self._robot
         for frame in robot.model.frames[1:]:
@@ -249,7 +255,7 @@ class _Model:
         return stiffness
 
     def segments(self) -> tuple[tuple[int, ...], ...]:
-        """Of each body of the robot its segments, as bodies of the model."""
+        """Segments of each body of the robot, as bodies of the model."""
         segments = []
         for k in range(len(self._robot.bodies)):
             count = len(self._divisions[k].mass) if k in self._divisions else 1
@@ -258,8 +264,9 @@ class _Model:
 
 
 def _springs(robot: Robot, body: int, flex: Flex, line: tuple[Array, Array]) -> Array:
-    """The bending stiffness of a body about both axes, and those of torsion and stretch that are
-    given [N m², N].
+    """The bending stiffness of a body about both axes [N m²].
+
+    Those of torsion [N m²] and stretch [N] follow where they are given.
     """
     EI = flex.EI
     if flex.frequency is not None:
@@ -268,8 +275,9 @@ def _springs(robot: Robot, body: int, flex: Flex, line: tuple[Array, Array]) -> 
 
 
 def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -> None:
-    """Copy limits, rotors and damping of the joints, whose coordinates are at q and velocities at v
-    in the new model.
+    """Copy limits, rotors and damping of the joints.
+
+    Their coordinates are at q and their velocities at v in the new model.
     """
     for where, names in (
         (q, ("lowerPositionLimit", "upperPositionLimit")),
@@ -282,8 +290,9 @@ def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -
 
 
 def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[int, int]]:
-    """Bodies and their segments, each before all that it carries, and that before all else, as
-    Pinocchio needs them.
+    """Bodies and their segments in the order that Pinocchio needs.
+
+    Each comes before all that it carries, and that before all else.
     """
     carried: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for k, (body, parent) in enumerate(zip(robot.bodies, robot.parents, strict=True)):
@@ -324,8 +333,10 @@ def _frame(robot: Robot, divisions: Mapping[int, Division], body: int, segment: 
 def _on_segment(
     robot: Robot, divisions: Mapping[int, Division], body: int, place: pin.SE3
 ) -> tuple[int, pin.SE3]:
-    """The segment that carries what is at a place in the frame of a body's joint, and that place in
-    its joint's or hinge's.
+    """The segment that carries what is at a place of a body, and that place in the segment's frame.
+
+    The place is in the frame of the body's joint, the result in that of the segment's joint or
+    hinge.
     """
     if body not in divisions:
         return 0, place
@@ -351,7 +362,7 @@ def _hinge(flex: Flex, division: Division, name: str) -> tuple[pin.JointModelCom
 
 
 def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]:
-    """Where a body begins to bend and where it ends, in its frame [m].
+    """Points where a body begins to bend and where it ends, in its frame [m].
 
     Args: ends, places of it besides joints and feet.
     """
@@ -395,8 +406,9 @@ def _carried(robot: Robot, body: int, frame: pin.SE3) -> list[Array]:
 def _with_rotor(
     robot: Robot, divisions: Mapping[int, Division], driven: int, inertia: float
 ) -> Division:
-    """The segments of a body where that at the joint of a rotor has its inertia about its axis, of
-    what all had of it.
+    """The segments of a body with the inertia of a rotor at its joint.
+
+    The segment there has it about its axis, of what all had of it.
 
     Args:
         robot: the robot.

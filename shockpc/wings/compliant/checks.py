@@ -1,4 +1,4 @@
-"""What this wing warns of."""
+"""Warnings of this wing."""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -11,8 +11,9 @@ from shockpc.wings.compliant.bending import BENDS, Bending, bends, rings
 from shockpc.wings.compliant.of_profile import rigid_links
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
-"""Share by which shock on contacts of finite stiffness differs from that of the impulse model, from
-which a warning says so; and the smallest difference of which one does [1].
+"""Relative difference of shock from which a warning says so, and least difference of one [1].
+
+The shock is that on contacts of finite stiffness, against that of the impulse model.
 """
 
 

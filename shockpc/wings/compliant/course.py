@@ -1,5 +1,6 @@
-"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in
-double precision, not proven.
+"""A landing on contacts and springs of finite stiffness: forces, accelerations, times.
+
+They are in double precision, not proven.
 
 The motion, which `motion.contacts` follows, is linear in the forces of its elements
 (`elements`) at each time: what is linear in the jumps and impulses of an impact (the velocity
@@ -45,22 +46,29 @@ MANY_EVENTS = 100
 """Number of times that contacts change their state, above which durations are not reliable."""
 
 IMPULSE_SHARE = 0.99
-"""Share of a contact's normal impulse that is given within its duration: what follows may be a tiny
-force that lasts long.
+"""Share of a contact's normal impulse that is given within its duration.
+
+What follows may be a tiny force that lasts long.
 """
 
 GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
-"""Share of the approach speed that gravity adds during the contact, and of the robot's size by
-which a contact is compressed, from
-which on the model without gravity, or with frozen geometry, is doubtful."""
+"""Shares from which on the model without gravity, or with frozen geometry, is doubtful.
+
+The first is that of the approach speed that gravity adds during the contact; the second is that of
+the robot's size by which a contact is compressed.
+
+The first is that of the approach speed that gravity adds during the contact; the second is that of
+the robot's size by which a contact is compressed. The model has no gravity, or frozen geometry.
+"""
 
 DAMPED_SHARE = 0.01
 """Share of the change of velocities from which on the damping of joints counts."""
 
 
 class CompliantLanding:
-    """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed
-    when it is read.
+    """A landing on contacts, and on springs and rotors in its joints, of finite stiffness.
+
+    It is computed when it is read.
 
     What acts is made first (`element_system`), then the motion. All else is read from these: a
     quantity at the end, its peak, its history, and how the end differs from the impulse model, with
@@ -115,8 +123,9 @@ class CompliantLanding:
             ) from None
 
     def filtered(self, low_pass: LowPass | None) -> StiffMotion:
-        """The motion with its forces behind a filter, beyond its end as long as that lags; as it is
-        without one.
+        """The motion with its forces behind a filter, or as it is without one.
+
+        It goes on beyond its end as long as the filter lags.
 
         Springs between bodies go on oscillating after the end. Where there are none, the forces end
         with the motion: the weight that contacts may carry from then on is no part of the impact.
@@ -134,8 +143,9 @@ class CompliantLanding:
         return self._filtered[low_pass]
 
     def _impact(self, jumps: Array, impulse: Array | None = None) -> ColumnImpact:
-        """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all
-        rows; of the others none.
+        """An impact with jumps (n, S) of the coordinates and impulses along all rows.
+
+        The impulses are (nc, at most S); the remaining strikes have none.
         """
         equation, rows = self._rows.equation, self._rows
         delta = (rows.basis @ jumps[: self._free.shape[1]])[None]
@@ -151,8 +161,9 @@ class CompliantLanding:
 
     @functools.cached_property
     def _linear(self) -> ColumnImpact:
-        """Of each element the accelerations for its unit force as jumps; those of gravity; then the
-        jumps of `ends`.
+        """An impact whose jumps are accelerations of elements, of gravity, and jumps of `ends`.
+
+        Those of each element are for its unit force.
 
         Those of gravity are, less gravity, those of a fall that a fixed base, standing feet and
         loops constrain; all come with what holds these. All else is linear in the forces. The jumps
@@ -198,8 +209,9 @@ class CompliantLanding:
         return forces
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
-        """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r),
-        and a constant (n, k).
+        """Matrices (n, k, r) from the forces to a quantity, and a constant (n, k).
+
+        The quantity is n vectors linear in jumps and impulses.
         """
         carried = tuple(map(self.moving.carried, places))
         values = np.asarray(compute(self._linear, carried), dtype=float)[0, : len(self.number) + 1]
@@ -207,8 +219,9 @@ class CompliantLanding:
         return np.ascontiguousarray(values[..., :-1]), values[..., -1]
 
     def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
-        """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and
-        the end, and of the impulse.
+        """A quantity (1, 3, n, ...) of the jumps beyond free fall, and of the impulse.
+
+        The jumps are those until the end of compression and until the end.
         """
         carried = tuple(map(self.moving.carried, places))
         return np.asarray(compute(self._linear, carried))[:, len(self.number) + 1 :]
@@ -216,8 +229,9 @@ class CompliantLanding:
     def peaks(
         self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None
     ) -> tuple[Array, Array]:
-        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when
-        (n,) each is reached.
+        """The largest lengths (n,) of a quantity, and when (n,) each is reached.
+
+        The quantity is n vectors linear in jumps and impulses.
 
         Args:
             compute: of the quantity.
@@ -249,14 +263,15 @@ class CompliantLanding:
         times: Array,
         low_pass: LowPass | None = None,
     ) -> Array:
-        """The same quantity (T, n, k) at times (T,)."""
+        """History of a quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
         force = self.filtered(low_pass).at(times).force
         return np.asarray(np.einsum("nkr,tr->tnk", outputs, force) + constant)
 
     def displacements(self, times: Array) -> Array:
-        """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times
-        (T,) [rad, m].
+        """Displacements (T, nv) of joints and hinges of `moving` since the impact [rad, m].
+
+        They are at times (T,).
         """
         return np.asarray(
             self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T
@@ -285,8 +300,9 @@ class CompliantLanding:
 
     @property
     def restitution(self) -> Array:
-        """Restitution (c,) of each contact along its normal [1]: with a damping, of the mode with
-        its largest force only.
+        """Restitution (c,) of each contact along its normal [1].
+
+        With a damping it is that of the mode with its largest force only.
         """
         elements, modes = self.motion.elements, self.motion.modes
         largest = modes.force[self._normal].argmax(axis=1)
@@ -298,21 +314,23 @@ class CompliantLanding:
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
-        """The times [s] at which something changes, as where a normal is unloaded, and the end; and
-        the motion then.
+        """The times of changes and the end [s], and the motion then.
+
+        A change is such as a normal that is unloaded.
         """
         times = [segment.start + segment.length for segment in self.motion.segments]
         return times, self.motion.at(np.array(times))
 
     @functools.cached_property
     def compressed(self) -> float:
-        """Time at which the last contact ends its first compression, or the end, if none does [s]."""
+        """Time at which the last contact ends its first compression, or the end without one [s]."""
         first = self.motion.first("unloads")[self._normal]
         return float(first[np.isfinite(first)].max(initial=0.0)) or self.motion.duration
 
     def impact_at(self, time: float) -> DoubleImpact:
-        """The changes of velocity from the impact until a time [s], with free fall, of the scene's
-        strike; no impulses.
+        """The changes of velocity from the impact until a time [s], with free fall.
+
+        They are of the scene's strike, without impulses.
         """
         if time not in self._impacts:
             self._impacts[time] = self._impact(self.motion.at(np.array([time])).jump.T)
@@ -320,8 +338,9 @@ class CompliantLanding:
 
     @functools.cached_property
     def _impulsive(self) -> Array:
-        """Jumps (n,) of the coordinates in the impulse model, which reverses at once the speeds of
-        the rows that act in it.
+        """Jumps (n,) of the coordinates in the impulse model.
+
+        It reverses at once the speeds of the rows that act in it.
 
         These are the rows of contacts, those of stops that act at once, and hinges, which are
         locked there.
@@ -344,8 +363,9 @@ class CompliantLanding:
 
     @functools.cached_property
     def difference(self) -> float:
-        """Largest difference between the jumps of a body at the end and in the impulse model,
-        relative to its largest jump [1].
+        """Largest difference of a body's jumps at the end from those of the impulse model [1].
+
+        It is relative to the body's largest jump.
         """
         bodies = [self.moving.carried(place).body for place in self.landing.places("body")]
         final, impulsive = np.moveaxis(self._linear.jumps[0, bodies, ..., -2:], -1, 0)
@@ -355,16 +375,20 @@ class CompliantLanding:
 
     @property
     def agrees_by_construction(self) -> bool:
-        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a
-        contact slips or is pressed.
+        """True if the jumps at the end are those of the impulse model for every stiffness.
+
+        This does not hold where a contact slips or is pressed.
+
+        This does not count contacts that slip or are pressed.
         """
         elements = self.motion.elements
         return bool(np.all(elements.restitution == 0.0) and np.ptp(elements.stiffness) == 0.0)
 
     @functools.cached_property
     def _compression(self) -> Array:
-        """Largest compression (c,) of each contact along its normal, with what dampers in series
-        give way [m].
+        """Largest compression (c,) of each contact along its normal [m].
+
+        It includes what dampers in series give way.
         """
         # It is largest where the normal is unloaded, or at the end.
         elements, turns, normal = self.motion.elements, self._turns[1], self._normal
@@ -376,8 +400,9 @@ class CompliantLanding:
         return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
 
     def warnings(self) -> Iterator[Diagnostic]:
-        """Warnings where what the model leaves out counts: gravity, the change of geometry, and
-        contacts that open often.
+        """Warnings where what the model leaves out counts.
+
+        That is gravity, the change of geometry, and contacts that open often.
         """
         if not self.landing.scene.gravity:
             yield from self._weightless()
@@ -427,8 +452,9 @@ class CompliantLanding:
                 yield Diagnostic("contact", contact.name, compression, text)
 
     def _sinks(self) -> Iterator[Diagnostic]:
-        """A warning where dampers in series give way faster under constant forces than a contact
-        strikes.
+        """A warning where dampers in series give way faster than a contact strikes.
+
+        They do so under constant forces.
         """
         motion, normal = self.motion, self._normal
         rows = motion.elements.rows[normal]
@@ -473,8 +499,9 @@ class CompliantLanding:
 
     @functools.cached_property
     def force_shares(self) -> Array:
-        """Share (c, m) of each mode in the normal force of each contact: its amplitude, of the sum
-        of all [1].
+        """Share (c, m) of each mode in the normal force of each contact [1].
+
+        It is its amplitude over the sum of all.
         """
         amplitude = self.motion.modes.force[self._normal]
         total = amplitude.sum(axis=1, keepdims=True)
@@ -482,7 +509,7 @@ class CompliantLanding:
 
 
 def _stop_key(stop: Constraint) -> tuple[str, bytes, bytes]:
-    """What tells stops apart: their name and directions."""
+    """Key that tells stops apart: their name and directions."""
     return stop.frame, stop.forces.tobytes(), stop.moments.tobytes()
 
 

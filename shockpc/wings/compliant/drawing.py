@@ -1,4 +1,4 @@
-"""What the figure in the plane shows of links that bend."""
+"""Drawing of links that bend, in the figure in the plane."""
 
 import numpy as np
 

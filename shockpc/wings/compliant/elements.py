@@ -1,5 +1,6 @@
-"""What acts on a robot that lands on contacts of finite stiffness: its inertia, its elements, and
-its velocities before the impact.
+"""The elements of a landing on contacts of finite stiffness, its inertia and its velocities.
+
+The velocities are those before the impact.
 
 The coordinates are the velocities with which loops stay closed, and behind them those of rotors on
 springs. Gravity, the torques of motors and the loads of springs are constant forces.
@@ -23,15 +24,18 @@ from shockpc.wings.compliant.motion.contacts import attach_rotors, series_dampin
 from shockpc.wings.compliant.motion.motion import Elements
 
 LEAST_HELD = 1e-6
-"""Share of the velocities before the impact along contacts and springs from which what they lack of
-them is no rounding.
+"""Share of lacking velocities that is no rounding.
+
+It is that of the velocities before the impact along contacts and springs which the coordinates
+lack.
 """
 
 
 @dataclass(frozen=True)
 class ElementSystem:
-    """The elements of a landing in n coordinates: its contact rows, further stops, springs, springs
-    to rotors, and motors.
+    """The elements of a landing in n coordinates.
+
+    They are its contact rows, further stops, springs, springs to rotors, and motors.
 
     Attributes:
         rows: of the contacts; with further stops their equation has rows of these too, behind its
@@ -176,7 +180,8 @@ def _refuse_turning(landing: PosedLanding, rows: ContactRows) -> None:
     if np.abs(rows.halt).max() > LEAST_HELD * fastest:
         raise SolveError(
             "a flat contact turns before the impact, and on contacts of finite stiffness it would "
-            f"have to stop turning at once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
+            "have to stop turning at once; let it not turn, or make it a point: "
+            f"{spelled(Contact, 'kind', 'point')}"
         )
 
 
@@ -191,8 +196,9 @@ def _further_stops(landing: PosedLanding) -> _Stops:
 
 
 def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) -> Array:
-    """Velocities of the coordinates before the impact, with which the rows B of the elements have
-    their speeds.
+    """Velocities of the coordinates before the impact.
+
+    With them the rows B of the elements have their speeds.
 
     Where joints are locked at a rate, a contact has a velocity or the ground moves against a fixed
     base, they are not those of the robot: a motion with constant velocity, in which all of it moves

@@ -1,5 +1,6 @@
-"""A landing on contacts of finite stiffness over time: forces, accelerations and torques; and shock
-response spectra of points.
+"""A landing on contacts of finite stiffness over time, and shock response spectra of points.
+
+It has forces, accelerations and torques.
 """
 
 from collections.abc import Sequence
@@ -27,26 +28,31 @@ from shockpc.wings.compliant.of_profile import compliant_of
 from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum
 
 CURVES_SHOWN, SMALL = 6, 0.05
-"""Most curves of a panel, those of the largest peaks, and smallest peak of them as a share of the
-largest.
+"""Most curves of a panel, and smallest peak of them as a share of the largest.
+
+The curves are those of the largest peaks.
 """
 
 MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
-"""Most events that are written, how far apart in time they are at least, as a share of the
-duration, and minimum step of a force at
-an event along the ground, as a share of the largest force."""
+"""Most events that are written, their least distance in time, and least step of a force.
+
+The distance is a share of the duration, the step, at an event along the ground, one of the largest
+force.
+"""
 
 AFTER, BEYOND = 0.03, 1.5
-"""Time that is shown after the end, as a share of the duration; and until when the peaks of
-readings are shown, in their times.
+"""Time that is shown after the end, and that for peaks of readings.
+
+The first is a share of the duration, the second a multiple of the times of the peaks.
 """
 
 ROOM = 5.6
 """Width of the panels, about [inches]."""
 
 LETTER, LINE, LETTERS = 4.3, 9.5, 120
-"""Width of a letter and height of a line over the first panel [pt]; letters of a line below the
-panels.
+"""Width of a letter and height of a line [pt], and letters of a line below the panels.
+
+Width and height are those over the first panel.
 """
 
 HAPPENS = {
@@ -57,7 +63,7 @@ HAPPENS = {
     "opens": "opens",
     "closes": "closes",
 }
-"""What happens to a contact, in words."""
+"""Events of a contact, in words."""
 
 SAMPLES = 600
 """Times of a curve."""
@@ -67,8 +73,9 @@ ACCELERATION = "acceleration [g]"
 
 
 def draw_time(profile: ShockProfile) -> Figure:
-    """Draw forces of the contacts, accelerations of points and torques along the axes of joints,
-    also of rigid links.
+    """Draw forces of contacts, accelerations of points and torques along the axes of joints.
+
+    Those of rigid links are drawn too.
     """
     compliant = _compliant(profile)
     figure = new_chart(7.2, 5.4, f"{_landing_text(profile)}, over time")
@@ -138,8 +145,9 @@ def _times(compliant: CompliantLanding) -> Array:
 def _last_shown(
     compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]
 ) -> float:
-    """Until when the landing is shown [s]: what accelerometers read goes on after the end, and may
-    have its peak there.
+    """Time until which the landing is shown [s].
+
+    What accelerometers read goes on after the end, and may have its peak there.
     """
     last = compliant.motion.duration
     for place, low_pass in zip(points, filters, strict=True):
@@ -211,8 +219,9 @@ def _plot_readings(
     points: Sequence[Place],
     filters: Sequence[LowPass | None],
 ) -> None:
-    """Draw what accelerometers at points read behind their filters, dash-dotted, in the colours of
-    the raw curves.
+    """Draw what accelerometers at points read behind their filters.
+
+    The curves are dash-dotted, in the colours of the raw ones.
     """
     colours = {line.get_label(): line.get_color() for line in axes.get_lines()}
     for place, low_pass in zip(points, filters, strict=True):
@@ -226,8 +235,9 @@ def _plot_readings(
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
-    """What happens to contacts, (time [s], text): at their normals, and along the ground where it
-    is a visible step of a force.
+    """Events of contacts, (time [s], text): at their normals, and along the ground.
+
+    Along the ground an event is a visible step of a force.
 
     What happens at almost the same time is one text.
     """
@@ -261,8 +271,9 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
 
 
 def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> int:
-    """Mark events in all panels and write them over the first one, none over another; how many are
-    left.
+    """Mark events in all panels and write them over the first one; returns how many are left.
+
+    None is written over another.
     """
     low, high = rows[0].get_xlim()
     width = 72.0 * ROOM
@@ -345,8 +356,9 @@ def _compliant(profile: ShockProfile) -> CompliantLanding:
 
 
 def _plot(axes: Axes, t: Array, panel: _Panel, rigid: Array | None) -> None:
-    """Draw the curves of the largest peaks, each with its name beside the panel, so that equal ones
-    are all seen.
+    """Draw the curves of the largest peaks, each with its name beside the panel.
+
+    Equal ones are all seen then.
 
     Args: rigid, the same of rigid links, where some bend; they are thin.
     """

@@ -1,4 +1,4 @@
-"""How links bend, as a scene says it."""
+"""Bending of links, as a scene says it."""
 
 from collections.abc import Mapping
 
@@ -7,7 +7,9 @@ from shockpc.wings.compliant.motion.segments import Flex, flex_from
 
 
 def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
-    """How links bend, each with its pattern. Args: given, of a scene.
+    """Bending of links, each with its pattern.
+
+    Args: given, of a scene.
 
     Raises:
         SceneError: a text says nothing of it.

@@ -16,8 +16,9 @@ SAMPLES = 400
 
 
 def contact_forces(compliant: CompliantLanding, times: Array) -> Array:
-    """Sizes (nc, T) of the forces of the contacts at times (T,) [N; of the end stop of a hinge N
-    m].
+    """Sizes (nc, T) of the forces of the contacts at times (T,) [N].
+
+    Those of the end stop of a hinge are in N m.
     """
     force = compliant.motion.at(times).force
     numbers = range(len(compliant.landing.contacts))
@@ -26,8 +27,9 @@ def contact_forces(compliant: CompliantLanding, times: Array) -> Array:
 
 
 def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
-    """Axes of the links that bend, when they do most: points (k, 3), world axes, and how far these
-    are from a straight link [m].
+    """Axes of the links that bend, when they do most: points (k, 3) and deflections [m].
+
+    The points are in world axes; a deflection is the distance from a straight link.
 
     The points are from the base: where the link begins, its hinges, and where it ends.
     """

@@ -1,5 +1,6 @@
-"""What this wing does with a scene and its landing: options that mean nothing are refused, and a
-landing lasts.
+"""Scenes and landings of this wing: refused options, and landings that last.
+
+Options that mean nothing are refused.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -80,7 +81,7 @@ def motion(landing: PosedLanding, until: float | None) -> "CompliantLanding | No
 
 
 def robot_texts(scene: Scene) -> list[str]:
-    """What a header says of the robot."""
+    """Texts of the robot for a header."""
     return [f"{printable(pattern)} bends ({text})" for pattern, text in scene.flex.items()]
 
 
@@ -91,8 +92,9 @@ STOPS_NEEDED = (
 
 
 def _idle_on_rigid_contacts(scene: Scene) -> tuple[_Idle, ...]:
-    """Options that have an effect on contacts of finite stiffness alone, in the order in which they
-    are refused.
+    """Options that have an effect on contacts of finite stiffness alone.
+
+    They are in the order in which they are refused.
     """
     without = "is given without the stiffness along the normal; give contact_stiffness too"
     joints = scene.joints

@@ -1,5 +1,6 @@
-"""The first bending mode of the links between a contact and the base: what it would be with links
-of a bending stiffness.
+"""The first bending mode of the links between a contact and the base.
+
+It is what it would be with links of a bending stiffness.
 
 Frequencies are those of the free robot, its joints as in the impact: a rotor behind a gear ties
 links together, so that a leg with drives swings far slower than one without. They follow from
@@ -30,8 +31,9 @@ if TYPE_CHECKING:
     from shockpc.wings.compliant.bent_landing import FlexibleLanding
 
 THIN, UNKNOWN = 1e-9, 1e9
-"""Share of the moments of inertia below which that about the axis says nothing of the section; the
-EI that then counts [N m²].
+"""Share of a moment of inertia that says nothing of a section, and EI then [N m²].
+
+Below this share of the moments of inertia, that about the axis says nothing.
 """
 
 HELD = 1e-6
@@ -59,7 +61,7 @@ class LegModes(NamedTuple):
 
     @property
     def carbon(self) -> float:
-        """The same of links that are tubes of carbon fibre, with fibres along them [Hz]."""
+        """First bending frequency with tubes of carbon fibre, with fibres along them [Hz]."""
         return self.metal * math.sqrt(ALONG_FIBRES / SPECIFIC_STIFFNESS)
 
     def stiffness(self, frequency: float) -> float:
@@ -69,8 +71,9 @@ class LegModes(NamedTuple):
 
 @memoized()
 def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
-    """The first bending mode of the links between a contact and the base; None where none of them
-    has an inertia.
+    """The first bending mode of the links between a contact and the base.
+
+    None where no link has an inertia.
 
     A contact on the base bends that; an end stop bends nothing.
 
@@ -98,7 +101,7 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
 
 
 def _slender_links(landing: PosedLanding, contact: int) -> tuple[str, ...]:
-    """Names of the links between a contact and the base that have an inertia, from the contact on."""
+    """Names of the links with an inertia between a contact and the base, from the contact on."""
     robot, struck = landing.robot, landing.contacts[contact]
     body, links = struck.body, list[int]()
     if struck.kind == "stop":

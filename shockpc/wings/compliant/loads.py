@@ -1,5 +1,6 @@
-"""The constant forces of a landing: gravity, the torques of motors, and what springs of joints
-carry at touchdown.
+"""The constant forces of a landing: gravity, torques of motors, and loads of springs.
+
+The loads are those that springs of joints carry at touchdown.
 
 Before touchdown the robot falls freely. Motors then need no torque to hold a posture, but for what
 loaded springs press on them: these torques they keep by default. They do not carry the weight, so
@@ -60,8 +61,9 @@ def constant_forces(landing: PosedLanding, rows: ContactRows, free: Array) -> Co
 
 
 def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
-    """Accelerations (m,) of the coordinates under gravity only [rad/s², m/s²]; zero where the scene
-    leaves gravity out.
+    """Accelerations (m,) of the coordinates under gravity only [rad/s², m/s²].
+
+    They are zero where the scene leaves gravity out.
 
     Every body of a robot whose base is free has that of gravity; no joint has any. A base that
     moves in a plane has the part in it.
@@ -82,8 +84,9 @@ def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
 
 
 def spring_loads(landing: PosedLanding) -> Array:
-    """Torques (nv,) that springs of joints give at touchdown, −k times their deflection from
-    `springref` [N m, N].
+    """Torques (nv,) that springs of joints give at touchdown [N m, N].
+
+    A spring gives −k times its deflection from `springref`.
 
     Without gravity the springs are not loaded either: before touchdown its effects and theirs
     balance.
@@ -95,8 +98,9 @@ def spring_loads(landing: PosedLanding) -> Array:
 
 
 def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravity: Array) -> Array:
-    """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or
-    those that hold what is loaded.
+    """Torques (nv,) of the motors, constant during the landing [N m, N].
+
+    They are those of the scene, or those that hold what is loaded.
 
     In flight, the default, these are the smallest with which the loads of springs accelerate the
     robot as little as possible, √(aᵀ M a). Standing torques hold the robot on the contacts that
@@ -135,8 +139,9 @@ def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravit
 
 
 def _motors(landing: PosedLanding) -> np.ndarray:
-    """The velocities of the joints that have a motor: those with a reflected inertia, or if none
-    has one all without a spring.
+    """The velocities of the joints that have a motor.
+
+    Those are joints with a reflected inertia, or if none has one all without a spring.
     """
     model, robot = landing.joint_model, landing.robot
     possible = robot.actuated_dofs & ~model.locked & ~robot.velocities(robot.followers)

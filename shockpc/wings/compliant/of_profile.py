@@ -1,4 +1,4 @@
-"""On which contacts the links of a landing can be taken as rigid."""
+"""Requirement on the links of a computed landing to be taken as rigid."""
 
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ def compliant_of(profile: ShockProfile) -> "CompliantLanding | None":
 
 @memoized()
 def rigid_links(profile: ShockProfile) -> Bending | str | None:
-    """When links can be taken as rigid, on the contact stiffness or for the pulse.
+    """Requirement on links to be taken as rigid, on the contact stiffness or for the pulse.
 
     Returns: why that is not known, as a text; None without a stiffness and a pulse.
     """

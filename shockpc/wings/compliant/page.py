@@ -1,4 +1,4 @@
-"""What a page shows of a landing over time."""
+"""Panels of a page with a landing over time."""
 
 from typing import Any
 

@@ -1,5 +1,6 @@
-"""What follows from a finite stiffness of the contacts, and when links can be taken as rigid; in
-double precision, without a proof.
+"""Quantities of contacts of finite stiffness, and of links that can be taken as rigid.
+
+They are in double precision, without a proof.
 """
 
 from collections.abc import Callable
@@ -58,8 +59,9 @@ def _stiff(
 
 
 def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
-    """A quantity of the jumps from the impact until one of the ends of a landing on contacts of
-    finite stiffness.
+    """A quantity of the jumps from the impact until one of the ends of a landing.
+
+    The landing is one on contacts of finite stiffness.
     """
     compute = cached(entry.compute)
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
@@ -216,7 +218,7 @@ BENDING = (
     _of_bending(3, "bending_stiffness_for_torques", f"{EI} above which torques {RIGID}", "N m²"),
     _of_bending(4, "bending_of_metal", METAL, "Hz"),
 )
-"""What the first bending mode of the links between contacts and base has to be."""
+"""Quantities that the first bending mode of the links between contacts and base has to reach."""
 
 QUANTITIES = (*ON_FINITE_STIFFNESS, *BENDING)
 """All of these."""

@@ -1,4 +1,4 @@
-"""What reports of a landing say of contacts of finite stiffness and of links that bend."""
+"""Parts of a landing's report on contacts of finite stiffness and links that bend."""
 
 import math
 from collections.abc import Callable
@@ -55,7 +55,7 @@ def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
 
 
 def views(profile: ShockProfile) -> dict[str, View]:
-    """What people read of the tables, by name."""
+    """Views of the tables that people read, by name."""
     if not profile.scene.yields:
         return {}
     from shockpc.wings.compliant.sheets import VIEWS
@@ -64,7 +64,7 @@ def views(profile: ShockProfile) -> dict[str, View]:
 
 
 def lines(profile: ShockProfile) -> list[str]:
-    """How far the impulse model holds, and when links can be taken as rigid; a line each."""
+    """Lines of how far the impulse model holds, and when links can be taken as rigid."""
     return [*_difference_lines(profile), *_bending_lines(profile)]
 
 
@@ -113,8 +113,9 @@ def charts(profile: ShockProfile) -> list[dict[str, Any]]:
 
 
 def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
-    """Lines (k, 2) that the figure in the plane has besides, and a note of what they are: the axes
-    of links that bend, when they bend most.
+    """Further lines (k, 2) of the figure in the plane, and a note of what they are.
+
+    They are the axes of links that bend, when they bend most.
     """
     compliant = compliant_of(profile)
     if compliant is None or not profile.scene.flex:
@@ -132,7 +133,7 @@ def beyond_report() -> Report:
 
 
 def _difference_lines(profile: ShockProfile) -> list[str]:
-    """How far the jumps of the impulse model are from those on contacts of finite stiffness."""
+    """Lines of how far the jumps of the impulse model are from those of finite stiffness."""
     stiffness = compliant_of(profile)
     if stiffness is None:
         return []
@@ -165,7 +166,10 @@ def _difference_lines(profile: ShockProfile) -> list[str]:
 
 
 def _bending_lines(profile: ShockProfile) -> list[str]:
-    """When the links can be taken as rigid, where the scene says how long the contact lasts."""
+    """Lines of when the links can be taken as rigid.
+
+    The scene has to say how long the contact lasts.
+    """
     links = rigid_links(profile) if profile.lasts else None
     if links is None:
         return []

@@ -63,7 +63,7 @@ def _contacts_title(profile: ShockProfile) -> str:
 
 
 def _constant_forces(profile: ShockProfile) -> str:
-    """Which constant forces act, where they are not the usual ones."""
+    """Text of the constant forces that act, where they are not the usual ones."""
     if not profile.scene.gravity:
         return ", without gravity"
     motors = MOTORS.get(profile.scene.joints.motors or "", "")
@@ -109,4 +109,4 @@ VIEWS: dict[str, View] = {
         brief=True,
     ),
 }
-"""What people read of the tables of a landing on such contacts, by name."""
+"""Views of the tables of a landing on such contacts that people read, by name."""

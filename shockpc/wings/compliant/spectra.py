@@ -18,8 +18,9 @@ DAMPING = (0.0, 0.05)
 """Damping ratios of the same."""
 
 LONGEST_SPECTRUM = 2.0
-"""Duration of a contact, and of what a filter lags, up to which the spectrum is computed [s]:
-samples follow from frequencies.
+"""Longest duration of a contact, with what a filter lags, for which there is a spectrum [s].
+
+The samples follow from frequencies.
 """
 
 
@@ -30,8 +31,9 @@ def spectrum(
     damping: float,
     low_pass: LowPass | None = None,
 ) -> Array:
-    """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the
-    axis in which it is largest.
+    """Largest acceleration (f, n) of oscillators at n points.
+
+    The oscillators have the frequencies `SPECTRUM`, and the axis is that in which it is largest.
 
     The acceleration of the points is that until the end of the motion, less what gravity gives
     them, which an oscillator carries before the impact.

@@ -1,4 +1,4 @@
-"""What gives way, in words."""
+"""Texts of what gives way."""
 
 from shockpc.quantities.shock_profile import ShockProfile
 

@@ -1,4 +1,4 @@
-"""What studies vary of links that bend."""
+"""Variations of links that bend, for studies."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from shockpc.wings.compliant.motion.segments import Flex
 
 @dataclass(frozen=True)
 class BendingStiffness(Kind):
-    """The bending stiffness of links [N m²]; factors multiply all stiffnesses of links that bend."""
+    """The bending stiffness of links [N m²]; factors multiply that of all links that bend."""
 
     of: Target = "LINK"
     factors: Factors = "also"
@@ -75,7 +75,7 @@ class BendingStiffness(Kind):
 
 
 def _flexes(scene: Scene, robot: Robot) -> dict[int, Flex]:
-    """How the bodies bend that do."""
+    """Bending of the bodies that bend."""
     flexes: dict[int, Flex] = {}
     for pattern, flex in flexes_of(scene.flex):
         flexes |= dict.fromkeys(robot.match_bodies(pattern), flex)

@@ -1,1 +1,1 @@
-"""What the rigid answer is off by for bodies that bend: `shockpc paper --beyond`."""
+"""Errors of the rigid answer for bodies that bend: `shockpc paper --beyond`."""

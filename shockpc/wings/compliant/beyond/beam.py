@@ -1,5 +1,6 @@
-"""Beyond the paper: the beam of Figure 1 with bending, struck by a contact of finite stiffness,
-against Eqs. 1 to 3.
+"""Beyond the paper: the beam of Figure 1 with bending, against Eqs. 1 to 3.
+
+A contact of finite stiffness strikes it.
 
 The beam is free, uniform and slender, of unit mass and length, and strikes an elastic point with
 unit speed. How long the contact lasts, compared with the first bending oscillation, decides what of
@@ -20,21 +21,24 @@ from shockpc.wings.compliant.motion.motion import Elements
 from shockpc.wings.compliant.motion.segments import chain_inertia, divide
 
 STRIKES = (0.0, 0.1, 1.0 / 6.0, 0.2, 0.3, 0.4, 0.5)
-"""Distances of the contact from the centre of mass, over the length; at 1/6 the other end is the
-CoPc.
+"""Distances of the contact from the centre of mass, over the length.
+
+At 1/6 the other end is the CoPc.
 """
 
 RATIOS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0)
 """Tc/T1: duration of contact of the rigid beam, over the period of the first bending mode."""
 
 MODES, HINGES, SAMPLES = 16, 4, 400
-"""Bending modes of the exact beam, hinges of the one of segments, and times at which velocities are
-compared.
+"""Bending modes of the exact beam, hinges of the segmented one, and number of times.
+
+At the times velocities are compared.
 """
 
 LIMIT = 0.1
-"""Share of the speed of the impact, or of the impulse, up to which the rigid answer counts as
-right.
+"""Largest error with which the rigid answer counts as right.
+
+It is a share of the speed of the impact, or of the impulse.
 """
 
 
@@ -58,7 +62,7 @@ class Beam(NamedTuple):
 
 
 class Struck(NamedTuple):
-    """What differs from the rigid answer, over the impulse or the speed of the impact [1].
+    """Differences from the rigid answer, over the impulse or the speed of the impact [1].
 
     Attributes:
         impulse: until the contact ends, less the rigid one, over that.
@@ -99,8 +103,9 @@ def exact_beam() -> Beam:
 
 @functools.cache
 def segmented_beam(hinges: int = HINGES) -> Beam:
-    """The beam as the segments and hinges of `--flex`, with which links of robots bend, in its
-    plane.
+    """The beam as the segments and hinges of `--flex`, in its plane.
+
+    Links of robots bend with them.
     """
     inertia = np.diag([0.0, 1.0, 1.0]) / 12.0
     start, end = np.array([-0.5, 0, 0]), np.array([0.5, 0, 0])
@@ -147,8 +152,9 @@ def struck(beam: Beam, distance: float, ratio: float) -> Struck:
 
 
 class Compared(NamedTuple):
-    """The largest differences from the rigid answer over all `STRIKES`, at one Tc/T1: with exact
-    modes, and by segments.
+    """The largest differences from the rigid answer over all `STRIKES`, at one Tc/T1.
+
+    They are with exact modes, and by segments.
     """
 
     ratio: float

@@ -12,15 +12,19 @@ from shockpc.show.figure.style import CURVES, INK, new_chart
 Curves: TypeAlias = Mapping[str, tuple[Sequence[float], Sequence[float]]]
 
 TICKS = 0.3, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0
-"""Of durations of contact, in first bending periods."""
+"""Ticks of durations of contact, in first bending periods."""
 
 STYLES, MARKS = ("-", (0, (5, 2)), (0, (1.5, 1.2))), "os^"
-"""Of the curves of a panel, which have to be told apart without their colours."""
+"""Line styles and marks of the curves of a panel.
+
+The curves have to be told apart without their colours.
+"""
 
 
 def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit: float) -> Figure:
-    """Draw errors over the duration of contact times the first bending frequency, in panels beside
-    and below each other.
+    """Draw errors over the duration of contact times the first bending frequency.
+
+    The panels are beside and below each other.
 
     Args:
         title: of the figure.

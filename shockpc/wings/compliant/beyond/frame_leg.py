@@ -1,5 +1,6 @@
-"""A planar leg of two tubes in frame elements of Euler and Bernoulli: a trunk, a thigh and a shank,
-with a rotor in each joint.
+"""A planar leg of two tubes in frame elements of Euler and Bernoulli.
+
+It has a trunk, a thigh and a shank, with a rotor in each joint.
 
 Between two nodes a tube stretches and bends with cubic shapes; mass and stiffness are those of its
 shapes, nothing is lumped.
@@ -13,34 +14,37 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 TRUNK, TRUNK_INERTIA, ROTOR = 5.0, 0.05, 5e-3
-"""Mass [kg] and moment of inertia of the trunk, at the hip, and inertia of each rotor behind its
-gear [kg m²].
+"""Mass [kg] and moment of inertia of the trunk, and inertia of each rotor [kg m²].
+
+The moment is that at the hip; the rotor's inertia is that behind its gear.
 """
 
 LENGTH, OUTER, INNER, YOUNG, DENSITY = 0.2, 0.025, 0.021, 70e9, 2700.0
-"""Of each tube, of aluminium [m, Pa, kg/m³]."""
+"""Length, diameters, Young's modulus and density of each tube, of aluminium [m, Pa, kg/m³]."""
 
 AREA, SECOND = np.pi / 4.0 * (OUTER**2 - INNER**2), np.pi / 64.0 * (OUTER**4 - INNER**4)
 EI, EA, MASS = YOUNG * SECOND, YOUNG * AREA, DENSITY * AREA * LENGTH
 """Stiffness of each tube against bending [N m²] and stretch [N], and its mass [kg]."""
 
 ANGLES = 0.6, -0.7
-"""Of thigh and shank, from straight down towards −x [rad]."""
+"""Angles of thigh and shank, from straight down towards −x [rad]."""
 
 ELEMENTS = 12
-"""Of each tube."""
+"""Number of elements of each tube."""
 
 
 OF_BENDING = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
 OF_INERTIA = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
-"""Stiffness and inertia of a beam element in its displacements across and its angles at both ends,
-in EI/L³ and m/420.
+"""Stiffness and inertia of a beam element, in EI/L³ and m/420.
+
+They are in its displacements across and its angles at both ends.
 """
 
 
 class FrameLeg(NamedTuple):
-    """The leg in n coordinates: trunk (x, z, angle), then the nodes of the tubes, which share x and
-    z at hip and knee.
+    """The leg in n coordinates: trunk (x, z, angle), then the nodes of the tubes.
+
+    The tubes share x and z at hip and knee.
 
     Attributes:
         M: (n, n) inertia.

@@ -1,5 +1,6 @@
-"""A leg of two tubes with and without rotors: rigid tubes, and those of `--flex`, against frame
-elements.
+"""A leg of two tubes with and without rotors, against frame elements.
+
+The tubes are rigid, or those of `--flex`.
 """
 
 import functools
@@ -36,14 +37,16 @@ RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)
 """
 
 RIGID, MODES = 5, 20
-"""Motions of the leg in which nothing deforms, and its bending and stretching modes that are
-followed.
+"""Number of rigid motions of the leg, and of its elastic modes that are followed.
+
+The modes are those of bending and stretching.
 """
 
 
 class Peaks(NamedTuple):
-    """What a strike of 1 m/s on an elastic contact gives, or what it is off by, over what frame
-    elements give [1].
+    """Results of a strike of 1 m/s on an elastic contact, or their errors [1].
+
+    Errors are over what frame elements give.
 
     Attributes:
         jump: change of the velocity of the trunk until the contact ends [m/s].
@@ -59,8 +62,9 @@ class Peaks(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """The first frequency with which the free leg bends in its plane [Hz]: of frame elements, and
-    on 2 and 12 hinges.
+    """The first frequency with which the free leg bends in its plane [Hz].
+
+    It is that of frame elements, and on 2 and 12 hinges.
     """
 
     rotors: str
@@ -70,9 +74,7 @@ class Modes(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """What tubes are off by: with or without rotors, of `LINKS`, Tc f1, the stiffness of the
-    contact [N/m], and the errors.
-    """
+    """Errors of tubes: rotors, one of `LINKS`, Tc f1, contact stiffness [N/m], and the errors."""
 
     rotors: str
     links: str
@@ -175,8 +177,9 @@ def _read(landing: CompliantLanding) -> Peaks:
 
 @functools.cache
 def _modes(rotor: float) -> tuple[Array, Array]:
-    """Frequencies [rad/s] of the leg of frame elements, from the lowest, and shapes of unit modal
-    mass.
+    """Frequencies of the leg of frame elements, from the lowest [rad/s], and its modes.
+
+    The shapes of the modes have unit modal mass.
     """
     leg = frame_leg(rotor)
     inverse = np.linalg.inv(np.linalg.cholesky(leg.M))

@@ -1,5 +1,6 @@
-"""What of the rigid answer holds for bodies that bend: tables and charts of the errors over the
-duration of contact.
+"""Errors of the rigid answer for bodies that bend, over the duration of contact.
+
+The report has tables and charts.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +24,7 @@ from shockpc.wings.compliant.beyond.robots import LAWS, Errors, robot_study
 Curves: TypeAlias = dict[str, tuple[list[float], list[float]]]
 
 WORDS = ("impulse", "other end", "CoPc")
-"""What is compared of the beam."""
+"""Compared quantities of the beam."""
 
 OF_ROBOTS = (
     "jump of the base",
@@ -31,7 +32,7 @@ OF_ROBOTS = (
     "peak force of the contact",
     "largest peak of a joint",
 )
-"""What is compared of robots."""
+"""Compared quantities of robots."""
 
 OF_LEG = (
     "jump of the trunk",
@@ -39,7 +40,7 @@ OF_LEG = (
     "peak force of the contact",
     "peak torque of the knee",
 )
-"""What is compared of the leg of tubes."""
+"""Compared quantities of the leg of tubes."""
 
 SHOWN, REST = (1.0, 3.0, 10.0), "further Tc f1, and what the words mean: --out"
 """Tc f1 of robots that a terminal shows, and what it says of the others."""
@@ -51,8 +52,10 @@ NOT_MODELLED = (
 
 
 def beyond_report() -> Report:
-    """The beam of Figure 1 with bending against Eqs. 1 to 3, a leg of tubes against frame elements,
-    and robots whose legs bend.
+    """The report of bodies that bend: a beam, a leg of tubes, and robots.
+
+    The beam of Figure 1 is compared with Eqs. 1 to 3, the leg with frame elements; of the robots
+    the legs bend.
     """
     limits = []
     for k in range(len(WORDS)):
@@ -98,7 +101,7 @@ def _shown(sheet: Sheet, full: bool) -> Sheet:
 
 
 def _beam_sheet() -> Sheet:
-    """What the rigid answer of the beam is off by, by exact modes and by segments."""
+    """Errors of the rigid answer of the beam, by exact modes and by segments."""
     columns = []
     for how in ("modes", "segments"):
         for key, name in zip(Struck._fields, WORDS, strict=True):
@@ -137,7 +140,7 @@ def _errors(name: str, title: str, panels: Sequence[tuple[str, Curves, Curves]])
 
 
 def _leg_sheet() -> Sheet:
-    """What rigid tubes of a leg, and tubes of few hinges, are off by, against frame elements."""
+    """Errors of rigid tubes of a leg, and of tubes of few hinges, against frame elements."""
     columns = [Column(key, name, "-") for key, name in zip(Peaks._fields, OF_LEG, strict=True)]
     modes = "; ".join(
         f"{one.rotors} {one.frames:.0f} Hz of frame elements, {one.two:.0f} on 2 and "
@@ -179,7 +182,7 @@ def _leg_curves(rotors: str, index: int) -> Curves:
 
 
 def _robots_sheet() -> Sheet:
-    """What rigid links of robots are off by."""
+    """Errors of rigid links of robots."""
     columns = [Column(key, name, "-") for key, name in zip(Errors._fields, OF_ROBOTS, strict=True)]
     notes = (
         "landing on one foot, the links from it to the base bend alike; Tc: duration of contact "

@@ -1,5 +1,6 @@
-"""Robots whose legs bend: what rigid links are off by, over the duration of contact and the first
-bending frequency.
+"""Robots whose legs bend: errors of rigid links.
+
+They are over the duration of contact and the first bending frequency.
 """
 
 import functools
@@ -31,19 +32,23 @@ LAWS: dict[str, tuple[Contact, Literal["hysteresis", "damper"] | None]] = {
     "damper, e = 0": (Contact(frame=""), "damper"),
     "hysteresis, e = 0": (Contact(frame=""), "hysteresis"),
 }
-"""How contacts lose energy."""
+"""Laws by which contacts lose energy."""
 
 RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""Tc f1: duration of contact with rigid links, times the first bending frequency of the free robot
-with its rotors.
+"""Tc f1: duration of contact with rigid links, times the first bending frequency.
+
+The frequency is that of the free robot with its rotors.
 """
 
 STIFFNESS = 1e5
-"""Of the contacts [N/m]. With EI scaled to give Tc f1, it has no effect on what is compared."""
+"""Stiffness of the contacts [N/m].
+
+With EI scaled to give Tc f1, it has no effect on what is compared.
+"""
 
 
 class Errors(NamedTuple):
-    """What rigid links are off by, over what they give [1].
+    """Errors of rigid links, over what they give [1].
 
     Attributes:
         jump: change of the velocity of the base until the contact ends.
@@ -59,9 +64,7 @@ class Errors(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """What rigid links are off by: the robot, the law of its contact, Tc f1, EI of the links of the
-    leg [N m²], and the errors.
-    """
+    """Errors of rigid links: robot, contact law, Tc f1, EI of the leg's links [N m²], errors."""
 
     robot: str
     law: str
@@ -117,8 +120,9 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
 
 
 def _read(landing: CompliantLanding) -> np.ndarray:
-    """Jump and largest acceleration of the base, largest force of the contact, and largest torques
-    or forces along joints.
+    """Jump and largest acceleration of the base, largest contact force, and joint loads.
+
+    These are the largest torques or forces along joints.
     """
     posed = landing.landing
     points = posed.places("point")[-1:]
