@@ -200,8 +200,9 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
 
 
 def _make_rotations_exact(model: pin.Model) -> None:
-    """Make the rotations of joint placements as good as doubles allow: a chain of bodies multiplies
-    what is missing.
+    """Make the rotations of joint placements as good as doubles allow.
+
+    A chain of bodies multiplies what is missing.
     """
     for place in model.jointPlacements:
         # One step of Newton's iteration R ← R (3 − RᵀR) / 2, by einsum, whose rounding is the same

@@ -238,7 +238,7 @@ class _Model:
             self.model.addFrame(pin.Frame(frame.name, joint, 0, place, frame.type), False)
 
     def places(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where coordinates (nq,) and velocities (nv,) of the robot are among those of the model."""
+        """Indices of the coordinates (nq,) and velocities (nv,) of the robot in the model."""
         q, v = list[np.ndarray](), list[np.ndarray]()
         for k in range(len(self._robot.bodies)):
             joint = self.model.joints[self._joints[k, 0]]

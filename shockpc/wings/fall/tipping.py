@@ -324,8 +324,9 @@ def follow_fall(
 def _on_side(
     section: CrossSection, touch: Touch, left: list[int], mu: float
 ) -> tuple[bool, list[int]]:
-    """True if a body stays on a side after a touch, at rest or sliding; and the corners on the
-    ground.
+    """True if a body stays on a side after a touch, and the corners on the ground.
+
+    On the side it rests or slides.
 
     It stays if its pressure is between the corners; else it goes on about the nearer one.
 

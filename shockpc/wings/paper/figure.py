@@ -68,8 +68,9 @@ def draw_panels(
 def _numbered(
     views: Sequence[View], profiles: Sequence[ShockProfile]
 ) -> tuple[list[View], dict[str, int]]:
-    """Views in which a body has the same number, and the numbers by its name: of all bodies that
-    have one in a view.
+    """Views in which a body has the same number, and these numbers by its name.
+
+    They are of all bodies that have one in a view.
     """
     number: dict[str, int] = {}
     for profile, view in zip(profiles, views, strict=True):

@@ -197,7 +197,10 @@ def _parts_of_c(
     starts: Sequence[int],
     samples: Samples,
 ) -> dict[str, object]:
-    """What files in C have in place of names in braces. Args: starts, of inputs in one array."""
+    """Texts that replace the names in braces in files in C.
+
+    Args: starts, of inputs in one array.
+    """
     arguments = [*inputs, "w", "out"]
     types = [f"const double *{name}" for name in inputs] + ["double *w", "double *out"]
     # Not every piece reads all of its arguments.
@@ -220,7 +223,10 @@ def _parts_of_javascript(
     starts: Sequence[int],
     samples: Samples,
 ) -> dict[str, object]:
-    """What files in JavaScript have in place of names in braces. Args: as for `_parts_of_c`."""
+    """Texts that replace the names in braces in files in JavaScript.
+
+    Args: as for `_parts_of_c`.
+    """
     arguments = [*inputs, "w", "out"]
     head = "function piece{}(" + ", ".join(arguments) + ") {{\n"
     slices = [f"x.slice({a}, {b})" for a, b in itertools.pairwise(starts)]
