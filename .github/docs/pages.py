@@ -189,7 +189,8 @@ def quantities_page() -> str:
     ]
     for kind in kinds:
         rows = [
-            f"| `{one.key}` | {cell(one.title)} | {cell(one.unit)} | {formula(equations, kind, one.key)} |"
+            f"| `{one.key}` | {cell(one.title)} | {cell(one.unit)} | "
+            f"{formula(equations, kind, one.key)} |"
             for one in shockpc.QUANTITIES
             if one.of == kind
         ]
