@@ -160,40 +160,55 @@ class _Stop(NamedTuple):
 
 def _stops(t: Array, height: Array) -> Iterator[_Stop]:
     """The stops of a point. Args: t (N,) [s], height (N,) [m]."""
-    sigma, period = noise(height), float(np.median(np.diff(t)))
+    sigma = noise(height)
+    period = float(np.median(np.diff(t)))
+    threshold, n = _threshold(t, height, sigma, period)
+    behind, ahead = line_slopes(t, height, n)
+    kink = np.nan_to_num(ahead - behind, nan=-np.inf)
+    falls = behind <= -0.5 * np.maximum(kink, threshold)
+    stops = (kink >= threshold) & falls & (ahead >= STILL_FALLING * behind)
+    kink = np.where(stops, kink, -np.inf)
+    for k in np.flatnonzero(stops).tolist():
+        first = max(k - n, 0)
+        if kink[k] < kink[first : k + n + 1].max():
+            continue
+        fall = float(np.nanmin(behind[first : k + 1]))
+        m = _fewest_intervals(sigma, period, n, fall)
+        # The last line of m intervals near the kink that falls with the full speed.
+        near = slice(max(k - 2 * n, 0), k + n + 1)
+        slopes = (height[near][m:] - height[near][:-m]) / (t[near][m:] - t[near][:-m])
+        full = np.flatnonzero(slopes <= FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m))
+        sample = near.start + m - m // 2 + int(full[-1]) if len(full) else first
+        yield _Stop(sample, k, -fall)
+
+
+def _threshold(t: Array, height: Array, sigma: float, period: float) -> tuple[float, int]:
+    """The least change of speed that is a kink [m/s], and the intervals of the lines that show it.
+
+    Lines are as short as noise permits.
+
+    Args:
+        t: (N,) [s].
+        height: (N,) [m].
+        sigma: noise of a height [m].
+        period: between samples [s].
+    """
     best = math.inf, 0
     for n in range(intervals(t, WINDOW), intervals(t, WIDEST) + 1):
-        deviation = max(slope_noise(sigma, period, n), _scatter(line_slopes(t, height, n)[0], n))
+        slopes, _ = line_slopes(t, height, n)
+        deviation = max(slope_noise(sigma, period, n), _scatter(slopes, n))
         best = min(best, (SIGNIFICANT * math.sqrt(2.0) * deviation, n))
         if best[0] <= LEAST_JUMP:
             break
-    threshold, n = max(LEAST_JUMP, best[0]), best[1]
-    behind, ahead = line_slopes(t, height, n)
-    kink = np.nan_to_num(ahead - behind, nan=-np.inf)
-    stops = (
-        (kink >= threshold)
-        & (behind <= -0.5 * np.maximum(kink, threshold))
-        & (ahead >= STILL_FALLING * behind)
-    )
-    kink = np.where(stops, kink, -np.inf)
-    for k in np.flatnonzero(stops).tolist():
-        if kink[k] == kink[max(k - n, 0) : k + n + 1].max():
-            fall = float(np.nanmin(behind[max(k - n, 0) : k + 1]))
-            # As few intervals as noise permits.
-            m = next(
-                (
-                    m
-                    for m in range(1, n)
-                    if 2.0 * slope_noise(sigma, period, m) <= (1.0 - FULL_FALL) * -fall
-                ),
-                n,
-            )
-            near = slice(max(k - 2 * n, 0), k + n + 1)
-            local = (height[near][m:] - height[near][:-m]) / (t[near][m:] - t[near][:-m])
-            falls = np.flatnonzero(local <= FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m))
-            yield _Stop(
-                near.start + m - m // 2 + int(falls[-1]) if len(falls) else max(k - n, 0), k, -fall
-            )
+    return max(LEAST_JUMP, best[0]), best[1]
+
+
+def _fewest_intervals(sigma: float, period: float, n: int, fall: float) -> int:
+    """As few intervals, up to n, as noise permits for the speed of a fall [m/s]."""
+    for m in range(1, n):
+        if 2.0 * slope_noise(sigma, period, m) <= (1.0 - FULL_FALL) * -fall:
+            return m
+    return n
 
 
 def _scatter(slope: Array, n: int) -> float:

@@ -481,51 +481,72 @@ def recorded_landings(
     Raises:
         ShockError: a name is not known, or a scene cannot be resolved.
     """
-    source, sticks = RecordedLandings(robot, table), np.isnan(table.friction)
-    suffixes = [suffix for suffix, rows in (("", sticks), ("_friction", ~sticks)) if rows.any()]
-    points = {
-        place.name: place
-        for scene in table.scenes
-        for place in point_places(robot, scene.point)
-        if place.body >= 0
-    }
-    usual = [
-        f"{key}{suffix}@{name}"
-        for name in points
-        for suffix in suffixes
-        for key in ("delta_v", "shock")
-    ]
-    of_base = {"": ("delta_v_com", "shock_com"), "_friction": ("shock_com_friction",)}
-    usual = usual or [
-        f"{key}@{robot.bodies[source.first.trunk].name}"
-        for suffix in suffixes
-        for key in of_base[suffix]
-    ]
-    contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
+    source = RecordedLandings(robot, table)
+    texts = list(quantities) or _usual_columns(source)
+    if rank:
+        texts.append(rank)
     computed: list[Column] = []
-    for text in dict.fromkeys([*(quantities or usual), *([rank] if rank else [])]):
-        selection, places = _places(source, text)
-        if len(contacts) > 1 and selection.quantity.of == "contact":
-            if "@" in text:
-                raise StudyError(
-                    f'the contact varies, so "{text}" cannot name one; leave out the @ and the name'
-                )
-            places = tuple(
-                Place(f"contact {k + 1}", number=k) for k in range(max(map(len, contacts)))
-            )
-        if not places:
-            raise StudyError(
-                f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}'
-            )
-        computed += [Column(selection, place, requested=True) for place in places]
-    by_friction = any(
-        (entry := column.selection.quantity).decided_by_ground or entry.evaluation.exact == "never"
-        for column in computed
-    )
+    for text in dict.fromkeys(texts):
+        computed += _columns(source, text)
+    by_friction = False
+    for column in computed:
+        entry = column.selection.quantity
+        if entry.decided_by_ground or entry.evaluation.exact == "never":
+            by_friction = True
     flag = Column(select("energy_gained"), source.first.places("robot")[0])
-    wanted = {flag.name: flag} | {column.name: column for column in computed}
-    wanted[flag.name] = wanted.pop(flag.name)  # the last, unless it was asked for
-    return Evaluation(replace(source, by_friction=by_friction), tuple(wanted.values()), prove)
+    by_name = {column.name: column for column in computed}
+    by_name.setdefault(flag.name, flag)
+    # The last, even if it was asked for.
+    by_name[flag.name] = by_name.pop(flag.name)
+    return Evaluation(replace(source, by_friction=by_friction), tuple(by_name.values()), prove)
+
+
+def _usual_columns(source: RecordedLandings) -> list[str]:
+    """Jump and shock at the sensors and points, or of the base; with friction if rows have one."""
+    table = source.table
+    sticks = np.isnan(table.friction)
+    suffixes = []
+    if sticks.any():
+        suffixes.append("")
+    if not sticks.all():
+        suffixes.append("_friction")
+    points: dict[str, None] = {}
+    for scene in table.scenes:
+        for place in point_places(source.robot, scene.point):
+            if place.body >= 0:
+                points[place.name] = None
+    texts = []
+    for name in points:
+        for suffix in suffixes:
+            texts += [f"delta_v{suffix}@{name}", f"shock{suffix}@{name}"]
+    if texts:
+        return texts
+    of_base = {"": ("delta_v_com", "shock_com"), "_friction": ("shock_com_friction",)}
+    base = source.robot.bodies[source.first.trunk].name
+    for suffix in suffixes:
+        texts += [f"{key}@{base}" for key in of_base[suffix]]
+    return texts
+
+
+def _columns(source: RecordedLandings, text: str) -> list[Column]:
+    """The columns of QUANTITY[@PLACES].
+
+    Raises:
+        ShockError: it names nothing, or one of contacts that vary.
+    """
+    selection, places = _places(source, text)
+    contacts = {tuple(contact.frame for contact in scene.contact) for scene in source.table.scenes}
+    if len(contacts) > 1 and selection.quantity.of == "contact":
+        if "@" in text:
+            raise StudyError(
+                f'the contact varies, so "{text}" cannot name one; leave out the @ and the name'
+            )
+        most = max(map(len, contacts))
+        places = tuple(Place(f"contact {k + 1}", number=k) for k in range(most))
+    if not places:
+        links = listed(source.robot.links, 6)
+        raise StudyError(f'"{text}": there is no such place; links of the robot: {links}')
+    return [Column(selection, place, requested=True) for place in places]
 
 
 def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:

@@ -19,6 +19,7 @@ from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_text
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.wings.recordings.logs.landings import recorded_landings
 from shockpc.wings.recordings.logs.reader import rows_of
@@ -70,19 +71,8 @@ def recorded(
     if robot is None:
         raise StudyError(f"a table needs a robot: shockpc recorded {table} ROBOT --contact …")
     columns, loaded, scene = table_and_scene(table, robot, options, renames)
-    modelled: dict[str, Scene] = {
-        model: dataclasses.replace(scene, joints=with_model(scene.joints, model))
-        for model in models
-    }
+    modelled = _with_models(scene, loaded, models)
     if models[1:]:
-        if (
-            "rigid" in models
-            and not joint_model(loaded, with_model(scene.joints, None)).springs.any()
-        ):
-            print_error(
-                f'joint model rigid is left out, because no joint of "{loaded.name}" has a spring'
-            )
-            del modelled["rigid"]
         scene = next(iter(modelled.values()))
     rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:
@@ -128,3 +118,23 @@ def recorded(
                 print_error(f'landing "{name}" is not in report.html: {error}')
         emit(recorded_report(str(table), source, results, ranked, comparison, worst), output)
     return exit_code(len(results.messages), len(results), run.strict, (*results.defects, *defects))
+
+
+def _with_models(
+    scene: Scene, robot: Robot, models: tuple[JointModelName, ...]
+) -> dict[str, Scene]:
+    """The scene with each of some joint models, by name.
+
+    Of several models, rigid is left out where no joint has a spring.
+    """
+    scenes: dict[str, Scene] = {}
+    for model in models:
+        scenes[model] = dataclasses.replace(scene, joints=with_model(scene.joints, model))
+    if len(models) < 2 or "rigid" not in models:
+        return scenes
+    if not joint_model(robot, with_model(scene.joints, None)).springs.any():
+        print_error(
+            f'joint model rigid is left out, because no joint of "{robot.name}" has a spring'
+        )
+        del scenes["rigid"]
+    return scenes
