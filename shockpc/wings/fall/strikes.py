@@ -351,9 +351,9 @@ def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterato
 
 
 def _struck_before(section: CrossSection, last: Touch, touch: Touch, together: float) -> bool:
-    """True if what touches was part of the last strike, near the ground then, and did not stand.
+    """True if what touches was near the ground at the last strike, and did not stand there.
 
-    Near is within a height of it.
+    Near is within the height `together`: it was part of that strike.
     """
     ahead, height = section.at(touch.corner, last.before.theta)
     ground = section.at(last.corner, last.before.theta)[1]

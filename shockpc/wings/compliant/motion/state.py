@@ -140,9 +140,9 @@ class State:
         return not (self.phase[self.system.grounded] != OPEN).any()
 
     def _over(self, motion: Free) -> bool:
-        """True if no contact is compressed further, rebounds or carries more than at rest.
+        """True if no contact compresses further, rebounds or carries more than its constant load.
 
-        What it carries at rest is what constant forces make.
+        Constant forces make that load.
 
         A contact carries no more where its force, which oscillates about what constant forces make,
         is below that, or oscillates little. Without constant forces all contacts are open then.
