@@ -7,7 +7,7 @@ try:
     import torch
 except ModuleNotFoundError:
     raise ImportError(
-        'shockpc.torch needs PyTorch, its extra "torch"; install it with: pip install torch'
+        'shockpc.torch needs the package "torch"; install it with: pip install torch'
     ) from None
 
 from shockpc.core import batched

@@ -322,7 +322,7 @@ def test_mistakes_have_their_lines(here):
     table = mistake(here, 'robot = "leg"\n[posture]\n[[posture.sensor]]\nat = "a"\n')
     assert table.startswith("HERE/landing.toml:3: posture.sensor: no such key")
     drive = mistake(here, 'robot = "leg"\narmature = 0.1\n')
-    assert drive == "HERE/landing.toml:2: armature: no such key; it belongs into [joints]"
+    assert drive == "HERE/landing.toml:2: armature: no such key; it belongs in [joints]"
 
 
 @pytest.mark.parametrize("text", EXTREMES, ids=lambda text: text[:20])

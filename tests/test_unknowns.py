@@ -260,3 +260,9 @@ def scene_with_part(feet):
         part=(part,),
         strike=Strike(drop_height=0.5),
     )
+
+
+def test_a_profile_in_a_line_has_what_is_unknown_but_not_what_was_chosen():
+    assert repr(shock_profile(Scene(robot="go2", contact="FL_foot"))) == (
+        'ShockProfile(PosedLanding(go2: contact "FL_foot"))'
+    )

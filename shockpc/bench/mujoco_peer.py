@@ -41,7 +41,7 @@ def _model(system: System, tau: float | None = None) -> Any:
         UnsuitedError: MuJoCo is not installed, has no such joint, or refuses the model.
     """
     if mujoco is None:
-        raise UnsuitedError("MuJoCo is not installed; pip install mujoco")
+        raise UnsuitedError("MuJoCo is not installed; install it with: pip install mujoco")
     model, spec, data = system.model, mujoco.MjSpec(), system.model.createData()
     pin.forwardKinematics(model, data, system.landing.q)
     spec.option.gravity, spec.option.solver, spec.option.tolerance = (

@@ -39,8 +39,8 @@ They are the number that the study is about, by --at or --quantity; what measure
 QuantityOption: TypeAlias = Annotated[
     Sequence[str],
     Option(
-        "Another quantity, as shockpc quantities lists them; at all places of its kind, or at "
-        "those of a name or glob.",
+        "Another quantity, as shockpc quantities lists them: at all places of its kind, or at "
+        "PLACE, a name or glob.",
         "What is computed",
         "KEY[@PLACE]",
         "quantity",

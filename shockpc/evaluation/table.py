@@ -149,7 +149,7 @@ class Table:
         if len(named) == 1:
             return named[0]
         listed_names = listed((column.name for column in named or self.computed), 6)
-        valid = listed_names or "none of which one value is worse than another"
+        valid = listed_names or "no columns that can be ranked"
         if named:
             raise StudyError(f'"{text}" means {valid}; name one of them')
         raise StudyError(f'no column is "{text}"; there are {valid}')

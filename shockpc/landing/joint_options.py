@@ -57,10 +57,11 @@ class Joints(Record):
 
     model: JointModelName | None = option(
         None,
-        "Reflected inertia: none, as given, with rigid springs, or locked. free: whatever the "
-        "robot's file, --drives or the catalogue give; geared: springs yield; rigid: springs do "
-        "not yield (a joint with a spring is locked, a rotor behind a spring is joined to its "
-        "joint); locked: no joint moves. By default each joint is as its drive makes it.",
+        "Reflected inertia: none, as given, with rigid springs, or locked. free: no reflected "
+        "inertia, even if the robot's file, --drives or the catalogue gives one; geared: springs "
+        "yield; rigid: springs do not yield (a joint with a spring is locked, a rotor behind a "
+        "spring is joined to its joint); locked: no joint moves. By default each joint has the "
+        "model of its drive.",
         JOINT_MODEL,
         name="joints",
     )

@@ -44,7 +44,7 @@ from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.trust import Unknown
 from shockpc.quantities.values import LandingValues
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.shown import show_page, shown_by
+from shockpc.text.shown import brief, show_page, shown_by
 
 if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult
@@ -70,8 +70,8 @@ class ShockProfile(LandingValues):
     """
 
     def __repr__(self) -> str:
-        known = "; ".join(f"unknown: {one}" for one in self.unknowns)
-        return f"ShockProfile({self.landing!r}{'; ' if known else ''}{known})"
+        unknown = [f"unknown: {one}" for one in self.unknowns if not one.known]
+        return brief(self, repr(self.landing), *unknown)
 
     _repr_html_ = shown_by("studies.analyze.report:landing_report")
 

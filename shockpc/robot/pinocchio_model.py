@@ -123,7 +123,7 @@ def _check_joints(model: pin.Model) -> None:
         for part in (joint, *parts):
             if not _JOINTS.fullmatch(part.shortname()):
                 remedy = (
-                    "; load the URDF file itself, of which mimic joints are read"
+                    "; load the URDF file itself; its mimic joints are read"
                     if "Mimic" in part.shortname()
                     else ""
                 )

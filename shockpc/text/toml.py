@@ -206,7 +206,7 @@ def _misplaced(key: str, name: str, kind: type) -> str:
         inner = [part for part in (item.type, *get_args(item.type)) if is_dataclass(part)]
         if inner and name in [part.name for part in fields(inner[0])]:
             table = re.sub(r"\[\d+\]", "", f"{key}{item.name}")
-            return f"{key}{name}: no such key; it belongs into [{table}]"
+            return f"{key}{name}: no such key; it belongs in [{table}]"
     return ""
 
 

@@ -231,7 +231,9 @@ def compiled(source: "RobotSource") -> Compiled:
             mass cannot be read.
     """
     if importlib.util.find_spec("mujoco") is None:
-        raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco")
+        raise RobotError(
+            'MJCF files need the package "mujoco"; install it with: pip install mujoco'
+        )
     work = functools.partial(_compile, source.xml, source.folders, source.freed)
     answer = in_child(work, libraries=("mujoco", __name__))
     if answer is None:

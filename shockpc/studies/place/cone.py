@@ -269,7 +269,7 @@ def _libraries() -> tuple[Any, Any]:
         import clarabel
     except ModuleNotFoundError:
         raise StudyError(
-            "the best place is computed by Clarabel. Install it: pip install clarabel"
+            'the best place needs the package "clarabel"; install it with: pip install clarabel'
         ) from None
     from scipy import sparse
 

@@ -46,7 +46,7 @@ def sweep(
     vary_each: Annotated[
         Vary,
         Option(
-            "The same for a glob of joints or links, each of which varies by itself.",
+            "Like --vary, but each joint or link that matches the glob varies separately.",
             "What varies",
             "GLOB=VALUES",
         ),

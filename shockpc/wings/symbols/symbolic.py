@@ -24,6 +24,7 @@ from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError, StudyError
+from shockpc.text.shown import brief
 from shockpc.wings.symbols.landing_programs import Before, Graph, inputs_of, refuse, symbols_module
 from shockpc.wings.symbols.programs import Program
 
@@ -85,6 +86,9 @@ class SymbolicLanding:
         )
         self._slopes = Graph(landing, before, self._numbers, label)
         self._value, self._slope = self._values.values(), functools.cache(self._slopes.slopes)
+
+    def __repr__(self) -> str:
+        return brief(self, repr(self.landing), ", ".join(self.names))
 
     @property
     def program(self) -> Program:

@@ -153,9 +153,7 @@ def of_model(fit: Fit, found: Solution, errors: Mapping[str, float]) -> Iterator
             )
     if errors["after"] > SLIGHT and errors["free impulse"] < 0.9 * errors["after"]:
         yield (
-            f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the "
-            f"best impulse at the "
-            "contacts, whatever its law: that much is of the robot's inertia, its posture or the "
-            "measurement, the rest of the "
-            "law of contact"
+            f"the error is {errors['after']:.2f}, and {errors['free impulse']:.2f} with the best "
+            "impulse at the contacts under any law. This part comes from the robot's inertia, its "
+            "posture or the measurement, and the rest from the law of contact"
         )
