@@ -28,8 +28,8 @@ from shockpc.judgement.unknowns import unknowns_of
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.method.dynamics import dynamics
 from shockpc.method.equation import Equation
 from shockpc.quantities.shock_profile import ShockProfile

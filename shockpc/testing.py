@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 
 from shockpc.evaluation.budgets import Budget, Budgets, Case
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import scene_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.show.tables import as_text
 from shockpc.studies.check.report import check_sheet
 from shockpc.studies.check.study import check_budgets

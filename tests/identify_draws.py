@@ -12,9 +12,9 @@ from robot_texts import joint, link, urdf
 
 import shockpc
 from shockpc import Contact, Scene
-from shockpc.evaluation.vary import variation
+from shockpc.evaluation.variations.vary import variation
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 
 BLOCKS = Path(__file__).parents[1] / "robots" / "measured" / "elbow" / "elbow.urdf"
 FREE = '<limit effort="1" velocity="1" lower="-3" upper="3"/>'

@@ -39,7 +39,7 @@ from shockpc.judgement.accuracy import data_sensitivity, double_error, hardly_se
 from shockpc.landing.contact import contact_constraint
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.posture import configuration
-from shockpc.landing.scene_file import plane_of
+from shockpc.landing.scenes.scene_file import plane_of
 from shockpc.method.approach import Motion
 from shockpc.method.dynamics import dynamics
 from shockpc.method.equation import Posed, System

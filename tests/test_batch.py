@@ -14,7 +14,7 @@ from commands import STICK, Outcome, good, interrupted, run, says
 
 from shockpc.evaluation.executor import executor
 from shockpc.judgement.drive_range import range_of
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.selection import select
 from shockpc.robot.catalogue import SETS, robots_of_set

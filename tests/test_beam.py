@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from trees import known_robot
 
-from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
 
 pytestmark = pytest.mark.smoke

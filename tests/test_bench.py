@@ -20,8 +20,8 @@ from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
 from shockpc.bench.soft_and_stiff import STIFFNESSES, stiff_contacts
 from shockpc.judgement.accuracy import double_error
-from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Closure, Contact, LoopEnd, Scene
+from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.show.folder import write_report_folder
 from shockpc.show.report import Report

@@ -7,8 +7,8 @@ import pytest
 import robot_texts
 from robot_texts import LIMIT, joint, link, loaded, urdf
 
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.scene import Posture, Scene
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Posture, Scene
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass, read_changes
 from shockpc.robot.load import load_robot

@@ -23,7 +23,7 @@ from commands import STICK, STICK_WITH_IMU, good, run, says
 import shockpc
 from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock, shock_profile
 from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
-from shockpc.landing.scene_file import plane_of
+from shockpc.landing.scenes.scene_file import plane_of
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.studies.check.command import EPILOG

@@ -25,7 +25,7 @@ from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
 from shockpc.cli.options import EVERYBODY
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.printed import json_text
 

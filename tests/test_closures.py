@@ -25,9 +25,9 @@ from shockpc import (
     resolve,
     shock_profile,
 )
-from shockpc.evaluation.varied_landings import varied_landings
+from shockpc.evaluation.variations.varied_landings import varied_landings
 from shockpc.landing.closure import closure_constraint, closure_gap, loop_of
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.studies.analyze.report import landing_report

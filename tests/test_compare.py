@@ -17,9 +17,9 @@ from robot_texts import loaded
 
 from shockpc.evaluation.comparison import STANDARD, WITH_FRICTION
 from shockpc.evaluation.designs import Design
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.selection import select
 from shockpc.robot.changes import changed, read_changes

@@ -26,7 +26,7 @@ from shockpc import (
 from shockpc.landing.contact import contact_constraint, locate_lowest_point
 from shockpc.landing.posture import configuration
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.constraints import constraint_point, row_jacobian
 from shockpc.method.dynamics import dynamics
 

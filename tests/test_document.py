@@ -23,7 +23,7 @@ from shockpc import (
     Strike,
     shock_profile,
 )
-from shockpc.landing.scene_file import scene_schema
+from shockpc.landing.scenes.scene_file import scene_schema
 from shockpc.method.dynamics import PINOCCHIO
 from shockpc.quantities.selection import QUANTITIES
 from shockpc.show.document import headed

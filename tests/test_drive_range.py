@@ -16,8 +16,8 @@ from shockpc.impact.drive_response import with_inertias
 from shockpc.judgement import drive_range
 from shockpc.judgement.drive_range import deciding_joints, effective_mass_range, range_of
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact, Part, Point, Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene import Contact, Part, Point, Scene
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.profile import profile_of, profile_of_scene
 from shockpc.quantities.selection import select
 

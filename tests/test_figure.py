@@ -25,7 +25,7 @@ import shockpc
 import shockpc.show.figure.body_shapes
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, sensitivity, shock_profile
 from shockpc.core.spatial import plane_from
-from shockpc.landing.scene_file import with_plane
+from shockpc.landing.scenes.scene_file import with_plane
 from shockpc.robot.shapes.convex import Shape
 from shockpc.robot.shapes.mesh import Mesh
 from shockpc.show.figure.field import Field, field_of

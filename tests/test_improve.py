@@ -32,7 +32,7 @@ from shockpc import (
 )
 from shockpc.evaluation.column import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.landing.scene_file import read_scene
+from shockpc.landing.scenes.scene_file import read_scene
 from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.studies.improve.report import improve_report
 from shockpc.studies.improve.search import RUNS, search

@@ -12,10 +12,10 @@ from standing import quadruped, soles
 
 import shockpc
 from shockpc import Scene, shock_profile
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.level_feet import default_landings
-from shockpc.landing.scene import Contact, Posture
-from shockpc.landing.strike import Strike
+from shockpc.landing.feet.level_feet import default_landings
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Posture
+from shockpc.landing.scenes.strike import Strike
 from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.robot.load import load_robot
 from shockpc.text.errors import SceneError
@@ -206,7 +206,7 @@ def test_feet_land_singly_where_they_are_not_level_or_the_robot_does_not_fall(
 
 def test_three_feet_on_one_edge_land_together():
     """A hexapod's edges are its two sides, with three feet each, and its ends."""
-    from shockpc.landing.level_feet import _edges
+    from shockpc.landing.feet.level_feet import _edges
 
     points = np.array([(x, y, 0.0) for y in (0.2, -0.2) for x in (0.3, 0.0, -0.3)])
     assert sorted(_edges(points, np.array([0.0, 0.0, 1.0]))) == [

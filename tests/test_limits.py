@@ -15,15 +15,15 @@ from commands import STICK, good, run, says
 from panels import scene
 from trees import known_robot
 
-from shockpc.evaluation.kinds.posture import motion_range
+from shockpc.evaluation.variations.kinds.posture import motion_range
 from shockpc.impact.drive_response import with_inertias
 from shockpc.landing.closure import follow
-from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import fixed_joints, set_joints
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
-from shockpc.landing.scene_file import robot_of
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Part, Point, Posture, Scene
+from shockpc.landing.scenes.scene_file import robot_of
+from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.quantities.selection import select
 from shockpc.studies.limits.report import limits_report

@@ -33,7 +33,7 @@ from shockpc import (
 )
 from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.shapes.geometry import outline

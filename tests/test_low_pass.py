@@ -10,7 +10,7 @@ from shockpc import Scene, load_robot, shock_profile
 from shockpc.core.low_pass import LowPass, low_pass_from, pulse_reading
 from shockpc.core.pulse import SHAPES, Pulse
 from shockpc.landing.ratings import part_from
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.text.errors import SceneError
 
 FILTERS = [LowPass(200.0, 1), LowPass(60.0, 2), LowPass(900.0, 2)]

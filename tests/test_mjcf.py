@@ -27,7 +27,7 @@ from shockpc import (
 from shockpc.core.spatial import in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import select
 from shockpc.robot.mjcf.compiled import compiled

@@ -9,8 +9,8 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.landing.contact import landing_frames, match_contacts
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import points_at
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import points_at
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.studies.sweep.study import sweep

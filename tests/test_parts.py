@@ -33,7 +33,7 @@ from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
 from shockpc.evaluation.designs import Design
 from shockpc.landing.ratings import strength
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.text.errors import SceneError, StudyError, UnknownName
 
 K = 1e5

@@ -12,7 +12,7 @@ from trees import MJCF_KINDS, known_robot
 
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.landing.joint_model import without_springs
-from shockpc.landing.scene_file import plane_of
+from shockpc.landing.scenes.scene_file import plane_of
 from shockpc.method.approach import Motion
 from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias

@@ -25,9 +25,9 @@ from shockpc import (
     read_scene,
     shock_profile,
 )
-from shockpc.evaluation.vary import variation
+from shockpc.evaluation.variations.vary import variation
 from shockpc.landing.posture import configuration, outside_limits, reference_name
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.feet_and_sensors import BENT, STANDING
 from shockpc.show.header import posture_text

@@ -25,7 +25,7 @@ from shockpc import (
     shock_maps,
     shock_profile,
 )
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 
 pytestmark = pytest.mark.smoke
 

@@ -19,10 +19,10 @@ import yaml
 from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
 from trees import known_robot
 
-from shockpc.evaluation.kinds.registry import WORDS
+from shockpc.evaluation.variations.kinds.registry import WORDS
 from shockpc.landing.joint_model import joint_model
-from shockpc.landing.scene import Joints, Scene
-from shockpc.landing.scene_file import scene_from
+from shockpc.landing.scenes.scene import Joints, Scene
+from shockpc.landing.scenes.scene_file import scene_from
 from shockpc.robot.catalogue import ROBOT_SUFFIXES
 from shockpc.robot.shapes.mesh_files import FORMATS as MESHES
 

@@ -15,8 +15,8 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, Strike, shock_profile
 from shockpc.core.most_severe import most_severe_direction
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
-from shockpc.landing.scene_file import robot_of
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene_file import robot_of
+from shockpc.landing.scenes.strike import GRAVITY
 
 FEET = {
     "anymal_b": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),

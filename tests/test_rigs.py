@@ -13,8 +13,8 @@ from robot_texts import joint, link, urdf
 
 from shockpc import Contact, Posture, Scene, SceneError, SolveError, Strike, recorded, shock_profile
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene_file import robot_of
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene_file import robot_of
+from shockpc.landing.scenes.strike import GRAVITY
 
 K = 1e5
 POSTURE = Posture(joints_deg={"hip": 40.0, "knee": -80.0})

@@ -26,7 +26,7 @@ from shockpc import (
     sweep,
 )
 from shockpc.cli.parse import rotor
-from shockpc.evaluation.vary import variation
+from shockpc.evaluation.variations.vary import variation
 from shockpc.impact.drive_response import drive_response, with_inertias
 from shockpc.impact.landed import solved
 from shockpc.landing.joint_model import joint_model

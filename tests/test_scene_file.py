@@ -32,8 +32,8 @@ from shockpc import (
     read_scene,
     shock_profile,
 )
-from shockpc.landing.record import options_of
-from shockpc.landing.scene_file import check_scene, scene_schema, scene_table, scene_text
+from shockpc.landing.scenes.scene_fields import options_of
+from shockpc.landing.scenes.scene_file import check_scene, scene_schema, scene_table, scene_text
 from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import json_text

@@ -18,12 +18,12 @@ from trees import known_robot, robot_from
 
 from shockpc.evaluation.column import column
 from shockpc.evaluation.column_values import columns, proven_columns
-from shockpc.evaluation.vary import variation
-from shockpc.landing.joint_options import Joints
+from shockpc.evaluation.variations.vary import variation
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
-from shockpc.landing.scene_file import robot_of
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Part, Point, Posture, Scene
+from shockpc.landing.scenes.scene_file import robot_of
+from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed
 from shockpc.studies.improve.study import improve

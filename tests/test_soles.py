@@ -11,12 +11,12 @@ from standing import quadruped, soles
 
 from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
-from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.contact import contact_constraint
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.level_feet import default_landings
-from shockpc.landing.scene import Contact, Posture
-from shockpc.landing.strike import Strike
+from shockpc.landing.feet.auto_contact import with_own_faces
+from shockpc.landing.feet.level_feet import default_landings
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Posture
+from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.load import load_robot
 
 SOLE = np.array([(x, y, -0.09) for x in (-0.08, 0.14) for y in (-0.045, 0.045)])

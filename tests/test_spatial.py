@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from shockpc import Scene, SceneError
 from shockpc.core.spatial import cross_matrix, plane_from, velocity_at
-from shockpc.landing.scene_file import plane_of
+from shockpc.landing.scenes.scene_file import plane_of
 
 pytestmark = pytest.mark.smoke
 

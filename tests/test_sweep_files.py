@@ -21,8 +21,8 @@ import pytest
 from commands import STICK, good, run, says
 
 from shockpc import Scene
-from shockpc.evaluation import varied_landings
 from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.variations import varied_landings
 from shockpc.show import row_files
 from shockpc.show.row_files import RowFiles
 from shockpc.studies.sweep.study import sweep

@@ -11,7 +11,7 @@ from trees import robot_from
 from shockpc import Contact, Joints, Posture, RobotError, Rotor, Scene, shock_profile
 from shockpc.landing.closure import closure_constraint, closure_gap
 from shockpc.landing.joint_model import joint_model
-from shockpc.landing.scene import Closure, LoopEnd
+from shockpc.landing.scenes.scene import Closure, LoopEnd
 from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.checkup import check_robot

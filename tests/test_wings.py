@@ -130,7 +130,7 @@ WING = Wing(options="options", quantities="quantities")
 ''',
     "options.py": '''"""An option of a scene."""
 
-from shockpc.landing.record import RESULTS, option
+from shockpc.landing.scenes.scene_fields import RESULTS, option
 
 SCALE = option(1.0, "What the shock is multiplied by.", RESULTS, "X", above=0.0, varies=True)
 OPTIONS = {"probe_scale": (float, SCALE)}
@@ -153,8 +153,8 @@ QUANTITIES = (SHOCK._replace(key="scaled_shock", title="scaled shock", compute=s
 from typing import Annotated
 
 from shockpc.evaluation.declare import study
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
+from shockpc.landing.scenes.scene import Scene
 from shockpc.profile import profile_of_scene
 from shockpc.robot.robot import Robot
 

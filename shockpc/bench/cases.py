@@ -16,7 +16,7 @@ import numpy as np
 
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.robot.catalogue import SETS
 from shockpc.robot.feet_and_sensors import each_foot
 

@@ -6,7 +6,7 @@ It is another matter than the error of the model's solution.
 from dataclasses import replace
 
 from shockpc import Contact, Joints, Scene, load_robot, read_scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.show.tables import Sheet
 from shockpc.wings.recordings.logs.table_files import read_table

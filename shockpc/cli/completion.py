@@ -56,7 +56,7 @@ def _robots(incomplete: str) -> Iterable[str]:
 def _robot() -> "Robot | None":
     """The robot of the first word that names one, or a scene, in a file that is read quickly."""
     from shockpc.cli.scenes import scene_named
-    from shockpc.landing.scene_file import robot_of
+    from shockpc.landing.scenes.scene_file import robot_of
 
     for word in words_typed()[1:]:
         if os.path.isfile(word) and os.path.getsize(word) > LARGEST_FILE:

@@ -30,10 +30,10 @@ from shockpc.cli.parse import (
     vector,
     whole,
 )
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.record import Option, options_of
-from shockpc.landing.scene import Contact, Posture, Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Posture, Scene
+from shockpc.landing.scenes.scene_fields import Option, options_of
+from shockpc.landing.scenes.strike import Strike
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = (

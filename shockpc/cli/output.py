@@ -11,7 +11,7 @@ from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import command, print_error
 from shockpc.cli.progress import shown_trace
 from shockpc.cli.scenes import file_names
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.show.files import destination, write_file
 from shockpc.text.errors import DefectError, OutputError, SolveError
 from shockpc.text.printed import visible

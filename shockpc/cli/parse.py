@@ -12,8 +12,8 @@ import typer
 
 from shockpc.core.interval import Interval
 from shockpc.core.number import NUMBER, number_from, whole_from
-from shockpc.landing.joint_options import JointModelName
-from shockpc.landing.record import Option
+from shockpc.landing.scenes.joint_options import JointModelName
+from shockpc.landing.scenes.scene_fields import Option
 from shockpc.robot.gear import SENSE, Gear
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import is_path, usable_path

@@ -7,13 +7,18 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.landing.contact import contact_name, first_contact, landing_frames, match_contacts
-from shockpc.landing.joint_options import Joints, Rotor, with_model
-from shockpc.landing.level_feet import default_landings
+from shockpc.landing.contact import (
+    contact_name,
+    first_contact,
+    landing_frames,
+    match_contacts,
+)
+from shockpc.landing.feet.level_feet import default_landings
 from shockpc.landing.ratings import part_from
-from shockpc.landing.scene import Contact, Posture, Scene
-from shockpc.landing.scene_file import check_scene, plane_of, points_at, robot_of, scene_of
-from shockpc.landing.strike import Strike, replaced_ways
+from shockpc.landing.scenes.joint_options import Joints, Rotor, with_model
+from shockpc.landing.scenes.scene import Contact, Posture, Scene
+from shockpc.landing.scenes.scene_file import check_scene, plane_of, points_at, robot_of, scene_of
+from shockpc.landing.scenes.strike import Strike, replaced_ways
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import typed
 from shockpc.text.errors import SceneError, UnknownName

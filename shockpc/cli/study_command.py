@@ -42,12 +42,12 @@ from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from
 from shockpc.evaluation.declare import StudyParameter, declaration
 from shockpc.evaluation.designs import Design
-from shockpc.evaluation.kinds.contacts import OFFSETS
-from shockpc.evaluation.kinds.posture import ATTITUDES
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.vary import Vary, variation
-from shockpc.landing.scene import Point
-from shockpc.landing.scene_file import point_at
+from shockpc.evaluation.variations.kinds.contacts import OFFSETS
+from shockpc.evaluation.variations.kinds.posture import ATTITUDES
+from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.vary import Vary, variation
+from shockpc.landing.scenes.scene import Point
+from shockpc.landing.scenes.scene_file import point_at
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, traces

@@ -15,10 +15,10 @@ from shockpc.core.frozen import frozen
 from shockpc.core.number import number_from
 from shockpc.core.spatial import Array
 from shockpc.evaluation.table import percentile
-from shockpc.landing.record import CHECKED
-from shockpc.landing.scene import Part, Scene
-from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table
-from shockpc.landing.strike import replaced_ways
+from shockpc.landing.scenes.scene import Part, Scene
+from shockpc.landing.scenes.scene_fields import CHECKED
+from shockpc.landing.scenes.scene_file import read_scene, record_schema, scene_from, scene_table
+from shockpc.landing.scenes.strike import replaced_ways
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, moving_point
-from shockpc.landing.scene import Point, Scene
-from shockpc.landing.scene_file import points_at
+from shockpc.landing.scenes.scene import Point, Scene
+from shockpc.landing.scenes.scene_file import points_at
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import Selection, select, selections

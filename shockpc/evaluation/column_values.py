@@ -15,7 +15,7 @@ from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import separating
 from shockpc.landing.places import Place
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.method.equation import Equation
 from shockpc.profile import needs_proof

@@ -13,7 +13,7 @@ from shockpc.evaluation.partners import KINDS, Partners, matching, partners
 from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError

@@ -15,18 +15,18 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.kinds.registry import KINDS
-from shockpc.evaluation.kinds.strike import StrikeAngle
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
 from shockpc.evaluation.terms import Term, terms_of
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
-from shockpc.evaluation.vary import Vary, pairs
+from shockpc.evaluation.variations.kinds.registry import KINDS
+from shockpc.evaluation.variations.kinds.strike import StrikeAngle
+from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.varied_landings import VariedLandings, varied_landings
+from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError

@@ -16,7 +16,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, TypeVar, cast, get_args
 
-from shockpc.landing.record import Option, describe
+from shockpc.landing.scenes.scene_fields import Option, describe
 from shockpc.quantities.renamed import current_name
 from shockpc.text.arguments import checked, is_numeric
 

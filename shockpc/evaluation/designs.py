@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.robot.changes import Change
 from shockpc.robot.robot import Robot
 

@@ -13,11 +13,11 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.kinds.joints import LEAST_INERTIA, reflected_rotor
+from shockpc.evaluation.variations.kinds.joints import LEAST_INERTIA, reflected_rotor
 from shockpc.landing.joint_model import JointModel, joint_model
-from shockpc.landing.joint_options import Joints, Rotor
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import check_scene
+from shockpc.landing.scenes.joint_options import Joints, Rotor
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import check_scene
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import ShockWarning
 from shockpc.text.errors import ShockError, attempt

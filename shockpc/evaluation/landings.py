@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.method.dynamics import Inertias
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 from shockpc.landing.contact import contact_name
-from shockpc.landing.level_feet import with_contacts
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.landing.feet.level_feet import with_contacts
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from shockpc.evaluation.unused_ground import refuse_unused_ground
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.selection import Selection
 from shockpc.quantities.shock_profile import ShockProfile

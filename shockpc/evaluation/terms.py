@@ -11,10 +11,10 @@ from shockpc.core.number import NUMBER
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.unused_ground import refuse_ground
-from shockpc.evaluation.varied_landings import VariedLandings
+from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.landing.feet.soles import most_inside
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.landing.soles import most_inside
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING

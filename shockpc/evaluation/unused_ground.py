@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.selection import Selection
 from shockpc.text.errors import StudyError
 

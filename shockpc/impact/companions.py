@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.landed import LandingProof, proven
 from shockpc.impact.stops import with_stops
-from shockpc.landing.auto_contact import with_own_faces
+from shockpc.landing.feet.auto_contact import with_own_faces
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.constraints import Constraint

@@ -9,8 +9,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.landed import independent_rows_of, rows_as_meant
-from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scenes.directions import across
 from shockpc.method.constraints import NO_AXES, Constraint, slices_of
 from shockpc.method.equation import Equation
 

@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import ColumnImpact, jumps_in_body_axes
 from shockpc.impact.landed import solution_in_doubles
 from shockpc.impact.stops import with_stops
-from shockpc.landing.auto_contact import with_own_faces
+from shockpc.landing.feet.auto_contact import with_own_faces
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.dynamics import dynamics, geared_bodies
 from shockpc.method.shock import solution_of

@@ -19,7 +19,6 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.landed import solved
-from shockpc.landing.auto_contact import with_own_faces
 from shockpc.landing.end_stops import (
     at_stops,
     driven_beyond,
@@ -27,6 +26,7 @@ from shockpc.landing.end_stops import (
     stop_constraint,
     stops_at,
 )
+from shockpc.landing.feet.auto_contact import with_own_faces
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.constraints import Constraint
 from shockpc.method.equation import Equation

@@ -21,7 +21,7 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import proven, solution_in_doubles, solved
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
-from shockpc.landing.scene import Contact
+from shockpc.landing.scenes.scene import Contact
 from shockpc.method.exact.arithmetic import SingularError
 from shockpc.quantities.contact_mass import mass_of_contacts
 from shockpc.quantities.quantity import Quantity, evaluate

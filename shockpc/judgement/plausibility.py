@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.record import spelled
-from shockpc.landing.scene import Contact
+from shockpc.landing.scenes.scene import Contact
+from shockpc.landing.scenes.scene_fields import spelled
 from shockpc.method.constraints import constraint_point
 from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.shock_profile import ShockProfile

@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.posture import reference_name, set_joints
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.method.constraints import NO_AXES, row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.quantities.shock_profile import ShockProfile

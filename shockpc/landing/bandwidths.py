@@ -1,7 +1,7 @@
 """The bandwidths of sensors: of all points of a scene, and of parts that are sensors."""
 
 from shockpc.core.low_pass import LowPass, low_pass_from
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.text.errors import SceneError
 
 

@@ -15,9 +15,9 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.landing.directions import unit_directions
 from shockpc.landing.movable import free_columns
-from shockpc.landing.scene import Closure
+from shockpc.landing.scenes.directions import unit_directions
+from shockpc.landing.scenes.scene import Closure
 from shockpc.method.constraints import Constraint, row_jacobian, world_point
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.bodies_and_joints import Loop

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import Array, cross, cross_matrix
-from shockpc.landing.directions import across, unit_directions
-from shockpc.landing.scene import ORIGIN, Contact, Scene
+from shockpc.landing.scenes.directions import across, unit_directions
+from shockpc.landing.scenes.scene import ORIGIN, Contact, Scene
 from shockpc.method.constraints import NO_AXES, Constraint
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import STOP, Robot

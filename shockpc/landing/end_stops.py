@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.scene import Contact
+from shockpc.landing.scenes.scene import Contact
 from shockpc.method.approach import Motion, relative_twist
 from shockpc.method.constraints import NO_AXES, Constraint, constraint_point
 from shockpc.method.dynamics import Dynamics

@@ -19,7 +19,7 @@ import numpy as np
 
 from shockpc.core.interval import interval_fault
 from shockpc.core.spatial import Array
-from shockpc.landing.joint_options import Joints, Rotor
+from shockpc.landing.scenes.joint_options import Joints, Rotor
 from shockpc.robot.bodies_and_joints import Drive, Drives
 from shockpc.robot.drives.drive_file import drives_like, drives_of, read_drives
 from shockpc.robot.drives.motors import effort_hint, passive

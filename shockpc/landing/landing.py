@@ -24,7 +24,7 @@ from shockpc.landing.places import (
     point_places,
 )
 from shockpc.landing.rank import Mechanism
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.method.approach import Motion, twist_before
 from shockpc.method.base import Base
 from shockpc.method.constraints import Constraint, constraint_point

@@ -12,8 +12,8 @@ from shockpc.landing.closure import closure_constraint
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.movable import free_columns
 from shockpc.landing.posture import settable_joints
-from shockpc.landing.scene import Scene
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.approach import Motion
 from shockpc.method.constraints import Constraint, row_jacobian, slices_of
 from shockpc.method.dynamics import Dynamics

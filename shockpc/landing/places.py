@@ -9,8 +9,8 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
-from shockpc.landing.scene import Part, Point
-from shockpc.landing.scene_file import point_at
+from shockpc.landing.scenes.scene import Part, Point
+from shockpc.landing.scenes.scene_file import point_at
 from shockpc.robot.feet_and_sensors import sensors
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, StudyError

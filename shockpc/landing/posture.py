@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import Posture, Scene
+from shockpc.landing.scenes.scene import Posture, Scene
 from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
 from shockpc.robot.robot import Robot

@@ -21,8 +21,8 @@ from shockpc.core.number import NO_UNIT, number_within
 from shockpc.core.pulse import SHAPES, UNITS, Pulse, pulse_from, velocity_change
 from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
-from shockpc.landing.scene import Part
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene import Part
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.robot.drives.motors import UNLIMITED
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER

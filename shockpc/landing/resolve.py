@@ -14,19 +14,19 @@ import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array
-from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
 from shockpc.landing.contact import check_holds_normal, contact_constraint
 from shockpc.landing.end_stops import is_stop, striking_stop
+from shockpc.landing.feet.auto_contact import resolve_contacts
+from shockpc.landing.feet.level_feet import default_landings
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
-from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
-from shockpc.landing.scene import Contact, Posture, Scene
-from shockpc.landing.scene_file import (
+from shockpc.landing.scenes.scene import Contact, Posture, Scene
+from shockpc.landing.scenes.scene_file import (
     check_scene,
     ground_normal,
     plane_of,
@@ -35,7 +35,7 @@ from shockpc.landing.scene_file import (
     with_paths,
     with_plane,
 )
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.strike import Strike
 from shockpc.method.base import Base
 from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import dynamics

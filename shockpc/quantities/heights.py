@@ -11,9 +11,9 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
+from shockpc.landing.feet.soles import LEVEL, most_inside
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
-from shockpc.landing.soles import LEVEL, most_inside
 from shockpc.method.constraints import Constraint, constraint_point, wrenches
 from shockpc.method.dynamics import Dynamics
 from shockpc.quantities.quantity import Quantity

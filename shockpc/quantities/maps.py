@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array, cross, jump_at
 from shockpc.core.threads import one_thread
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import point_place
-from shockpc.landing.scene_file import point_at
+from shockpc.landing.scenes.scene_file import point_at
 from shockpc.method.approach import speeds_undone
 from shockpc.method.constraints import constraint_axes, slices_of
 from shockpc.method.dynamics import dynamics

@@ -19,7 +19,7 @@ from shockpc.landing.ratings import (
     torque_limits,
     torque_strength,
 )
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_joints import MULTIAXIAL, REDUNDANT
 from shockpc.quantities.of_points import (
     DELTA_V,

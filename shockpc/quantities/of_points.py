@@ -13,7 +13,7 @@ from shockpc.impact.impact import Impact
 from shockpc.impact.motion import Motion, motion_of
 from shockpc.landing.bandwidths import low_pass_of_part, low_passes_of, scene_low_pass
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.quantity import (
     EXACT_IF_RIGID,
     Evaluation,

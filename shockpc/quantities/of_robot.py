@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
-from shockpc.landing.level_feet import feet_beside
+from shockpc.landing.feet.level_feet import feet_beside
 from shockpc.method.approach import approach_speeds
 from shockpc.method.constraints import constraint_point
 from shockpc.quantities.heights import Levels, levels, on_ground

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 
 Places: TypeAlias = Sequence[Place]
 T = TypeVar("T")

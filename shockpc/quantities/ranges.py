@@ -17,7 +17,7 @@ from shockpc.impact.landed import LandingProof
 from shockpc.impact.motion import Motion, motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
 from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, evaluate
 from shockpc.quantities.with_friction import friction_result

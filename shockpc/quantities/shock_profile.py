@@ -15,7 +15,7 @@ from shockpc.impact.motion import Motion, motion_of
 from shockpc.landing.closure import Assembly
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.posture import spelled_out
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.attribute import (
     OfQuantity,
     each_flag,

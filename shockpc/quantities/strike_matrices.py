@@ -15,7 +15,7 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import LandingProof, residual
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 import shockpc
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import scene_table
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import scene_table
 from shockpc.method.dynamics import PINOCCHIO
 
 

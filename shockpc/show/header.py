@@ -14,8 +14,8 @@ from shockpc.impact.springs import spring_time
 from shockpc.judgement.accuracy import SHARE
 from shockpc.judgement.unknowns import merged
 from shockpc.landing.end_stops import side_of
-from shockpc.landing.joint_options import Rotor
-from shockpc.landing.scene_file import sideways
+from shockpc.landing.scenes.joint_options import Rotor
+from shockpc.landing.scenes.scene_file import sideways
 from shockpc.method.base import Base
 from shockpc.method.constraints import slices_of
 from shockpc.quantities.shock_profile import ShockProfile

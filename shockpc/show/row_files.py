@@ -19,7 +19,7 @@ import numpy as np
 import shockpc
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
-from shockpc.landing.scene_file import scene_table
+from shockpc.landing.scenes.scene_file import scene_table
 from shockpc.method.dynamics import PINOCCHIO
 from shockpc.show.files import destination, new_file, write_file
 from shockpc.show.tables import csv_text, exact

@@ -107,7 +107,7 @@ def varied_text(name: str, unit: str) -> str:
 
     Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values.
     """
-    from shockpc.evaluation.kinds.registry import KINDS
+    from shockpc.evaluation.variations.kinds.registry import KINDS
 
     word, _, target = name.partition(":")
     kind = KINDS.get(word)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.html.blocks import escaped, lines_html, table_html
 from shockpc.show.html.landing_data import SurfacesOf, page_data, surfaces_of

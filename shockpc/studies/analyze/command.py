@@ -11,7 +11,7 @@ from shockpc.cli.options import EXPLAIN, ROBOT, STRICT, OutputOptions, SceneOpti
 from shockpc.cli.parse import scene_file
 
 if TYPE_CHECKING:
-    from shockpc.landing.scene import Scene
+    from shockpc.landing.scenes.scene import Scene
     from shockpc.quantities.shock_profile import ShockProfile
     from shockpc.robot.robot import Robot
     from shockpc.text.errors import ShockError
@@ -56,7 +56,7 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
-        from shockpc.landing.scene_file import scene_text
+        from shockpc.landing.scenes.scene_file import scene_text
         from shockpc.quantities.shock_profile import ShockProfile
         from shockpc.studies.analyze.closing import accuracy_line
         from shockpc.studies.analyze.report import analyze_report
@@ -165,7 +165,7 @@ def _remarks(
 
     They are of landings that differ from that of a profile and from all scenes.
     """
-    from shockpc.landing.level_feet import together, whole_feet
+    from shockpc.landing.feet.level_feet import together, whole_feet
     from shockpc.profile import shock_profile
     from shockpc.studies.analyze.several import level_text, whole_feet_text
     from shockpc.text.errors import ShockError

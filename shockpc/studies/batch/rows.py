@@ -11,7 +11,7 @@ import numpy as np
 
 from shockpc.evaluation.table import Table
 from shockpc.judgement.drive_range import Range
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import select
 from shockpc.text.diagnostic import Diagnostic

@@ -19,10 +19,10 @@ from shockpc.judgement.first_number import imu_places
 from shockpc.judgement.standing import posture_marks
 from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.landing.contact import contact_name
-from shockpc.landing.level_feet import with_contacts
+from shockpc.landing.feet.level_feet import with_contacts
 from shockpc.landing.places import Place
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
 from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import shockpc
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import scene_table, with_paths
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import scene_table, with_paths
 from shockpc.method.dynamics import PINOCCHIO
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import select

@@ -7,12 +7,12 @@ from shockpc.evaluation.budgets import Budgets, Case
 from shockpc.evaluation.column import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.unused_ground import refuse_unused_ground
-from shockpc.evaluation.varied_landings import VariedLandings, varied_landings
+from shockpc.evaluation.variations.varied_landings import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import Selection, select
 from shockpc.robot.robot import Robot

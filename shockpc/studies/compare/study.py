@@ -7,8 +7,8 @@ from typing import Annotated
 from shockpc.evaluation.comparison import Comparison, compared
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.designs import Design
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
 from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.text.errors import StudyError
 

@@ -15,7 +15,7 @@ import numpy as np
 from shockpc.evaluation.comparison import STANDARD, WITH_FRICTION, Comparison, compared
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.comparison import compare_report
 from shockpc.show.document import record

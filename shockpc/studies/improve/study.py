@@ -16,16 +16,16 @@ from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
-from shockpc.evaluation.kinds.joints import OfDrive
-from shockpc.evaluation.kinds.posture import motion_range
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import profiles
-from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.vary import Vary, pairs
-from shockpc.landing.record import Option
+from shockpc.evaluation.variations.kinds.joints import OfDrive
+from shockpc.evaluation.variations.kinds.posture import motion_range
+from shockpc.evaluation.variations.scene_grid import scene_grid
+from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.resolve import landing_of, resolve
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import is_imu, sensors
 from shockpc.robot.robot import Robot

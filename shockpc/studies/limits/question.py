@@ -7,9 +7,9 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
-from shockpc.evaluation.kinds.posture import JOINT_POSITION, motion_range
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.vary import kind_of, variation
+from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION, motion_range
+from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.vary import kind_of, variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import settable_joints
 from shockpc.robot.bodies_and_joints import Joint

@@ -11,9 +11,9 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
-from shockpc.evaluation.kinds.contacts import OfGround
-from shockpc.evaluation.kinds.registry import KINDS
 from shockpc.evaluation.unused_ground import NAME_ONE
+from shockpc.evaluation.variations.kinds.contacts import OfGround
+from shockpc.evaluation.variations.kinds.registry import KINDS
 from shockpc.show.header import header_lines, warning_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of

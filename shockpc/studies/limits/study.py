@@ -14,12 +14,12 @@ import numpy as np
 from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
-from shockpc.evaluation.kinds.joints import OfDrive
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Point, Scene
-from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.evaluation.variations.kinds.joints import OfDrive
+from shockpc.landing.scenes.scene import Point, Scene
+from shockpc.landing.scenes.scene_fields import Option
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.limits.intervals import StrikeLimits, strike_limits

@@ -14,16 +14,16 @@ from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import proven
-from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_ground
-from shockpc.evaluation.vary import Vary, pairs
+from shockpc.evaluation.variations.scene_grid import scene_grid
+from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.bandwidths import scene_low_pass
 from shockpc.landing.places import Place, point_place, point_places
-from shockpc.landing.record import SOFT, Option
 from shockpc.landing.resolve import pulse_of
-from shockpc.landing.scene import Point, Scene
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene import Point, Scene
+from shockpc.landing.scenes.scene_fields import SOFT, Option
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.place.best_first import best_places, box

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from shockpc.core.interval import interval_text
 from shockpc.landing.joint_model import NOTHING, joint_model
-from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import reference_name
+from shockpc.landing.scenes.joint_options import Joints
 from shockpc.method.dynamics import PINOCCHIO
 from shockpc.robot.bodies_and_joints import Drive, Mimic
 from shockpc.robot.checkup import check_robot

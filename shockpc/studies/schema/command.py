@@ -16,7 +16,7 @@ def schema(
     import json
 
     from shockpc.evaluation.budgets import budgets_schema
-    from shockpc.landing.scene_file import scene_schema
+    from shockpc.landing.scenes.scene_file import scene_schema
 
     text = json.dumps(budgets_schema() if file == "budgets" else scene_schema(), indent=1)
     sys.stdout.write(text + "\n")

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
-from shockpc.evaluation.kinds.joints import ARMATURE
-from shockpc.evaluation.kinds.links import (
+from shockpc.evaluation.variations.kinds.joints import ARMATURE
+from shockpc.evaluation.variations.kinds.links import (
     CENTRES,
     ENTRIES,
     INERTIA,
@@ -23,11 +23,11 @@ from shockpc.evaluation.kinds.links import (
     POINT_MASS,
     LinkProperty,
 )
-from shockpc.evaluation.kinds.posture import JOINT_POSITION
-from shockpc.evaluation.kinds.registry import KINDS
-from shockpc.evaluation.kinds.strike import STRIKE_ANGLE
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.varied_landings import VariedLandings
+from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
+from shockpc.evaluation.variations.kinds.registry import KINDS
+from shockpc.evaluation.variations.kinds.strike import STRIKE_ANGLE
+from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import COMPONENTS
 from shockpc.quantities.shock_profile import ShockProfile

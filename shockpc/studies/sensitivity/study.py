@@ -19,16 +19,23 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.column import Column, column, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import End, at_drive_ends
-from shockpc.evaluation.kinds.contacts import ContactNames
-from shockpc.evaluation.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated, variation
+from shockpc.evaluation.variations.kinds.contacts import ContactNames
+from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
+from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.vary import (
+    Vary,
+    each_of,
+    pairs,
+    prepared,
+    refuse_repeated,
+    variation,
+)
 from shockpc.impact.impact import Impact
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Point, Scene
+from shockpc.landing.scenes.scene import Point, Scene
+from shockpc.landing.scenes.scene_fields import Option
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.sensitivity.slopes import (

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from shockpc.evaluation.column import Column, ground_columns, selected
-from shockpc.evaluation.kinds.contacts import CONTACT
-from shockpc.evaluation.varied_landings import VariedLandings
+from shockpc.evaluation.variations.kinds.contacts import CONTACT
+from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.landing.places import Place, body_places, moving_point
-from shockpc.landing.scene import Point
+from shockpc.landing.scenes.scene import Point
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

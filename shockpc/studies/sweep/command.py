@@ -8,7 +8,7 @@ from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, 
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.scenes import scenes_from, with_contact
 from shockpc.cli.study_command import given, help_of, refuse_unasked, refuse_varied, study_options
-from shockpc.evaluation.kinds.contacts import CONTACT
+from shockpc.evaluation.variations.kinds.contacts import CONTACT
 from shockpc.landing.contact import contact_name
 from shockpc.studies.sweep.report import sweep_report
 from shockpc.studies.sweep.study import sweep as study

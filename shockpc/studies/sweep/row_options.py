@@ -2,8 +2,8 @@
 
 import shlex
 
-from shockpc.evaluation.varied_landings import VariedLandings
-from shockpc.landing.scene import Scene
+from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.landing.scenes.scene import Scene
 
 
 def row_text(landings: VariedLandings, row: int) -> str:

@@ -9,11 +9,11 @@ from typing import Annotated
 
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.varied_landings import MOST_ROWS, VariedLandings, varied_landings
-from shockpc.evaluation.vary import Vary
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Point, Scene
-from shockpc.landing.scene_file import scene_of
+from shockpc.evaluation.variations.varied_landings import MOST_ROWS, VariedLandings, varied_landings
+from shockpc.evaluation.variations.vary import Vary
+from shockpc.landing.scenes.scene import Point, Scene
+from shockpc.landing.scenes.scene_fields import Option
+from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.sweep.columns import sweep_columns
 

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import Evaluation, L
 from shockpc.evaluation.table import Table, percentile
-from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.text.printed import Cause, causes
 
 PERCENTILES = (5, 95, 99)

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array
-from shockpc.landing.auto_contact import with_faces_of
+from shockpc.landing.feet.auto_contact import with_faces_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.method.constraints import Constraint, slices_of

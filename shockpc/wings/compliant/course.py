@@ -28,7 +28,7 @@ from shockpc.impact.stops import with_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.constraints import Constraint, constraint_point
 from shockpc.method.exact.proof import motion as size_of
 from shockpc.text.diagnostic import Diagnostic

@@ -15,8 +15,8 @@ from shockpc.core.spatial import Array
 from shockpc.impact.contact_rows import ContactRows, contact_rows
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.record import spelled
-from shockpc.landing.scene import Contact
+from shockpc.landing.scenes.scene import Contact
+from shockpc.landing.scenes.scene_fields import spelled
 from shockpc.method.constraints import Constraint
 from shockpc.text.errors import SolveError
 from shockpc.wings.compliant.loads import constant_forces

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
 from shockpc.landing.places import Place
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, low_passes
 from shockpc.quantities.peaks import ALONG
 from shockpc.quantities.quantity import Quantity

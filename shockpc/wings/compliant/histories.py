@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.places import Place
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.bent_landing import FlexibleLanding
 from shockpc.wings.compliant.course import CompliantLanding

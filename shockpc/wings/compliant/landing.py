@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from shockpc.landing.contact import check_holds_normal
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.method.constraints import Constraint
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import printable

@@ -18,7 +18,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.contact_rows import ContactRows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 
 
 class ConstantForces(NamedTuple):

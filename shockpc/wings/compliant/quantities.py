@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
 from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, cached, evaluate

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
 from shockpc.landing.places import PlaceKind
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from shockpc.evaluation.variation import Factors, Kind, Options, Target, Variation
+from shockpc.evaluation.variations.variation import Factors, Kind, Options, Target, Variation
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.wings.compliant.flexes import flexes_of

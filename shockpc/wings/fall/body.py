@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array, quaternion_of
 from shockpc.impact.landed import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.convex import Shape
 from shockpc.robot.shapes.geometry import Outline, drawn_outline, outline

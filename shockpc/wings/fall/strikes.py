@@ -19,8 +19,8 @@ from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.friction import friction_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Scene
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.text.errors import SceneError, SolveError, StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.fall.body import UP, Rigid, Spot

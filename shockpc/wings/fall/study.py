@@ -18,14 +18,14 @@ from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
 from shockpc.evaluation.profiles import proven
-from shockpc.evaluation.scene_grid import scene_grid
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.vary import Vary, pairs
+from shockpc.evaluation.variations.scene_grid import scene_grid
+from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.bandwidths import low_passes_of
-from shockpc.landing.joint_options import Joints
 from shockpc.landing.ratings import TorqueStrength, torque_limits
-from shockpc.landing.record import CONTACT, STRIKE, Option
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.scene_fields import CONTACT, STRIKE, Option
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot

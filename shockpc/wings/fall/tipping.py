@@ -29,7 +29,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from shockpc.core.coulomb import solve_friction
 from shockpc.core.spatial import Array
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.text.errors import StudyError
 
 Kind = Literal["pivots", "slides", "is in the air"]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from shockpc import Point
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.show.document import record
 from shockpc.show.html import plotly
 from shockpc.show.report import Picture, Report, Section

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.core.spatial import Array
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.wings.paper.claim import Options, Panel, PaperFigure
 from shockpc.wings.paper.panel_landings import land, largest, middle_lines
 

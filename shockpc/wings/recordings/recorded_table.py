@@ -11,9 +11,9 @@ import numpy as np
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.scenes import one_scene, with_contact
 from shockpc.landing.posture import settable_joints
-from shockpc.landing.scene import Posture, Scene
-from shockpc.landing.scene_file import check_scene, plane_of
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Posture, Scene
+from shockpc.landing.scenes.scene_file import check_scene, plane_of
+from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.wings.recordings.logs.cells import empty_cells

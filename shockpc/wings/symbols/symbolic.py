@@ -16,8 +16,8 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.quantities.maps import doubles
 from shockpc.quantities.selection import Selection

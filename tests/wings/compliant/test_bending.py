@@ -11,9 +11,9 @@ from commands import good
 
 import shockpc
 from shockpc import Scene, shock_profile
-from shockpc.landing.joint_options import Joints
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact
 from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.bending import RINGS, bending, bends
 from shockpc.wings.compliant.course import CompliantLanding

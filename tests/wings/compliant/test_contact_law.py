@@ -11,8 +11,8 @@ from test_stiffness import normals, sticking, with_springs
 from trees import known_robot
 
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Contact, Joints, Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Contact, Joints, Scene
+from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.text.errors import SceneError

@@ -13,9 +13,9 @@ from robot_texts import LIMIT, joint, link, urdf
 
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene
-from shockpc.landing.scene_file import read_scene, scene_text
-from shockpc.landing.strike import GRAVITY, Strike
+from shockpc.landing.scenes.scene import Contact, Joints, Point, Posture, Scene
+from shockpc.landing.scenes.scene_file import read_scene, scene_text
+from shockpc.landing.scenes.strike import GRAVITY, Strike
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_contacts import IMPULSE

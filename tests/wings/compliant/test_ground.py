@@ -29,7 +29,7 @@ from shockpc import (
     resolve,
     shock_profile,
 )
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.selection import quantity
 from shockpc.wings.compliant import course
 from shockpc.wings.compliant.course import CompliantLanding

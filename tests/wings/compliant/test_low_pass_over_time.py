@@ -9,9 +9,9 @@ from test_low_pass import _read
 
 from shockpc import Scene, shock_profile
 from shockpc.core.low_pass import LowPass
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.scene import Contact, Part
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Contact, Part
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report

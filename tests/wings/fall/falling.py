@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from shockpc import Joints, Posture, Scene, fall, load_robot
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.robot.shapes.convex import Shape
 from shockpc.wings.fall.body import UP, Rigid
 from shockpc.wings.fall.strikes import _support

@@ -23,7 +23,7 @@ from shockpc import (
     load_robot,
     shock_profile,
 )
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.selection import select
 from shockpc.wings.fall.body import Rigid
 from shockpc.wings.fall.report import fall_report

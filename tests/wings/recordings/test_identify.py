@@ -26,9 +26,9 @@ from shockpc import (
 )
 from shockpc.core.coulomb import solve_each, solve_friction
 from shockpc.evaluation.column_values import proven_columns
-from shockpc.evaluation.vary import variation
+from shockpc.evaluation.variations.vary import variation
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.dynamics import dynamics
 from shockpc.wings.recordings.identify.report import identify_report
 from shockpc.wings.recordings.logs.landings import RecordedLandings

@@ -16,7 +16,7 @@ import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot
 from shockpc.bench.found_touchdowns import FEET, _hip_and_knee, quadruped
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Point
+from shockpc.landing.scenes.scene import Point
 from shockpc.text.errors import StudyError, UnknownName
 from shockpc.wings.recordings.logs.repeats import repetitions
 from shockpc.wings.recordings.recorded.study import compare_measured

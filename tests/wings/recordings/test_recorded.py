@@ -28,7 +28,7 @@ from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, res
 from shockpc.bench.measured import IGNORED, LAWS, measured_landings, measured_steps, measured_tosses
 from shockpc.evaluation.column import Column, selected
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene_file import robot_of, scene_text
+from shockpc.landing.scenes.scene_file import robot_of, scene_text
 from shockpc.method.approach import Motion
 from shockpc.quantities.selection import quantity
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.text.errors import StudyError
 from shockpc.wings.recordings.logs.prediction import (
     Predicted,

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from shockpc.evaluation.kinds.joints import ARMATURE, ROTOR
+from shockpc.evaluation.variations.kinds.joints import ARMATURE, ROTOR
 from shockpc.text.printed import few
 from shockpc.wings.recordings.identify.fit import Fit, Solution
 from shockpc.wings.recordings.identify.uncertainty import ALIKE, DRAWS, Uncertainty, drawn

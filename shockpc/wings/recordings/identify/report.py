@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.kinds.joints import ARMATURE, ROTOR, OfDrive
+from shockpc.evaluation.variations.kinds.joints import ARMATURE, ROTOR, OfDrive
 from shockpc.landing.joint_model import JointModel, joint_model
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.robot.bodies_and_joints import IDENTIFIED
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of

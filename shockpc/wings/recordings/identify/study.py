@@ -21,13 +21,13 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import RenameOption, study
-from shockpc.evaluation.kinds.joints import PLACE
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Kind, Variation
-from shockpc.evaluation.vary import Vary, pairs, variation
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import scene_of
+from shockpc.evaluation.variations.kinds.joints import PLACE
+from shockpc.evaluation.variations.variation import Kind, Variation
+from shockpc.evaluation.variations.vary import Vary, pairs, variation
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
+from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, Solution, value_of
 from shockpc.wings.recordings.logs.prediction import SCALE, energy_roots
 

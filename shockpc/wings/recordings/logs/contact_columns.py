@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.contact import contacts_like, landing_frames
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import with_definite_contacts
-from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers

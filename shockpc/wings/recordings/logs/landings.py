@@ -23,9 +23,9 @@ from shockpc.landing.motion import with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact, Posture, Scene
-from shockpc.landing.scene_file import robot_of
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Contact, Posture, Scene
+from shockpc.landing.scenes.scene_file import robot_of
+from shockpc.landing.scenes.strike import Strike
 from shockpc.method.approach import Motion
 from shockpc.method.dynamics import dynamics
 from shockpc.profile import profile_of

@@ -14,8 +14,8 @@ from shockpc.core.spatial import Array, cross
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.feet_and_sensors import each_foot

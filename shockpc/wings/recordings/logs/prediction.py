@@ -17,11 +17,11 @@ from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.column_values import postures
 from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.landings import Refusal
-from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
 from shockpc.landing.movable import free_columns
 from shockpc.landing.places import Place, body_places
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.method.approach import Motion
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.method.equation import Equation

@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_name
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.method.approach import Motion
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.landing.places import Place, body_places, point_place, point_places
-from shockpc.landing.scene import Point
+from shockpc.landing.scenes.scene import Point
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.recordings.logs.detection import FEWEST

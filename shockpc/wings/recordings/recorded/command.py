@@ -13,12 +13,12 @@ from shockpc.cli.parse import joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.study_command import given, help_of, refuse_unasked, study_options
 from shockpc.landing.joint_model import joint_model
-from shockpc.landing.joint_options import JointModelName, Joints, with_model
 from shockpc.landing.posture import spelled_out
-from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.joint_options import JointModelName, Joints, with_model
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import options_of
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.wings.recordings.logs.landings import recorded_landings

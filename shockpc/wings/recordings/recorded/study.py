@@ -11,9 +11,9 @@ from shockpc.evaluation.declare import QuantityOption, RenameOption, study
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_unused_ground
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import scene_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
+from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

@@ -18,10 +18,10 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
-from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of, scene_of
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import JOINT_MODEL, RESULTS, STRIKE, Option
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

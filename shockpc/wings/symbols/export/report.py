@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from shockpc.landing.scene_file import scene_text
+from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.show.report import Report
 from shockpc.show.tables import Lines, Sheet

@@ -15,10 +15,10 @@ from shockpc.evaluation.column import Column
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, set_many
-from shockpc.landing.record import Option
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of, scene_of
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_fields import Option
+from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.method.approach import Motion
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.robot.robot import Robot

@@ -15,11 +15,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_constraint
-from shockpc.landing.directions import across
-from shockpc.landing.faces import carrying_faces, entering_speeds
-from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Contact
-from shockpc.landing.soles import (
+from shockpc.landing.feet.faces import carrying_faces, entering_speeds
+from shockpc.landing.feet.soles import (
     INSIDE,
     LEVEL,
     SHARE,
@@ -29,6 +26,9 @@ from shockpc.landing.soles import (
     most_inside,
     sole_corners,
 )
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scenes.directions import across
+from shockpc.landing.scenes.scene import Contact
 from shockpc.method.constraints import Constraint
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.geometry import robot_size

@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from shockpc.evaluation.variation import Kind, Options, Variation
+from shockpc.evaluation.variations.variation import Kind, Options, Variation
 from shockpc.landing.contact import contacts_like, landing_frames
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.record import options_of
-from shockpc.landing.scene import ORIGIN, Contact, Scene
+from shockpc.landing.scenes.scene import ORIGIN, Contact, Scene
+from shockpc.landing.scenes.scene_fields import options_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

@@ -2,12 +2,12 @@
 
 from itertools import chain
 
-from shockpc.evaluation.kinds.contacts import CONTACT, GROUND, OFFSETS
-from shockpc.evaluation.kinds.joints import ARMATURE, JOINT_STIFFNESS, PLACE, ROTOR
-from shockpc.evaluation.kinds.links import LINK_PROPERTIES
-from shockpc.evaluation.kinds.posture import ATTITUDES, JOINT_MOTIONS
-from shockpc.evaluation.kinds.strike import SPEED, STRIKE_ANGLE
-from shockpc.evaluation.variation import Kind
+from shockpc.evaluation.variations.kinds.contacts import CONTACT, GROUND, OFFSETS
+from shockpc.evaluation.variations.kinds.joints import ARMATURE, JOINT_STIFFNESS, PLACE, ROTOR
+from shockpc.evaluation.variations.kinds.links import LINK_PROPERTIES
+from shockpc.evaluation.variations.kinds.posture import ATTITUDES, JOINT_MOTIONS
+from shockpc.evaluation.variations.kinds.strike import SPEED, STRIKE_ANGLE
+from shockpc.evaluation.variations.variation import Kind
 from shockpc.text.wings import from_wings
 
 _OF_THE_LANDING = (SPEED, STRIKE_ANGLE, *ATTITUDES, *OFFSETS, *GROUND, CONTACT)

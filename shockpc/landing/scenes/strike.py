@@ -6,7 +6,7 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from shockpc.core.frozen import frozen
-from shockpc.landing.record import STRIKE, Record, documented, option
+from shockpc.landing.scenes.scene_fields import STRIKE, Record, documented, option
 from shockpc.text.errors import SceneError
 
 if TYPE_CHECKING:

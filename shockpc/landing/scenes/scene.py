@@ -13,8 +13,8 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from shockpc.core.frozen import frozen
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.record import (
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene_fields import (
     CONTACT,
     POSTURE,
     RESULTS,
@@ -25,7 +25,7 @@ from shockpc.landing.record import (
     option,
     with_wing_options,
 )
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.strike import Strike
 from shockpc.method.base import Base
 from shockpc.text.errors import SceneError
 
@@ -121,7 +121,7 @@ class Contact(Record):
     @property
     def sticks(self) -> bool:
         """True if its directions span space, so that nothing slides."""
-        from shockpc.landing.directions import span_space
+        from shockpc.landing.scenes.directions import span_space
 
         return span_space(self.frame, self.directions)
 

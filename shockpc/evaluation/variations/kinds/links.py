@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, cast, get_args
 
-from shockpc.evaluation.variation import Kind, Target, Variation
+from shockpc.evaluation.variations.variation import Kind, Target, Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.changes import Change, Entry, Property, links_with_mass
 from shockpc.robot.robot import Robot

@@ -9,7 +9,7 @@ from typing import Literal
 
 from shockpc.core.frozen import frozen
 from shockpc.core.interval import Interval
-from shockpc.landing.record import JOINT_MODEL, SOFT, Record, documented, option
+from shockpc.landing.scenes.scene_fields import JOINT_MODEL, SOFT, Record, documented, option
 from shockpc.robot.gear import Gear
 
 JointModelName = Literal["free", "geared", "rigid", "locked"]

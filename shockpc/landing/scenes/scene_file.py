@@ -18,9 +18,9 @@ import numpy as np
 
 from shockpc.core.number import number_from
 from shockpc.core.spatial import Array, Plane, freeze, plane_from
-from shockpc.landing.joint_options import Joints
-from shockpc.landing.scene import Point, Scene
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.joint_options import Joints
+from shockpc.landing.scenes.scene import Point, Scene
+from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import Any
 
-from shockpc.evaluation.kinds.contacts import CONTACT
-from shockpc.evaluation.vary import refuse_repeated, variation
+from shockpc.evaluation.variations.kinds.contacts import CONTACT
+from shockpc.evaluation.variations.vary import refuse_repeated, variation
 from shockpc.landing.contact import contact_name
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.evaluation.variation import Kind, Options, Target, Variation
+from shockpc.evaluation.variations.variation import Kind, Options, Target, Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import (
     COMPONENTS,
@@ -19,7 +19,7 @@ from shockpc.landing.posture import (
     refuse_beyond_turn,
     settable_joints,
 )
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

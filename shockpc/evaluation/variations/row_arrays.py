@@ -7,17 +7,17 @@ from typing import cast
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.kinds.joints import Armature
-from shockpc.evaluation.kinds.links import LinkProperty
-from shockpc.evaluation.kinds.posture import (
+from shockpc.evaluation.variations.kinds.joints import Armature
+from shockpc.evaluation.variations.kinds.links import LinkProperty
+from shockpc.evaluation.variations.kinds.posture import (
     Attitude,
     JointMotion,
     JointPosition,
 )
-from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many
-from shockpc.landing.strike import GRAVITY
+from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.dynamics import Inertias
 from shockpc.robot.changes import Property, varied_bodies
 

@@ -15,25 +15,25 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.kinds.contacts import ContactNames
-from shockpc.evaluation.kinds.posture import JointMotion, JointPosition, motion_range
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
-from shockpc.evaluation.row_arrays import configurations, inertias, velocities
-from shockpc.evaluation.row_values import (
+from shockpc.evaluation.variations.kinds.contacts import ContactNames
+from shockpc.evaluation.variations.kinds.posture import JointMotion, JointPosition, motion_range
+from shockpc.evaluation.variations.row_arrays import configurations, inertias, velocities
+from shockpc.evaluation.variations.row_values import (
     RowValues,
     equal_rows,
     grid_values,
     of_row,
     sample_values,
 )
-from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.vary import Vary, each_of, pairs, prepared, refuse_repeated
-from shockpc.evaluation.vary import variation as read_variation
+from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.vary import Vary, each_of, pairs, prepared, refuse_repeated
+from shockpc.evaluation.variations.vary import variation as read_variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
-from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.scene_file import check_scene, robot_of
-from shockpc.landing.strike import Strike
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.scene_file import check_scene, robot_of
+from shockpc.landing.scenes.strike import Strike
 from shockpc.method.dynamics import Inertias
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.shock_profile import ShockProfile

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.directions import across
+from shockpc.landing.scenes.directions import across
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.convex import Shape
 from shockpc.robot.shapes.geometry import robot_size

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.variation import Kind, Options, Variation
+from shockpc.evaluation.variations.variation import Kind, Options, Variation
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import plane_of, with_plane
+from shockpc.landing.scenes.scene import Scene
+from shockpc.landing.scenes.scene_file import plane_of, with_plane
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

@@ -8,9 +8,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.typed_values import CUT, FORM, Law, Values, values_from
+from shockpc.evaluation.variations.typed_values import CUT, FORM, Law, Values, values_from
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

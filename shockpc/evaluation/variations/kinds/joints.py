@@ -6,12 +6,12 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from shockpc.evaluation.kinds.posture import common_unit
-from shockpc.evaluation.variation import Factors, Kind, Options, Target, Variation
+from shockpc.evaluation.variations.kinds.posture import common_unit
+from shockpc.evaluation.variations.variation import Factors, Kind, Options, Target, Variation
 from shockpc.landing.joint_model import JointModel, joint_model
-from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Scene
+from shockpc.landing.scenes.joint_options import Joints, Rotor
+from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.changes import Change
 from shockpc.robot.gear import Gear
 from shockpc.robot.robot import Robot

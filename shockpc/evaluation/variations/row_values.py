@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.permutation import permuted
-from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.variations.variation import Variation
 
 RowValues = dict[Variation, np.ndarray]
 """Values (m, 1) or (1, S) by what varies."""

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
-from shockpc.evaluation.kinds.posture import JOINT_POSITION, Attitude
-from shockpc.evaluation.kinds.registry import KINDS, WORDS
-from shockpc.evaluation.variation import Kind, Variation
-from shockpc.landing.scene import Scene
+from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION, Attitude
+from shockpc.evaluation.variations.kinds.registry import KINDS, WORDS
+from shockpc.evaluation.variations.variation import Kind, Variation
+from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

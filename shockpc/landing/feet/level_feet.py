@@ -16,11 +16,11 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.closure import all_loops, assemble
+from shockpc.landing.feet.soles import LEVEL, most_inside, sole_corners
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
-from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
-from shockpc.landing.soles import LEVEL, most_inside, sole_corners
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.scene_file import check_scene, ground_normal, plane_of
 from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
