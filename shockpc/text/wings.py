@@ -21,14 +21,16 @@ class Wing(NamedTuple):
 
     Attributes:
         formats: `FORMATS` of robot files, as of `robot.files.reading`; opened at import.
-        options: `OPTIONS` of a scene, type and `landing.scenes.scene_fields.option` by name; opened at import.
+        options: `OPTIONS` of a scene, type and `landing.scenes.scene_fields.option` by name; opened
+            at import.
         landing: `check_options(scene, constraints)` and `check_landing(landing)`, which refuse what
             has no meaning; `motion(landing, until)`, a landing that lasts as a `Motion` of
             `impact.motion`, or None; `robot_texts(scene)`, what headers say of the robot.
         quantities: `QUANTITIES`, records of the table of quantities; opened at import.
         checks: `CHECKS`, each from a profile to diagnostics; `SHARED`, those of which studies of
             many landings show the worst, by kind and subject.
-        variations: `KINDS` of what studies vary, as of `evaluation.variations.variation`; opened at import.
+        variations: `KINDS` of what studies vary, as of `evaluation.variations.variation`; opened
+            at import.
         inputs: `INPUTS`, what the wing's studies read, as of `cli.study_command`.
         report: what reports of a landing have besides: `TITLES` of columns and `SHOCKS`, as of
             `studies.analyze.sheets`; `tables(profile)`, makers by name;
