@@ -386,15 +386,9 @@ def _strike(
     struck = rigid.spots(turn, points[~stood], links[~stood])
     stands = rigid.spots(turn, points[stood], links[stood])
 
-    # Speeds towards the ground, ω x − v_z at x forward of the centre of mass; those that go on
-    # into the ground strike, or the fastest.
-    down: dict[str, float] = {}
-    for spot in struck:
-        x = float(tip.forward @ turn @ (spot.point - rigid.com))
-        down[spot.link] = omega * x - touch.before.vz
-    fastest = sorted(struck, key=lambda spot: -down[spot.link])
-    sinking = [spot for spot in fastest if down[spot.link] > SINKS * touch.speed]
-    struck = tuple(sinking or fastest[:1])
+    down = _speeds_down(rigid, tip.forward @ turn, touch, struck)
+    struck = tuple(spot for spot in struck if spot.link in down)
+    struck = tuple(sorted(struck, key=lambda spot: -down[spot.link]))
 
     velocity = touch.before.vx * tip.forward + touch.before.vz * UP
     rotation_rate = omega * np.cross(UP, tip.forward)
@@ -408,7 +402,7 @@ def _strike(
         scene,
         fall=tip.name,
         number=number,
-        struck={spot.link: down[spot.link] for spot in struck},
+        struck=down,
         near=_near(rigid, turn, links, together),
         motion=kind,
         rotation=theta,
@@ -426,6 +420,28 @@ def _strike(
         "which later strikes are computed"
     )
     return replace(strike, remark="; ".join(filter(None, [strike.remark, text])))
+
+
+def _speeds_down(
+    rigid: Rigid, forward: Array, touch: Touch, spots: Sequence[Spot]
+) -> dict[str, float]:
+    """Speeds towards the ground [m/s] of links that go on into it, or of the fastest; by name.
+
+    They are ω x − v_z at x forward of the centre of mass; the fastest is the first.
+
+    Args:
+        rigid: the robot.
+        forward: (3,) level unit vector in the axes of the posture.
+        touch: of the fall.
+        spots: on the ground.
+    """
+    down: dict[str, float] = {}
+    for spot in spots:
+        x = float(forward @ (spot.point - rigid.com))
+        down[spot.link] = touch.before.omega * x - touch.before.vz
+    fastest = sorted(down, key=lambda link: -down[link])
+    sinking = [link for link in fastest if down[link] > SINKS * touch.speed]
+    return {link: down[link] for link in sinking or fastest[:1]}
 
 
 def _near(rigid: Rigid, turn: Array, links: np.ndarray, together: float) -> tuple[str, ...]:
