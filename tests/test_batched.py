@@ -209,7 +209,9 @@ def test_arrays_of_other_shapes_and_types_are_refused():
 def test_without_pytorch_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
     monkeypatch.delitem(sys.modules, "shockpc.torch", raising=False)
-    with pytest.raises(ImportError, match='needs the package "torch"; install it with: pip install torch'):
+    with pytest.raises(
+        ImportError, match='needs the package "torch"; install it with: pip install torch'
+    ):
         importlib.import_module("shockpc.torch")
 
 
