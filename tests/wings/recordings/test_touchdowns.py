@@ -3,6 +3,8 @@ written of them; refusals.
 """
 
 import json
+import re
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import shockpc
 from shockpc import Contact, Scene, load_robot
-from shockpc.bench.found_touchdowns import FEET, quadruped, trot
+from shockpc.bench.found_touchdowns import FEET, found_touchdowns, quadruped, trot
 from shockpc.text.errors import StudyError, UnknownName
 from shockpc.wings.recordings.logs.bags import read_bag
 from shockpc.wings.recordings.logs.detection import line_slopes, noise
@@ -754,3 +756,36 @@ def test_attitude_and_twist_of_a_bag(here, kind):
     np.testing.assert_allclose(columns["z"], 3.0 + time, atol=1e-9)
     np.testing.assert_allclose(columns["vz_body"], time, atol=1e-9)
     np.testing.assert_allclose(columns["qy"], -0.5)
+
+
+NOISES = ("noise of 0.1 mm and mrad", "noise of 0.3 mm and mrad", "noise of 1 mm and mrad")
+LOGS_OF_THE_GUIDE = {
+    "trots, 2 and 1 kHz, and 500 Hz": ("trots, 2 kHz", "trots, 1 kHz", "trots, 0.5 kHz"),
+    "the same at 200 Hz, which gives only times": ("trots, 0.2 kHz",),
+    "the same at 1 kHz, noise of 0.1, 0.3 and 1 mm (base) and mrad (joints)": tuple(
+        f"trots, 1 kHz, {noise}" for noise in NOISES
+    ),
+    "falls on legs that are held, 2 and 1 kHz": ("falls, 2 kHz", "falls, 1 kHz"),
+    "the same at 500 and 200 Hz": ("falls, 0.5 kHz", "falls, 0.2 kHz"),
+    "the same at 1 kHz, noise of 0.1, 0.3 and 1 mm and mrad": tuple(
+        f"falls, 1 kHz, {noise}" for noise in NOISES
+    ),
+}
+"""Rows of the guide's table, and the logs of the benchmark that each sums up."""
+
+
+@pytest.mark.slow
+def test_the_table_of_the_guide_is_that_of_the_benchmark():
+    """Touchdowns found of all, false ones, and the median delay, of the logs of each row."""
+    page = (Path(shockpc.__file__).parent / "guide" / "logs.md").read_text(encoding="utf-8")
+    computed = {row[0]: row[1:] for row in found_touchdowns().rows}
+    for row, logs in LOGS_OF_THE_GUIDE.items():
+        (line,) = re.findall(rf"^\| {re.escape(row)} \| (.*) ms \|$", page, re.MULTILINE)
+        found, false, late = (set(re.findall(r"[\d.]+", cell)) for cell in line.split(" | "))
+        touchdowns_of_logs, found_in_logs, false_in_logs, delays = zip(
+            *(computed[log] for log in logs), strict=True
+        )
+        assert found == set(map(str, [*found_in_logs, *touchdowns_of_logs]))
+        assert false == set(map(str, false_in_logs))
+        limits = [min(delays), max(delays)]
+        assert late == {f"{1e3 * delay:.1f}".replace("0.0", "0") for delay in limits}
