@@ -1,1 +1,1 @@
-"""Judgement of profiles: errors, warnings and assumptions; nothing below reads it."""
+"""Judgement of profiles: errors, warnings and assumptions; no quantity depends on it."""
