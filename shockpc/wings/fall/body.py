@@ -122,15 +122,12 @@ class Rigid:
         for shape in self.shapes:
             surface = shape.points
             if shape.rounding.any():
+                # An ellipsoid A u, |u| = 1, reaches farthest along d at u = Aᵀd / |Aᵀd|.
                 along = directions @ shape.rounding
                 length = np.linalg.norm(along, axis=1, keepdims=True)
-                reach = np.divide(
-                    along,
-                    length,
-                    out=np.zeros_like(along),
-                    where=length > 1e-6 * np.abs(shape.rounding).max(),
-                )
-                surface = (surface[:, None] + reach @ shape.rounding.T).reshape(-1, 3)
+                extends = length > 1e-6 * np.abs(shape.rounding).max()
+                u = np.divide(along, length, out=np.zeros_like(along), where=extends)
+                surface = (surface[:, None] + u @ shape.rounding.T).reshape(-1, 3)
             points.append(surface)
             links += [shape.link] * len(surface)
         return np.concatenate(points), np.array(links)
@@ -155,63 +152,60 @@ class Rigid:
             together: height up to which points are on the ground, and distance from a side up to
                 which a corner is left out [m].
         """
+        # Down, and tilted from it by 1 mrad all around: a round edge then has its points too.
         ring = 2.0 * math.pi * np.arange(64) / 64
-        points, _ = self.points(
-            np.vstack(
-                [-UP, *np.stack([1e-3 * np.cos(ring), 1e-3 * np.sin(ring), -np.ones(64)], axis=1)]
-            )
-        )
-        low = points[points[:, 2] <= points[:, 2].min() + together][:, :2] - self.com[:2]
-        across = np.linalg.svd(low - low.mean(axis=0), full_matrices=False)[2]
-        spread = np.ptp((low - low.mean(axis=0)) @ across.T, axis=0)
-        if spread[0] <= together:
-            return np.asarray(low.mean(axis=0, keepdims=True))
-        if len(low) < 3 or spread[1] <= together:
-            along = (low - low.mean(axis=0)) @ across[0]
+        tilted = np.stack([1e-3 * np.cos(ring), 1e-3 * np.sin(ring), -np.ones(64)], axis=1)
+        points, _ = self.points(np.vstack([-UP, tilted]))
+        on_ground = points[:, 2] <= points[:, 2].min() + together
+        low = points[on_ground][:, :2] - self.com[:2]
+
+        # The extent along the longest direction of the points, and across it.
+        centre = low.mean(axis=0)
+        directions = np.linalg.svd(low - centre, full_matrices=False)[2]
+        extent = np.ptp((low - centre) @ directions.T, axis=0)
+        if extent[0] <= together:
+            return np.asarray(centre[None])
+        if len(low) < 3 or extent[1] <= together:
+            along = (low - centre) @ directions[0]
             return np.asarray(low[[int(np.argmin(along)), int(np.argmax(along))]])
-        corners = low[ConvexHull(low).vertices]
-        while len(corners) > 3:
-            before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
-            chord = after - before
-            away = np.abs(
-                chord[:, 0] * (corners - before)[:, 1] - chord[:, 1] * (corners - before)[:, 0]
-            )
-            away /= np.linalg.norm(chord, axis=1)
-            if away.min() > together:
-                break
-            corners = np.delete(corners, int(np.argmin(away)), axis=0)
-        return np.asarray(corners)
+        return _without_flat_corners(low[ConvexHull(low).vertices], together)
 
     def edge(self, heading: float, together: float) -> tuple[Array, Array]:
         """The side of the support over which the robot tips along a heading.
 
         The heading is from forward to the left [rad].
 
-        That is the side that the vertical through the centre of mass crosses. A support that is a
-        line or a point, or a side that is turned from the heading by more than 45 deg, has its
-        farthest corner there instead, with no length.
+        That is the side that the vertical plane through the centre of mass along the heading
+        crosses. If the support is a point, or each side is turned from the heading by more than
+        45 deg, it is the farthest corner along the heading: a side without length.
 
         Returns: (3,) level unit vector across it, away from the support; its ends (2,), to the left
         from the centre of mass [m].
         """
-        wanted, corners = np.array([math.cos(heading), math.sin(heading)]), self.support(together)
-        best = math.inf, wanted, corners[[np.argmax(corners @ wanted)] * 2]
-        for a, b in (
-            zip(corners, np.roll(corners, -1, axis=0), strict=True) if len(corners) > 1 else ()
-        ):
+        wanted = np.array([math.cos(heading), math.sin(heading)])
+        corners = self.support(together)
+        farthest = corners[np.argmax(corners @ wanted)]
+        normal, ends = wanted, np.array([farthest, farthest])
+        nearest = math.inf
+        sides = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+        if len(corners) == 1:
+            sides = []
+        for a, b in sides:
             along = (b - a) / np.linalg.norm(b - a)
             across = np.array([along[1], -along[0]])
             toward = float(wanted @ across)
             if toward <= math.cos(math.radians(45.0)):
                 continue
-            crossing, (low, high) = (
-                max(float(a @ across), 0.0) / toward * wanted @ along,
-                sorted((float(a @ along), float(b @ along))),
-            )
+            # The heading crosses the line of the side at distance · wanted:
+            # a · across = distance (wanted · across).  It is 0 if the side is behind the centre.
+            distance = max(float(a @ across), 0.0) / toward
+            crossing = float(distance * wanted @ along)
+            low, high = sorted((float(a @ along), float(b @ along)))
             outside = max(low - crossing, crossing - high, 0.0)
-            if outside < best[0] - together:
-                best = outside, across, np.array([a, b])
-        _, (x, y), ends = best
+            if outside < nearest - together:
+                nearest = outside
+                normal, ends = across, np.array([a, b])
+        x, y = normal
         return np.array([x, y, 0.0]), np.sort(ends @ [-y, x])
 
     def struck(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
@@ -320,6 +314,23 @@ def _placed(of_robot: Outline, landing: PosedLanding) -> list[Shape]:
             placed = shape.placed(landing.state.rotation[0, i], landing.state.position[0, i])
             shapes.append(placed)
     return shapes
+
+
+def _without_flat_corners(corners: Array, least: float) -> Array:
+    """A convex polygon (k, 2) without corners nearer than `least` to the line past them [m].
+
+    That line joins the corners before and after. At least three corners remain.
+    """
+    while len(corners) > 3:
+        before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
+        chord, arm = after - before, corners - before
+        # |chord × arm| / |chord|
+        area = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+        distance = area / np.linalg.norm(chord, axis=1)
+        if distance.min() > least:
+            break
+        corners = np.delete(corners, int(np.argmin(distance)), axis=0)
+    return np.asarray(corners)
 
 
 def _corners_only(shape: Shape) -> Shape:
