@@ -79,7 +79,7 @@ warns of.
 """
 
 BEYOND = (
-    ". None can be negative or above the sum of the other two, and not all can be zero. Correct "
+    "; none can be negative or above the sum of the other two, and not all can be zero. Correct "
     "the file; "
 )
 
@@ -92,7 +92,7 @@ def moments(robot: Robot) -> list[str]:
         for text in said
     )
     return [
-        text.partition(": no body has such principal moments: ")[2].partition(". None")[0]
+        text.partition(": no body has such principal moments: ")[2].partition("; none")[0]
         for text in said
     ]
 

@@ -168,7 +168,7 @@ class Robot:
         notes = list(self.notes)
         if implausible:
             notes.append(
-                f"no body has such principal moments: {few(implausible, 4)}. None can be negative "
+                f"no body has such principal moments: {few(implausible, 4)}; none can be negative "
                 "or above the sum of the other two, and not all can be zero. Correct the file; "
                 f"shockpc robots {self.label} lists the links"
             )
