@@ -136,6 +136,8 @@ class JointModel(NamedTuple):
         """Its name, and where its drives are from."""
         if self.drives and self.name == "free":
             return f"free, because every drive acts through a spring ({self.drives})"
+        if self.drives and self.name == "geared":
+            return f"with reflected inertia: {self.drives}"
         return ": ".join(filter(None, (self.name, self.drives)))
 
     def deflection(self, robot: Robot, q: Array) -> Array:
