@@ -59,11 +59,13 @@ def approach_speeds(
 
     b = (1 + e) J_c q̇⁻.
 
-    The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a
-    motion, if one is given. Rows of standing feet and of loops have none. Restitution in the
-    direction n adds e (a·n) times the speed along n to that along a row's axis a; to the rate about
-    an axis, at each point of a flat contact, e times that across n. Of a stop it is the joint's
-    rate.
+    The first three columns are strikes of 1 m/s along world x, y and z; the last is that of a
+    motion, if one is given. Rows of standing feet and of loops have none. The speed of a stop is
+    that of its joint.
+
+    Where only the velocity along a direction n rebounds, a row of a force along a has
+    a·v + e (a·n) (n·v), for the velocity v of the contact's point. A row of a moment about a has
+    a·ω + e (a·ω − (a·n) (n·ω)): at each point of a flat contact the velocity along n rebounds.
     """
     b = []
     for constraint in constraints:

@@ -42,9 +42,9 @@ NUDGE = 1e-6
 """Rotation beyond the balance at which a robot begins to fall [rad]."""
 
 LEVEL = math.radians(1.0)
-"""Rotation [rad] within which points near the ground meet it as the robot is pushed.
+"""Largest rotation [rad] that brings a side to the ground on which a robot already stands.
 
-Near is within `together`.
+The corner at the end of this side is at most `together` above the ground.
 """
 
 SINKS = 1e-6
@@ -270,13 +270,13 @@ def _below(rigid: Rigid, forward: Array, section: CrossSection, touch: Touch) ->
 
 def _support(section: CrossSection, together: float) -> tuple[int, float]:
     """The forward corner of a robot's support, and the rotation at which it touches down [rad]."""
-    low = best = section.lowest(0.0)
-    while (
-        section.side(best) <= LEVEL
-        and section.at(best + 1, 0.0)[1] - section.at(low, 0.0)[1] <= together
-    ):
-        best += 1
-    return best, max(section.side(best - 1), 0.0)
+    lowest = section.lowest(0.0)
+    ground = section.at(lowest, 0.0)[1]
+    # A corner ahead belongs to the support if it is near the ground and the side to it is level.
+    corner = lowest
+    while section.side(corner) <= LEVEL and section.at(corner + 1, 0.0)[1] - ground <= together:
+        corner += 1
+    return corner, max(section.side(corner - 1), 0.0)
 
 
 def _pressure(
@@ -290,18 +290,19 @@ def _pressure(
         )
         return
     fast = [touch for touch in fall.touches if touch.speed >= least]
-    last = (fast or [fall.touches[-1]])[0].before.theta
+    strike = fast[0] if fast else fall.touches[-1]
+    theta_strike = strike.before.theta
     pivoting: list[Phase] = []
     for phase in fall.phases:
-        if phase.kind != "pivots" or phase.start.theta >= last:
+        if phase.kind != "pivots" or phase.start.theta >= theta_strike:
             break
         pivoting.append(phase)
     theta = _leaves_edge(rigid, forward, ends, section, pivoting)
     if theta is not None and pivoting[-1].end.theta - theta > EARLY:
         yield (
             f"the centre of pressure leaves the edge at {math.degrees(theta):.3g} deg, before the "
-            f"strike at {math.degrees(last):.3g} deg: the robot then turns about a corner, and "
-            "another part may strike"
+            f"strike at {math.degrees(theta_strike):.3g} deg: the robot then turns about a corner, "
+            "and another part may strike"
         )
 
 
@@ -532,10 +533,11 @@ def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
         v = rows.speeds.reshape(-1, 3)
     except (np.linalg.LinAlgError, SceneError, SolveError):
         return kept, ""  # the landing says why
+    # The impulses of what strikes; of all, if those drive what stands or slides into the ground.
     for m in dict.fromkeys((n, len(frames))):
         of_first = slice(3 * m)
         impulse, kept = _impulses(A[of_first, of_first], v[:m], friction)
-        # −(v_n + A_n p) of all, in largest speeds
+        # Speeds into the ground after it, −(v_n + A_n p), as shares of the largest speed before.
         after = v[:, 2] + (A[:, of_first] @ impulse.ravel())[2::3]
         sinking = -after / np.abs(v).max()
         if sinking.max() <= SINKS:

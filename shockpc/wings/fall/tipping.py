@@ -232,7 +232,8 @@ class CrossSection:
         k = corner
         while self.side(k) <= SETTLES:
             k += 1
-            corner = k if self.arm(k)[1] + self.side(k - 1) < 0.0 else corner
+            if self.arm(k)[1] + self.side(k - 1) < 0.0:
+                corner = k
         while self.arm(corner)[1] + self.side(corner) < 0.0:
             corner += 1
         return corner, max(-self.arm(corner)[1], self.side(corner - 1))
