@@ -90,10 +90,8 @@ def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None
 
     Those that were not typed keep their defaults.
     """
-    parameters, values = (
-        declaration(study).parameters,
-        {name: value for name, value in typed.items() if value not in (None, ())},
-    )
+    parameters = declaration(study).parameters
+    values = {name: value for name, value in typed.items() if value not in (None, ())}
     for name in values:
         if _kind(parameters[name]) in (Mapping[str, float], Mapping[str, str]):
             values[name] = dict(values[name])
@@ -135,36 +133,37 @@ def study_command(name: str, package: str) -> Command:
     source = inputs_of(declared.reads)
     passed = declared.passed
 
-    def run(**typed: Any) -> int:
+    def run(**parsed: Any) -> int:
         trace = shown_trace()
-        options = typed["options"]
-        values = typed["typed"]
+        options = parsed["options"]
+        # Options of the study itself, by parameter.
+        values = parsed["typed"]
         # What the study reads, and what it takes besides.
-        inputs = [typed[key] for key in source.typed]
+        inputs = [parsed[key] for key in source.typed]
         robot, arguments = source.read(inputs, options, dict(values.get("rename") or ()), trace)
         if "target" in passed:
-            arguments["target"] = _target(robot, typed["at_"], typed["quantity"])
+            arguments["target"] = _target(robot, parsed["at_"], parsed["quantity"])
         if "trace" in passed:
             arguments["trace"] = trace
         if "progress" in passed:
             arguments["progress"] = partial(progress, "landings computed")
         # What has no effect is refused before and after the study.
         refuse_varied(options, robot, _varied(study, values, robot))
-        refuse_unasked(study, options, values, filter(None, [typed.get("quantity")]))
+        refuse_unasked(study, options, values, filter(None, [parsed.get("quantity")]))
         result = study(**arguments, **given(study, values, robot))
         if source.check is not None:
             source.check(options, arguments, result)
         with trace.stage("output"):
             report_of = pkgutil.resolve_name(f"{package}.report:{name}_report")
             report = report_of(inputs[0], result) if source.file else report_of(result)
-            emit(report, typed["output"])
-        if typed.get("explain"):
+            emit(report, parsed["output"])
+        if parsed.get("explain"):
             sys.stderr.write(trace.text())
         if not declared.fails:
             return 0
         failures = [failure for _, failure in result.failures]
         rows = len(failures) + len(result.landings)
-        return exit_code(len(failures), rows, typed.get("strict", False), traces(failures))
+        return exit_code(len(failures), rows, parsed.get("strict", False), traces(failures))
 
     # The parameters of the command in the order of its help.
     parameters: dict[str, tuple[Any, Any]] = dict(source.typed)

@@ -292,15 +292,18 @@ def sensitivity(
     scenes = {name: prepared(scene, chosen) for name, scene in scenes.items()}
     cases = {name: (scene, robot) for name, scene in scenes.items()}
     solved = tuple(profiles(cases, trace).values())
+
+    # The number in each landing. Several that may have either sign are compared by magnitude.
     text = target_text(target, scenes.values())
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
     values = np.array(list(map(_value, solved, numbers)))
-    # The magnitudes of several numbers of either sign are compared.
     signs = np.ones(len(values))
     if len(values) > 1 and number.selection.signed:
         signs = np.sign(values)
+    compared = _Target(number, signs * values, signs, mean)
 
+    # The parameters of each landing: those that vary, by link or joint, or all.
     single = [_single(robot, varied) for varied in chosen]
     of_landings = []
     for profile in solved:
@@ -309,25 +312,26 @@ def sensitivity(
     known: dict[str, Parameter] = {}
     for of_landing in reversed(of_landings):
         known |= of_landing
+
+    # The derivatives of the number by each parameter, in each landing.
     slopes = []
     for profile, of_landing, its_number in zip(solved, of_landings, numbers, strict=True):
         with trace.stage("derivatives"):
             slopes.append(slopes_beside(profile, of_landing, its_number))
-    if chosen:
-        changes = [
-            _of_range(varied, parts, known, percent / 100.0)
-            for varied, parts in zip(chosen, single, strict=True)
-        ]
-    else:
+
+    # A change moves one parameter, or those of a pattern or group together.
+    changes: list[ParameterChange] = []
+    for varied, parts in zip(chosen, single, strict=True):
+        changes.append(_of_range(varied, parts, known, percent / 100.0))
+    if not chosen:
         changes = _changes(robot, known, groups, percent)
-    at = _Target(number, signs * values, signs, mean)
-    effects = tuple(_effect(change, known, slopes, at) for change in changes)
+    effects = tuple(_effect(change, known, slopes, compared) for change in changes)
     if not chosen and not any(effect.reason or effect.derivatives.any() for effect in effects):
         raise StudyError(
             f"{number.title} does not change to first order with any parameter here; choose "
             f"another quantity"
         )
-    modelled = Sensitivity(tuple(scenes), solved, number, at.values, mean, percent, effects)
+    modelled = Sensitivity(tuple(scenes), solved, number, compared.values, mean, percent, effects)
 
     def at_end(others: dict[str, Scene]) -> Sensitivity:
         return sensitivity(
