@@ -196,7 +196,9 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
     for entry in _entries():
         if wanted in (entry.name, *entry.aliases):
             return entry.path, entry.name
-    known = [name for entry in catalogue() for name in (entry.name, *entry.aliases)]
+    known: list[str] = []
+    for robot in catalogue():
+        known += [robot.name, *robot.aliases]
     raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
 
 

@@ -194,7 +194,10 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
         a, b = masses(end), masses(other)
         return len(a) == len(b) and bool(np.allclose(a, b, rtol=ALIKE))
 
-    return [end for end in ends if end in low or any(alike(end, other) for other in low)]
+    def is_foot(end: int) -> bool:
+        return end in low or any(alike(end, other) for other in low)
+
+    return [end for end in ends if is_foot(end)]
 
 
 @memoized()

@@ -101,8 +101,9 @@ def source_of_yourdfpy(
     handler = getattr(given, "_filename_handler", None)
     record = copy.deepcopy(given.robot)
     record.materials = []  # yourdfpy 0.0.60 cannot write a material whose texture has no file
-    for visual in (visual for link in record.links for visual in link.visuals):
-        visual.material = None
+    for link in record.links:
+        for visual in link.visuals:
+            visual.material = None
     try:
         copied = type(given)(
             robot=record, build_scene_graph=False, load_meshes=False, filename_handler=handler

@@ -188,13 +188,14 @@ def drives_like(robot: Robot, name: str) -> Drives:
         raise UnknownName(
             "robot with known drives", name, sorted(robots_with_drives()), "robots/drives.toml", ""
         )
-    patterns = [(drive, pattern) for drive in known for pattern in drive.joint]
-    matched = [
-        (drive, pattern)
-        for drive, pattern in patterns
-        if fnmatch.filter(robot.joint_names, pattern)
-    ]
-    missing = [pattern for _, pattern in patterns if not fnmatch.filter(robot.joint_names, pattern)]
+    matched: list[tuple[Drive, str]] = []
+    missing: list[str] = []
+    for drive in known:
+        for pattern in drive.joint:
+            if fnmatch.filter(robot.joint_names, pattern):
+                matched.append((drive, pattern))
+            else:
+                missing.append(pattern)
     if not matched:
         raise SceneError(
             f'robot "{robot.name}" has none of the joints of the drives of {name} '
@@ -282,15 +283,13 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
             f'{label} has no drive of robot "{robot.name}"; name it under robot, or leave that key '
             f"out"
         )
-    found = {
-        name: drive
-        for drive in chosen
-        for pattern in drive.joint
-        for name in robot.match_joints(pattern)
-    }
-    return Drives(
-        label, {name: drive for name, drive in found.items() if robot.joint(name).kind != "free"}
-    )
+    # of several drives that match a joint the last counts
+    by_joint: dict[str, Drive] = {}
+    for drive in chosen:
+        for pattern in drive.joint:
+            by_joint.update(dict.fromkeys(robot.match_joints(pattern), drive))
+    driven = {name: drive for name, drive in by_joint.items() if robot.joint(name).kind != "free"}
+    return Drives(label, driven)
 
 
 def default_drives(robot: Robot) -> Drives | None:

@@ -98,10 +98,11 @@ class OpenFolders(NamedTuple):
 
     def unchanged(self) -> bool:
         """True if all that was read is still as it was."""
-        return all(
-            state == _state(path, state is not None and state[-1] is not None)
-            for path, state in tuple(self.seen.items())
-        )
+        for path, state in tuple(self.seen.items()):
+            whole = state is not None and state[-1] is not None
+            if state != _state(path, whole):
+                return False
+        return True
 
     def remember(self) -> None:
         """Note what was read as an input of this command, too.
@@ -148,11 +149,9 @@ class OpenFolders(NamedTuple):
             return self.packages[name]
         # What cannot be the name of a package might lead anywhere as a path.
         if len(name) <= 255 and re.fullmatch(r"[\w.-]*\w[\w.-]*", name):
-            among = [
-                folder
-                for entry in _ros_package_path()
-                for folder in (entry, entry / name, *entry.glob(f"*/{name}"))
-            ]
+            among: list[Path] = []
+            for entry in _ros_package_path():
+                among += [entry, entry / name, *entry.glob(f"*/{name}")]
             for folder in (*among, *self.file.parents):
                 if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
                     return folder
@@ -187,11 +186,10 @@ class OpenFolders(NamedTuple):
         folder, wanted = self.packages[MESHES], [part for part in unquote(uri).split("/") if part]
         self.note(folder)
         alike: dict[int, list[Path]] = {}
-        for path in (
-            Path(place, wanted[-1])
-            for place, _, files in os.walk(folder)
-            if wanted and wanted[-1] in files
-        ):
+        for place, _, files in os.walk(folder):
+            if not wanted or wanted[-1] not in files:
+                continue
+            path = Path(place, wanted[-1])
             same = (a == b for a, b in zip(reversed(wanted), reversed(path.parts), strict=False))
             alike.setdefault(sum(1 for _ in itertools.takewhile(bool, same)), []).append(path)
         if not alike:

@@ -137,7 +137,7 @@ def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
                     kind.treatment, f"{left} other kinds of tags and attributes are not read either"
                 )
             )
-    return tuple(record for several in records.values() for record in several)
+    return tuple(itertools.chain.from_iterable(records.values()))
 
 
 class _Kind(NamedTuple):
@@ -209,12 +209,9 @@ class _Walk(NamedTuple):
             return True
         if (path, name) not in self.near and len(self.near) < _TRIES:
             start = f"{prefix}:" if colon else ""
-            matter = tuple(
-                one.removeprefix(start)
-                for one, rule in known.items()
-                if one.startswith(start) and rule.treatment != "no effect"
-            )
-            self.near[path, name] = bool(_nearest(bare, matter, _CLOSE))
+            with_effect = [one for one, rule in known.items() if rule.treatment != "no effect"]
+            matter = [one.removeprefix(start) for one in with_effect if one.startswith(start)]
+            self.near[path, name] = bool(_nearest(bare, tuple(matter), _CLOSE))
         return self.near.get((path, name), False)
 
     def read(self, element: Element, node: _Node, owner: Element, strict: bool) -> None:
@@ -240,11 +237,9 @@ class _Walk(NamedTuple):
         for part in element:
             tag, inner = part.tag, node.below.get(part.tag)
             # Names of shapes and references to links say less than the link that holds them.
-            holder = (
-                part
-                if tag not in _NAMELESS and (part.get("name") or part.get("reference"))
-                else owner
-            )
+            holder = owner
+            if tag not in _NAMELESS and (part.get("name") or part.get("reference")):
+                holder = part
             if inner is None or inner.element is None:
                 at_top, tags = not node.path and ":" not in tag, node.tags
                 if self.reported(tag, tags, node.path, strict and node.deep is None) or (
@@ -259,18 +254,15 @@ class _Walk(NamedTuple):
                 if _TESTS[inner.element.when](text, part, tag):
                     self.add(inner.element, inner.path, holder)
             elif inner.deep is None or inner.below:
-                if (
-                    strict
-                    and text
-                    and not part.attrib
-                    and len(part) == 0
-                    and not inner.attributes.keys() & {_ALL, _TEXT_OF}
-                ):
+                only_text = text and not part.attrib and len(part) == 0
+                if strict and only_text and not inner.attributes.keys() & {_ALL, _TEXT_OF}:
                     self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
                 self.read(part, inner, holder, strict or (not node.path and tag in _STRICT))
         for first, *others in copies.values():
             inner = node.below.get(first.tag, _NOWHERE)
-            apart = [text for other in others for text in _differences(first, other, inner)]
+            apart: list[str] = []
+            for other in others:
+                apart += _differences(first, other, inner)
             if apart:
                 self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(apart, 6)})")
 
@@ -279,11 +271,13 @@ class _Walk(NamedTuple):
 
         The name is an attribute or a text.
         """
-        return any(
-            part.tag in ("link", "joint", "inertial") or value in self.named
-            for part in element.iter()
-            for value in (*part.attrib.values(), (part.text or "").strip())
-        )
+        for part in element.iter():
+            if part.tag in ("link", "joint", "inertial"):
+                return True
+            text = (part.text or "").strip()
+            if text in self.named or any(value in self.named for value in part.attrib.values()):
+                return True
+        return False
 
 
 def _hint(kind: _Kind) -> str:
@@ -309,10 +303,14 @@ def _subjects(places: list[tuple[str, str]]) -> str:
     for owner in dict.fromkeys(owner for owner, _ in places):
         tag, _, name = owner.partition(" ")
         by_tag.setdefault(tag, []).append(name)
-    texts = [
-        f"{tag}{'s' * (len(names) > 1)} {listed(names, 3)}" for tag, names in by_tag.items() if tag
-    ]
-    return f"{', '.join(texts)}: " * bool(texts) + f"{len(places)} × " * (len(places) > 1)
+    texts: list[str] = []
+    for tag, names in by_tag.items():
+        if tag:
+            plural = "s" if len(names) > 1 else ""
+            texts.append(f"{tag}{plural} {listed(names, 3)}")
+    owners = f"{', '.join(texts)}: " if texts else ""
+    number = f"{len(places)} × " if len(places) > 1 else ""
+    return owners + number
 
 
 def _differences(first: Element, other: Element, node: _Node, within: str = "") -> Iterator[str]:
@@ -329,16 +327,18 @@ def _differences(first: Element, other: Element, node: _Node, within: str = "") 
     if first.tag != other.tag:
         yield f"<{first.tag}> and <{other.tag}>"
         return
-    pairs = [
-        (f"{key} ", first.get(key, ""), other.get(key, ""))
-        for key in dict.fromkeys((*first.attrib, *other.attrib))
-        if node.attributes.get(key, _TWICE).treatment != "no effect"
-    ]
-    for key, one, two in (*pairs, ("", (first.text or "").strip(), (other.text or "").strip())):
+    pairs: list[tuple[str, str, str]] = []
+    for key in dict.fromkeys((*first.attrib, *other.attrib)):
+        if node.attributes.get(key, _TWICE).treatment != "no effect":
+            pairs.append((f"{key} ", first.get(key, ""), other.get(key, "")))
+    pairs.append(("", (first.text or "").strip(), (other.text or "").strip()))
+    for key, one, two in pairs:
         numbers = _numbers(one)
         if one != two and (numbers is None or numbers != _numbers(two)):
             yield f"{within}{key}{one or 'not given'} and {two or 'not given'}"
-    ones, others = ({part.tag: part for part in reversed(element)} for element in (first, other))
+    # of elements that repeat a tag the first counts
+    ones = {part.tag: part for part in reversed(first)}
+    others = {part.tag: part for part in reversed(other)}
     for tag in dict.fromkeys((*ones, *others)):
         one_part, two_part, inner = ones.get(tag), others.get(tag), node.below.get(tag, _NOWHERE)
         if inner.element is not None and inner.element.treatment == "no effect":
@@ -390,8 +390,10 @@ def _table(*tables: Path) -> _Node:
     for table in tables:
         for row in csv.DictReader(table.read_text(encoding="utf-8").splitlines()):
             rule = _Rule(cast(Treatment, row["treatment"]), row["when"], row["consequence"])
-            parts = re.split(r"[{}]", row["path"])  # what is in braces comes at the odd places
-            choices = [part.split(",") if k % 2 else [part] for k, part in enumerate(parts)]
+            choices: list[list[str]] = []
+            for k, part in enumerate(re.split(r"[{}]", row["path"])):
+                in_braces = k % 2 == 1
+                choices.append(part.split(",") if in_braces else [part])
             for path in map("".join, itertools.product(*choices)):
                 tags = path.removesuffix("/**").split("/")[1:]
                 node = top
