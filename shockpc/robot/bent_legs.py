@@ -175,11 +175,12 @@ def _knee_angle(leg: Leg) -> float:
     # the hip turns back.
     more_is_forward = np.cross(leg.axis, leg.thigh)[0] <= 0.0
     forward, backward = (more, less) if more_is_forward else (less, more)
-    missed = [
-        abs(leg.hip.clamped(hip) - hip)
-        for hip in (_hip_angle(leg, forward), _hip_angle(leg, backward))
-    ]
-    return forward if missed[0] <= missed[1] else backward
+
+    def beyond_limits(knee: float) -> float:
+        hip = _hip_angle(leg, knee)
+        return abs(leg.hip.clamped(hip) - hip)
+
+    return forward if beyond_limits(forward) <= beyond_limits(backward) else backward
 
 
 def _hip_angle(leg: Leg, knee: float) -> float:
@@ -201,10 +202,8 @@ def ends_leg(robot: Robot, foot: str, wheels: bool = True) -> bool:
     A link or joint of it is named like a foot, a part of a leg or, if asked, a wheel.
     """
     part = f"{LEG_PART}|wheel" if wheels else LEG_PART
-    return any(
-        is_foot(name) or re.search(part, name)
-        for name in (foot, *_limb_names(robot, robot.frames[foot].body))
-    )
+    names = (foot, *_limb_names(robot, robot.frames[foot].body))
+    return any(is_foot(name) or re.search(part, name) for name in names)
 
 
 def _limb_names(robot: Robot, body: int) -> Iterator[str]:

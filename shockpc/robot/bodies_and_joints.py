@@ -103,7 +103,10 @@ class Joint(NamedTuple):
 
     def value(self, q: Array) -> float:
         """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
-        return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
+        if self.kind == "continuous":
+            cosine, sine = q[self.q]
+            return math.atan2(sine, cosine)
+        return float(q[self.q.start])
 
     def coordinates(self, q: Array) -> tuple[float, ...]:
         """The coordinates of a joint of several degrees of freedom [rad, m].
@@ -113,7 +116,10 @@ class Joint(NamedTuple):
         Args: q (nq,).
         """
         own = q[self.q].tolist()
-        return (*own[:2], math.atan2(own[3], own[2])) if self.kind == "planar" else tuple(own)
+        if self.kind == "planar":
+            x, y, cosine, sine = own
+            return x, y, math.atan2(sine, cosine)
+        return tuple(own)
 
     def set(self, value: float, q: Array) -> None:
         """Set the coordinate of a joint of one degree of freedom [rad, m].
@@ -340,25 +346,23 @@ def joints_of(model: pin.Model) -> tuple[Joint, ...]:
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
-    kind = next(
-        kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}")
-    )
+    type_name = joint.shortname().removeprefix("JointModel")
+    kind = next(kind for start, kind in KINDS.items() if type_name.startswith(start))
     parts: tuple[Joint, ...] = ()
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
         steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
-        parts = tuple(
-            _joint(model, part, number, step)._replace(name=name)
-            for part, step, name in zip(
-                inner.joints, steps, model.names[number].split("+"), strict=True
-            )
-        )
+        names = model.names[number].split("+")
+        for part, step, name in zip(inner.joints, steps, names, strict=True):
+            parts += (_joint(model, part, number, step)._replace(name=name),)
     elif joint.nv == 1:
+        # The motion subspace S (6,) is [0; axis] of a revolute, [axis; 0] of a prismatic joint.
         data = joint.createData()
         joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
         twist = np.asarray(data.S, dtype=float).ravel()
-        axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
+        linear, angular = twist[:3], twist[3:]
+        axis = read_only(angular if angular.any() else linear)
         if joint.nq == 1:
             limits = (
                 float(model.lowerPositionLimit[joint.idx_q]),

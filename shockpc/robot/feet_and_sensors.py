@@ -156,7 +156,7 @@ def _ends(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
     for body in bodies.values():
         carriers.update(_carriers(robot, body))
     low = {body for name, body in bodies.items() if above[name] <= LOW_END_SHARE} - carriers
-    ends = tuple(name for name in bodies if bodies[name] in low and above[name] <= LOW)
+    ends = tuple(name for name, body in bodies.items() if body in low and above[name] <= LOW)
     return ends or tuple(bodies)
 
 

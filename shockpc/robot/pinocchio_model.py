@@ -89,13 +89,14 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
                 f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; '
                 f"it is left out",
             )
-    ratios = {
-        model.names[k]: float(model.rotorGearRatio[model.idx_vs[k]])
-        for k in range(1, model.njoints)
-        if model.nvs[k] == 1
-        and model.rotorGearRatio[model.idx_vs[k]]
-        and not model.armature[model.idx_vs[k]]
-    }
+    ratios: dict[str, float] = {}
+    for k in range(1, model.njoints):
+        if model.nvs[k] != 1:
+            continue
+        v = model.idx_vs[k]
+        ratio = float(model.rotorGearRatio[v])
+        if ratio and not model.armature[v]:
+            ratios[model.names[k]] = ratio
     start = read_only(pin.neutral(model))
     return Robot(
         _source(given, label, geometry), model, start, postures, (), (), notes, gear_ratios=ratios
@@ -109,9 +110,8 @@ def _check_joints(model: pin.Model) -> None:
             "the model has no joint, so nothing moves; a floating base is a "
             "pinocchio.JointModelFreeFlyer"
         )
-    if model.joints[1].shortname() == "JointModelFreeFlyer" and not model.jointPlacements[
-        1
-    ].isIdentity(0.0):
+    has_free_flyer = model.joints[1].shortname() == "JointModelFreeFlyer"
+    if has_free_flyer and not model.jointPlacements[1].isIdentity(0.0):
         raise RobotError(
             f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the '
             f"base there by its q",

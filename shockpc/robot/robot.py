@@ -385,10 +385,11 @@ class Robot:
         It is so in all files; a model that is built may differ.
         """
         moves, joints = self.ancestors, self.joints
-        return all(
-            parent < 0 or moves[i - 1, joints[parent].v.start]
-            for i, parent in enumerate(self.parents)
-        )
+        for i, parent in enumerate(self.parents):
+            # the body before this one is the parent, or one that the parent carries
+            if parent >= 0 and not moves[i - 1, joints[parent].v.start]:
+                return False
+        return True
 
     def limb(self, body: int) -> list[int]:
         """The bodies from one to the base, which is not among them."""
@@ -476,10 +477,11 @@ class Robot:
     def set_followers(self, q: Array) -> None:
         """Set the joints that follow others. Args: q (nq,), which is changed."""
         for mimic in self.mimics:
-            led = sum(
-                multiplier * self.joint(leader).value(q)
-                for leader, multiplier in mimic.leaders.items()
-            )
+            # q_follower = sum of multiplier · q_leader, + offset
+            parts: list[float] = []
+            for leader, multiplier in mimic.leaders.items():
+                parts.append(multiplier * self.joint(leader).value(q))
+            led = sum(parts)
             self.joint(mimic.joint).set(led + mimic.offset, q)
 
     def joint_placements(self, q: Array) -> list[pin.SE3]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.mjcf.kinds import ON_JOINT, SLIDE
+from shockpc.robot.mjcf.kinds import FREE, ON_JOINT, SLIDE
 from shockpc.text.errors import RobotError
 
 
@@ -43,11 +43,8 @@ def _refuse_armature(kind: str, name: str) -> None:
 def springs_of(m: Any, joints: Sequence[int]) -> dict[str, float]:
     """Stiffness of the springs of some joints, by joint [N m/rad, N/m]; a free joint has none."""
     stiffness = np.reshape(m.jnt_stiffness, (m.njnt, -1))[:, 0]
-    return {
-        m.joint(joint).name: float(stiffness[joint])
-        for joint in joints
-        if stiffness[joint] > 0 and m.jnt_type[joint]
-    }
+    sprung = [joint for joint in joints if stiffness[joint] > 0 and m.jnt_type[joint] != FREE]
+    return {m.joint(joint).name: float(stiffness[joint]) for joint in sprung}
 
 
 def gear_ratios_of(m: Any, joints: Sequence[int]) -> dict[str, float]:

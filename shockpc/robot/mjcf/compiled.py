@@ -158,11 +158,8 @@ def _include(
 
 def _size(element: Element) -> int:
     """The number of elements that MuJoCo makes of one."""
-    count = math.prod(
-        int(word[:9])
-        for word in element.get("count", "").replace("+", "").split()
-        if word.isdecimal()
-    )
+    words = element.get("count", "").replace("+", "").split()
+    count = math.prod(int(word[:9]) for word in words if word.isdecimal())
     return max(count, 1) * (1 + sum(map(_size, element)))
 
 
@@ -280,9 +277,11 @@ def _compile(
             boxes = _load_meshes(mujoco, spec, folders)
             model = spec.compile()
             if added:
-                keys = tuple(
-                    (name, (*model.qpos0[:7], *qpos) if qpos else qpos) for name, qpos in keys
-                )
+                base = tuple(model.qpos0[:7])
+                with_base: list[tuple[str, tuple[float, ...]]] = []
+                for name, qpos in keys:
+                    with_base.append((name, base + qpos if qpos else qpos))
+                keys = tuple(with_base)
     except (
         MemoryError,
         RuntimeError,
@@ -310,7 +309,9 @@ def _free_base(mujoco: Any, spec: Any) -> bool:
     tops = [
         body for body in spec.worldbody.bodies if body.find_all(mujoco.mjtObj.mjOBJ_JOINT)
     ] or list(spec.worldbody.bodies)
-    joints = [joint for body in tops for joint in body.joints]
+    joints: list[Any] = []
+    for body in tops:
+        joints += body.joints
     if any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in joints) or not tops:
         return False
     if len(tops) > 1:
@@ -345,13 +346,12 @@ def _name(mujoco: Any, spec: Any) -> None:
     for number, body in enumerate(spec.bodies):
         body.name = body.name or free(f"body_{number}")
         for index, joint in enumerate(body.joints, start=1):
-            kind = (
-                "free"
-                if joint.type == mujoco.mjtJoint.mjJNT_FREE
-                else "joint"
-                if len(body.joints) == 1
-                else f"joint_{index}"
-            )
+            if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+                kind = "free"
+            elif len(body.joints) == 1:
+                kind = "joint"
+            else:
+                kind = f"joint_{index}"
             joint.name = joint.name or free(f"{body.name}_{kind}")
 
 

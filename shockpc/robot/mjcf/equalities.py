@@ -65,8 +65,13 @@ def loops_of(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[L
     ground = Frame("world", -1, np.eye(3), np.zeros(3), "link")
     for equality in equalities:
         kind = int(m.eq_type[equality.number])
-        links = [robot.frames[m.body(body).name] if body else ground for body in equality.bodies]
-        if kind > WELD or links[0].body == links[1].body:  # the same: fixed to one another already
+        if kind > WELD:
+            continue
+        links: list[Frame] = []
+        for body in equality.bodies:
+            links.append(robot.frames[m.body(body).name] if body else ground)
+        bodies = links[0].body, links[1].body
+        if bodies[0] == bodies[1]:  # fixed to one another already
             continue
         ends: list[pin.SE3] = []
         names: list[str] = []
@@ -74,11 +79,12 @@ def loops_of(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[L
             ends.append(pin.SE3(link.rotation, link.offset) * held)
             names.append(robot.bodies[link.body].name if link.body >= 0 else ground.name)
         torque_scale = m.eq_data[equality.number, 10]
+        first, second = ends
         yield Loop(
             name="–".join(names),
-            bodies=(links[0].body, links[1].body),
-            points=(read_only(ends[0].translation), read_only(ends[1].translation)),
-            rotations=(read_only(ends[0].rotation), read_only(ends[1].rotation)),
+            bodies=bodies,
+            points=(read_only(first.translation), read_only(second.translation)),
+            rotations=(read_only(first.rotation), read_only(second.rotation)),
             axes=np.eye(3),
             holds_orientation=bool(kind == WELD and torque_scale != 0.0),
         )

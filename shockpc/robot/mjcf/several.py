@@ -42,7 +42,10 @@ def choose(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
     """
     m = compiled(source).model
     moving = np.unique(m.body_rootid[m.body_jntnum > 0])
-    mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in moving}
+    mass: dict[int, float] = {}
+    for root in moving:
+        of_robot = m.body_rootid == root
+        mass[int(root)] = float(m.body_mass[of_robot].sum())
     if not mass:
         raise RobotError(
             "no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>"
@@ -84,8 +87,13 @@ def _roots_with(m: Any, frames: Sequence[str]) -> list[int]:
 
 def _with_most_joints(m: Any, mass: dict[int, float]) -> int:
     """The root of the robot with the most joints; of several, the heaviest."""
+
     # Not by mass first: a box may weigh more than the robot.
-    return max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))
+    def rank(root: int) -> tuple[int, float]:
+        of_robot = m.body_rootid == root
+        return int(m.body_jntnum[of_robot].sum()), mass[root]
+
+    return max(mass, key=rank)
 
 
 def _coupled_to(m: Any, root: int, moving: set[int]) -> set[int]:

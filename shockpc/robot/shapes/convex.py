@@ -91,18 +91,17 @@ def primitive(link: str, kind: str, size: Array) -> Shape:
     if len(size) < _SIZES.get(kind, math.inf) or min(size) < 0.0:
         raise ValueError(f"a <{kind}> with these dimensions is not a valid shape")
     if kind == "box":
-        return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
-    swept = kind in ("capsule", "cylinder")
-    axes = (
-        size[:3]
-        if kind == "ellipsoid"
-        else size[0] * np.array([1.0, 1.0, float(kind != "cylinder")])
-    )
-    return Shape(
-        link,
-        np.outer([-1.0, 1.0], [0.0, 0.0, size[1]]) if swept else np.zeros((1, 3)),
-        np.diag(axes),
-    )
+        signs = np.array(list(itertools.product([-1.0, 1.0], repeat=3)))
+        return Shape(link, signs * size[:3])
+    # points: the centre, or the two ends of the axis of a capsule or cylinder
+    points = np.zeros((1, 3))
+    if kind in ("capsule", "cylinder"):
+        points = np.outer([-1.0, 1.0], [0.0, 0.0, size[1]])
+    # rounding: an ellipsoid, a ball, or the disc of a cylinder about each of them
+    axes = np.array(size[:3])
+    if kind != "ellipsoid":
+        axes = size[0] * np.array([1.0, 1.0, float(kind != "cylinder")])
+    return Shape(link, points, np.diag(axes))
 
 
 def checked(shape: Shape) -> Shape:
@@ -111,7 +110,8 @@ def checked(shape: Shape) -> Shape:
     Raises:
         ValueError: it extends too far, or has coordinates that are not finite.
     """
-    if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST_COORDINATE:
+    largest = max(np.abs(shape.points).max(), np.abs(shape.rounding).max())
+    if not largest <= LARGEST_COORDINATE:  # nor if it is NaN
         raise ValueError(
             f"it extends beyond {LARGEST_COORDINATE:.0e} m, or has coordinates that are not finite"
         )
@@ -196,11 +196,10 @@ def _ball_points() -> Array:
 
     They are a circle of 64 at every 32nd part of the half turn, and the poles.
     """
-    latitude, angle = np.meshgrid(
-        math.pi * (np.arange(1, 32) / 32 - 0.5), 2.0 * math.pi * np.arange(64) / 64, indexing="ij"
-    )
-    rings = np.stack(
-        [np.cos(latitude) * np.cos(angle), np.cos(latitude) * np.sin(angle), np.sin(latitude)],
-        axis=-1,
-    )
+    latitudes = math.pi * (np.arange(1, 32) / 32 - 0.5)
+    angles = 2.0 * math.pi * np.arange(64) / 64
+    latitude, angle = np.meshgrid(latitudes, angles, indexing="ij")
+    x = np.cos(latitude) * np.cos(angle)
+    y = np.cos(latitude) * np.sin(angle)
+    rings = np.stack([x, y, np.sin(latitude)], axis=-1)
     return np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])

@@ -182,7 +182,8 @@ def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
     """
     counts = [int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)]
     vertices, normals, coordinates, triangles = counts
-    if len(data) != 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
+    length = 16 + 12 * (vertices + normals + triangles) + 8 * coordinates
+    if len(data) != length:
         raise ValueError(
             "it is not a valid MSH file (its length does not match its first four numbers)"
         )
@@ -244,7 +245,8 @@ def _refuse_growth(root: ElementTree.Element) -> None:
     def written_out(element: ElementTree.Element) -> int:
         """Characters of a node with what it and its children instantiate."""
         instances = [part.get("url", "") for part in element if part.tag.startswith("instance_")]
-        return sum(_INSTANCE + length(url) for url in instances) + sum(map(written_out, element))
+        instantiated = sum(_INSTANCE + length(url) for url in instances)
+        return instantiated + sum(map(written_out, element))
 
     characters = sum(map(written_out, root.iter("visual_scene")))
     if characters > _LONGEST:

@@ -74,7 +74,8 @@ def grouped(faults: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
     names: dict[tuple[str, str], list[str]] = {}
     for tag, name, fault in faults:
         names.setdefault((tag, fault), []).append(name)
-    return tuple(
-        f"{tag}{'s' * (len(these) > 1)} {listed(these, 3)}: {fault}"
-        for (tag, fault), these in names.items()
-    )
+    warnings: list[str] = []
+    for (tag, fault), these in names.items():
+        plural = "s" if len(these) > 1 else ""
+        warnings.append(f"{tag}{plural} {listed(these, 3)}: {fault}")
+    return tuple(warnings)

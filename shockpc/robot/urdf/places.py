@@ -261,7 +261,9 @@ def _ball_constraint(robot: Robot, constraint: Element, name: str) -> list[Loop]
         return fault
     ends = []
     for link, key in zip(links, ("p_AP", "p_BQ"), strict=True):
-        point = vector(parts[key].get("value"), 3) if key in parts else np.zeros(3)
+        point: Array | None = np.zeros(3)
+        if key in parts:
+            point = vector(parts[key].get("value"), 3)
         if point is None:
             return "has a point that cannot be read"
         ends.append(_end(robot.frames[link], pin.SE3(np.eye(3), point)))
@@ -293,13 +295,14 @@ def _closed(
     Args: axis (3,), of length 1, in the frames of both ends.
     """
     across = np.linalg.svd(axis[None])[2][1:]
+    (body_a, end_a), (body_b, end_b) = a, b
 
     def loop(name: str, point: Array, axes: Array, holds_orientation: bool = False) -> Loop:
         return Loop(
             name=name,
-            bodies=(a[0], b[0]),
-            points=(read_only(a[1].act(point)), read_only(b[1].act(point))),
-            rotations=(read_only(a[1].rotation), read_only(b[1].rotation)),
+            bodies=(body_a, body_b),
+            points=(read_only(end_a.act(point)), read_only(end_b.act(point))),
+            rotations=(read_only(end_a.rotation), read_only(end_b.rotation)),
             axes=read_only(axes),
             holds_orientation=holds_orientation,
         )

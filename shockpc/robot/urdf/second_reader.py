@@ -104,17 +104,20 @@ def second_reading(robot: Robot) -> SecondReading:
 
 def _names(robot: Robot, record: Any) -> Iterator[str]:
     """Links and joints that only one of the readers has."""
+    frames = robot.model.frames
+    links = {frame.name for frame in frames if frame.type == pin.FrameType.BODY}
     moving = {joint.name for joint in robot.single_joints} - {"root_joint"}
-    fixed = {
-        frame.name for frame in robot.model.frames if frame.type == pin.FrameType.FIXED_JOINT
-    } - {"universe"}
-    links = {frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
+    fixed = {frame.name for frame in frames if frame.type == pin.FrameType.FIXED_JOINT}
+    fixed.discard("universe")
+    their_links = {link.name for link in record.links}
+    their_moving = {joint.name for joint in record.joints if joint.type != "fixed"}
+    their_fixed = {joint.name for joint in record.joints if joint.type == "fixed"}
     for kind, ours, theirs in (
-        ("links", links, [link.name for link in record.links]),
-        ("moving joints", moving, [joint.name for joint in record.joints if joint.type != "fixed"]),
-        ("fixed joints", fixed, [joint.name for joint in record.joints if joint.type == "fixed"]),
+        ("links", links, their_links),
+        ("moving joints", moving, their_moving),
+        ("fixed joints", fixed, their_fixed),
     ):
-        for only, missing in (("this", ours - set(theirs)), ("the second", set(theirs) - ours)):
+        for only, missing in (("this", ours - theirs), ("the second", theirs - ours)):
             if missing:
                 yield f"{kind} that only {only} reader has: {listed(sorted(missing), 4)}"
 
