@@ -198,10 +198,14 @@ def _refuse_other_arrays(
             raise ValueError(
                 f"{name} has the shape {_shape(array)}; it needs {dimensions} dimensions"
             )
+
+    # Types that differ would be promoted, which the array libraries do differently.
     if "float" not in _kind(M) or _kind(J_c) != _kind(M):
         raise ValueError(
             f"M has the type {_kind(M)} and J_c {_kind(J_c)}; both have to be of one floating type"
         )
+
+    # J_c (B, c, 3, nv) sets the numbers of states, contacts and velocities of all arrays.
     B, c, _, nv = J_c.shape
     wanted = {
         "M": (M, (B, nv, nv)),

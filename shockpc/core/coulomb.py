@@ -212,7 +212,8 @@ def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
     quartic = np.abs(k2) > 1e-15 * size
     k1_size = np.where(np.abs(k1) > 0.0, np.abs(k1), 1.0)
     half = np.arccos(np.clip(-k0 / k1_size, -1.0, 1.0))
-    angle = half[:, None] * np.array([1, -1, 1, -1]) - np.angle(k1)[:, None]
+    signs = np.array([1, -1, 1, -1])
+    angle = half[:, None] * signs - np.angle(k1)[:, None]
 
     # Else k₂ w⁴ + k₁ w³ + 2 k₀ w² + k₁* w + k₂* = 0; its roots are eigenvalues of the companion.
     companion = np.zeros((len(A), 4, 4), dtype=complex)
@@ -285,7 +286,7 @@ class _Problem:
         self.mu = mu
         self.free = free
         self.speed = float(np.abs(free).max()) or 1.0
-        mobility = np.array([np.trace(A[i : i + 3, i : i + 3]) for i in range(0, len(A), 3)])
+        mobility = np.diagonal(A).reshape(-1, 3).sum(axis=1)
         self.mass = 1.0 / np.where(mobility > 0.0, mobility, 1.0)
 
     def change(self, impulse: Array) -> Array:
@@ -302,7 +303,8 @@ class _Problem:
         for i in np.flatnonzero(y[:, 2] > 0.0).tolist():
             tangents = slice(3 * i, 3 * i + 2)
             normal = 3 * i + 2
-            dy = D[3 * i : 3 * i + 3] - self.mass[i] * self.A[3 * i : 3 * i + 3]
+            rows = slice(3 * i, 3 * i + 3)
+            dy = D[rows] - self.mass[i] * self.A[rows]
 
             # Where y is its own projection, λ − y = ρ v⁺, without the rounding of λ.
             R[i, 2] = rho_v[i, 2]
@@ -323,7 +325,8 @@ class _Problem:
 
     def error(self, R: Array) -> float:
         """The size of a residual as a velocity, relative to those of the contacts."""
-        return float(np.abs(R.reshape(-1, 3) / self.mass[:, None]).max()) / self.speed
+        velocities = R.reshape(-1, 3) / self.mass[:, None]
+        return float(np.abs(velocities).max()) / self.speed
 
     def rounding(self, impulse: Array) -> float:
         """Largest contribution of the rounding of impulses (m, 3) to `error`."""
@@ -356,7 +359,8 @@ class _Problem:
         for i in order:
             rows = slice(3 * i, 3 * i + 3)
             local = self.A[rows, rows]
-            b = self.free[i] + self.A[rows] @ impulse.ravel() - local @ impulse[i]
+            by_all = self.A[rows] @ impulse.ravel()
+            b = self.free[i] + by_all - local @ impulse[i]
             solutions = np.array(_one_contact(local, b, float(self.mu[i])))
             if len(solutions):
                 steps = np.abs(solutions - impulse[i]).sum(axis=1)

@@ -127,7 +127,8 @@ def _images(offset: Array, turning: Array, pieces: Pieces) -> Array:
     p = np.empty((2, len(body)))
     for k in range(2):
         ex, ey, ez = turning[:, k].T
-        p[k] = offset[:, k][body] + (ex[body] * x + ey[body] * y + ez[body] * z)
+        turned = ex[body] * x + ey[body] * y + ez[body] * z
+        p[k] = offset[:, k][body] + turned
     return p
 
 

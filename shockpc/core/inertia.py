@@ -115,7 +115,10 @@ def solve_inertia(inertia: Inertia, B: Array) -> Array:
     except np.linalg.LinAlgError:
         if len(B) == 1:
             return np.full_like(B, np.nan)
-        each = [solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))]
+        each = []
+        for k in range(len(B)):
+            posture = slice(k, k + 1)
+            each.append(solve_inertia(inertia[posture], B[posture]))
         return np.concatenate(each)
 
 

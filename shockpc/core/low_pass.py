@@ -68,7 +68,9 @@ class LowPass(NamedTuple):
         It holds for any length of the pulse.
         """
         omega = 2.0 * math.pi * self.frequency
-        return omega if self.order == 1 else omega * math.exp(-math.pi / 4.0)
+        if self.order == 1:
+            return omega
+        return omega * math.exp(-math.pi / 4.0)
 
     @property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:

@@ -29,7 +29,9 @@ def norm(a: Any) -> Any:
 
 def larger(a: Any, b: Any) -> Any:
     """The larger of two arrays (...), entry by entry."""
-    return _each(lambda x, y: x.max(y), a, b) if np.asarray(a).dtype == object else np.maximum(a, b)
+    if np.asarray(a).dtype == object:
+        return _each(lambda x, y: x.max(y), a, b)
+    return np.maximum(a, b)
 
 
 def _each(function: Callable[..., Any], *arrays: Any) -> Any:

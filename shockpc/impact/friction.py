@@ -255,7 +255,8 @@ def friction_problems(
     layout = row_layout(equation.constraints)
     if layout.rigid.any() or landing.scene.stops:
         return None
-    to_contacts = np.zeros((3 * (int(layout.number[-1]) + 1), len(layout.rigid)))
+    contacts = int(layout.number[-1]) + 1
+    to_contacts = np.zeros((3 * contacts, len(layout.rigid)))
     to_contacts[layout.index] = layout.turn
     J = to_contacts @ equation.J_c
     by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
@@ -412,7 +413,8 @@ def _along_rows(
 def _bounces_along_the_ground(problem: FrictionProblem, rows: ContactRows) -> bool:
     """True if Eq. 4 reverses tangential velocities, which friction does not."""
     before = problem.before[0, 0, : problem.contacts]
-    moves = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
+    along = np.abs(before[:, :2]).max(axis=1)
+    moves = along > 1e-12 * np.abs(before).max()
     tangents = ~rows.normal
     bounces = np.zeros(problem.contacts, dtype=bool)
     bounces[rows.number[tangents]] = rows.restitution[tangents] > 0.0

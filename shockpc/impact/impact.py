@@ -127,7 +127,9 @@ class Impact:
 
     def _places_of(self, bodies: Sequence[int]) -> list[int]:
         """Where bodies are in the jumps."""
-        return list(bodies) if self._columns is None else [self._columns[body] for body in bodies]
+        if self._columns is None:
+            return list(bodies)
+        return [self._columns[body] for body in bodies]
 
     def orientations(self, bodies: Sequence[int]) -> Any:
         """Rotations (N, n, 3, 3) of the frames of bodies, body to world."""

@@ -400,14 +400,22 @@ def _refuse_singular(
     times, body = greatest_motion(landing, proof.jumps[..., 3], _lengths(landing))
     rates = np.abs(proof.delta_qd[:, 3])
     turning = float(rates.max() * robot.gyration.max()) / landing.fastest_approach
-    if max(times, turning) > FAST and not np.isfinite(definite(equation.H)).all():
-        raise without_inertia(landing, equation)
+
+    # A joint without inertia moves fast in any posture; another posture would not help.
+    if max(times, turning) > FAST:
+        has_inertia = np.isfinite(definite(equation.H)).all()
+        if not has_inertia:
+            raise without_inertia(landing, equation)
+
+    # Below the limit, a fast motion is refused only where rounding alone leaves a row independent.
     rounded = (
         FAST < times <= UNPHYSICAL
         and landing.mechanism.independent_here(landing.constraints, landing.state) < rank
     )
     if times <= UNPHYSICAL and not rounded:
         return
+
+    # The fast joints are those whose values make the posture singular.
     moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
     fast = [joint for joint in moving if rates[joint.v] > 0.01 * rates.max()]
     first = fast[0].name if fast else "JOINT"

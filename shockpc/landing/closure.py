@@ -75,7 +75,8 @@ def _tie_the_same(a: Loop, b: Loop) -> bool:
     ends_b = dict(zip(b.bodies, b.points, strict=True))
     if ends_a.keys() != ends_b.keys():
         return False
-    return all(np.linalg.norm(p - ends_b[body]) <= 1e-9 for body, p in ends_a.items())
+    apart = [np.linalg.norm(point - ends_b[body]) for body, point in ends_a.items()]
+    return all(distance <= 1e-9 for distance in apart)
 
 
 def loop_of(robot: Robot, closure: Closure) -> Loop:
@@ -223,12 +224,14 @@ def assemble(
     before = [_apart(dynamics(robot, q[None]), loop) for loop in loops]
     state = dynamics(robot, closed[None])
     left = max(_apart(state, loop)[0] for loop in loops)
+    if not left > SEEN * _size(state):
+        left = 0.0
     return Assembly(
         q=closed,
         gap=max(distance for distance, _ in before),
         turn=max(angle for _, angle in before),
         moved=moved_joints(robot, q, closed),
-        left=left if left > SEEN * _size(state) else 0.0,
+        left=left,
         retried=retried,
     )
 
@@ -436,11 +439,12 @@ def _apart(state: Dynamics, loop: Loop) -> tuple[float, float]:
 
 def _movable(robot: Robot, fixed: np.ndarray) -> list[str]:
     """The joints that may move by themselves: neither held nor following another."""
-    return [
-        n
-        for n in robot.joint_names
-        if n not in robot.followers and not fixed[robot.joint(n).v].any()
-    ]
+    movable = []
+    for name in robot.joint_names:
+        is_held = fixed[robot.joint(name).v].any()
+        if name not in robot.followers and not is_held:
+            movable.append(name)
+    return movable
 
 
 def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
@@ -452,7 +456,9 @@ def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, 
     moved: list[tuple[str, float, str]] = []
     for joint in map(robot.joint, robot.joint_names):
         part = step[joint.v]
-        by = float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))
+        by = float(np.linalg.norm(part))
+        if len(part) == 1:
+            by = float(part[0])
         if abs(by) > 1e-9:
             moved.append((joint.name, by, joint.unit))
     return tuple(moved)

@@ -44,7 +44,9 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
         UnknownName: nothing fits a name.
         SceneError: a name is empty, or stands there twice.
     """
-    names = [text] if text in robot.frames else [part.strip() for part in text.split("+")]
+    names = [text]
+    if text not in robot.frames:
+        names = [part.strip() for part in text.split("+")]
     if not all(names):
         raise SceneError(
             f'contact "{text}" holds an empty name; valid are a name, A+B, or a glob such as '

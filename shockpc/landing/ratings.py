@@ -80,7 +80,10 @@ def strength(part: Part) -> Strength:
     )
     survived = velocity_change(peak * GRAVITY, pulse)
     if f is not None:
-        largest = 0.0 if given is None else 2.0 * math.pi * f * given / GRAVITY
+        # An oscillator of frequency f responds to a short pulse with 2π f Δv.
+        largest = 0.0
+        if given is not None:
+            largest = 2.0 * math.pi * f * given / GRAVITY
         if part.rating is not None:
             largest = max(largest, peak * amplification(pulse.shape, f * pulse.length))
         basis = (
@@ -129,11 +132,10 @@ def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
         SceneError: a number of the part is not valid.
     """
     _check(part, "momentary_torque", "torque_duration")
-    torque = (
-        float(_efforts(robot)[robot.joint(joint).v.start])
-        if part.momentary_torque is None
-        else part.momentary_torque
-    )
+    torque = part.momentary_torque
+    if torque is None:
+        first = robot.joint(joint).v.start
+        torque = float(_efforts(robot)[first])
     duration = math.nan if part.torque_duration is None else part.torque_duration
     return TorqueStrength(torque, duration, part.momentary_torque is not None)
 
@@ -231,7 +233,8 @@ def check_parts(parts: tuple[Part, ...]) -> None:
                 f'part "{name}" needs a place: at = "FRAME:x,y,z", or joint = "NAME" for the gears '
                 f"of joints"
             )
-        if any(value is not None for value in (of_a_joint if part.joint is None else of_a_point)):
+        unfit = of_a_joint if part.joint is None else of_a_point
+        if any(value is not None for value in unfit):
             raise SceneError(
                 f'part "{name}": a part at a frame takes rating, critical_velocity_change, '
                 "natural_frequency and imu_bandwidth; a part that is a joint takes "

@@ -99,9 +99,8 @@ class Inertias(NamedTuple):
         It is that for the mean axis, as `Robot.gyration`.
         """
         trace = np.trace(self.inertia, axis1=-2, axis2=-1)
-        return np.asarray(
-            np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.mass > 0.0, self.mass, np.inf))
-        )
+        mass = np.where(self.mass > 0.0, self.mass, np.inf)
+        return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / mass))
 
     def rows(self, chosen: slice) -> "Inertias":
         """Some of the robots."""

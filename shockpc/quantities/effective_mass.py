@@ -287,7 +287,8 @@ def clear_resistance(impact: DoubleImpact, number: int) -> dict[str, Array]:
 
 def _largest(A: BallMatrix) -> float:
     """The largest entry on the diagonal."""
-    return max(float(row[i]) for i, row in enumerate(A.table()))
+    diagonal = [row[i] for i, row in enumerate(A.table())]
+    return max(map(float, diagonal))
 
 
 def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:

@@ -89,7 +89,8 @@ def _held(landing: Landing) -> tuple[Constraint, ...]:
 
 def on_ground(landing: Landing) -> list[int]:
     """Numbers of the contacts and standing feet on flat ground: those whose normal points up."""
-    return [k for k, held in enumerate(_held(landing)) if held.normal @ landing.up > 1.0 - 1e-9]
+    upwards = [held.normal @ landing.up for held in _held(landing)]
+    return [k for k, cosine in enumerate(upwards) if cosine > 1.0 - 1e-9]
 
 
 def without_shapes(landing: Landing, number: int) -> bool:

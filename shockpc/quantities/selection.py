@@ -1,6 +1,7 @@
 """The table of all quantities, and their names in texts: KEY, KIND.KEY, and KEY.x of a vector."""
 
 import functools
+import itertools
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -29,7 +30,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     *CONTACTS,
     *ROBOT,
     *WITH_FRICTION,
-    *(entry for entries in from_wings("quantities", "QUANTITIES") for entry in entries),
+    *itertools.chain.from_iterable(from_wings("quantities", "QUANTITIES")),
     *RANGES,
     *PARTS,
 )

@@ -170,7 +170,9 @@ class VariedLandings:
     def description(self) -> dict[str, Any]:
         """The variations and the numbers of a sample, on which rows depend."""
         keys = ("subject", "values", "span", "law", "factor")
-        vary = [{key: getattr(varied, key) for key in keys} for varied in self.variations]
+        vary = []
+        for varied in self.variations:
+            vary.append({key: getattr(varied, key) for key in keys})
         return {
             "vary": vary,
             "sample": self.sample,

@@ -98,7 +98,8 @@ def with_faces_of(
     Raises:
         SolveError: what of the soles carries is not found.
     """
-    if not landing.asked_rows or not any(len(constraint.sole) for constraint in landing.contacts):
+    has_sole = any(len(constraint.sole) for constraint in landing.contacts)
+    if not landing.asked_rows or not has_sole:
         return landing
     flat = with_flat_soles(landing)
     carried = _with_faces(flat, lambda one: carrying_faces(mechanism(one)))

@@ -89,13 +89,18 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
     b, rows = equation.b[0, :, 3], slices_of(equation.constraints)
     generators = _generators(landing.state, equation.constraints)
     X = np.linalg.solve(np.linalg.cholesky(equation.H[0]), equation.J_c[0].T)
-    of_lifted = np.concatenate([np.arange(len(b))[rows[number]] for number in lifted])
+    numbers = np.arange(len(b))
+    of_lifted = np.concatenate([numbers[rows[number]] for number in lifted])
     free = generators.free[:, ~generators.free[of_lifted].any(axis=0)]
     pushes = generators.pushes[:, ~np.isin(generators.contact, lifted)]
     impulse = corner_impulse(X, b, free, pushes).impulse
     speed = generators.pushes.T @ (X.T @ (X @ impulse) + b)
     speed = speed / np.abs(b).max(initial=0.0)
-    return [-float(speed[generators.contact == number].min()) for number in lifted]
+    largest = []
+    for number in lifted:
+        of_contact = speed[generators.contact == number]
+        largest.append(-float(of_contact.min()))
+    return largest
 
 
 def _generators(state: Dynamics, constraints: Sequence[Constraint]) -> Generators:

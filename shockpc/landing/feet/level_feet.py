@@ -151,7 +151,10 @@ def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
             continue
         # The part is one of those that are lowest.
         own = _struck_shapes(robot, contact.frame)
-        low = height_of_lowest(own, up) if own else float(up @ frame.offset) - most_inside(robot)
+        if own:
+            low = height_of_lowest(own, up)
+        else:
+            low = float(up @ frame.offset) - most_inside(robot)
         if low <= float((sole @ up).min()) + tolerance + LEVEL:
             return replace(contact, frame=foot)
     return contact
@@ -328,7 +331,8 @@ def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
     # Of three feet on one edge each pair finds it, and perhaps without the third.
     whole: list[tuple[int, ...]] = []
     for edge in edges:
-        if not any(set(edge) < set(longer) for longer in edges):
+        longer = [of_more for of_more in edges if set(edge) < set(of_more)]
+        if not longer:
             whole.append(edge)
     return whole
 

@@ -180,7 +180,11 @@ def _corners_of_meshes(meshes: Sequence[Shape], up: Array, low: float, tolerance
         return vertices
     above_face = _height_above_face(flat - outline.mean(axis=0), points @ up - low)
     on_face = above_face <= PLANE * tolerance
-    if not on_face.any() or not area(_extreme(flat[on_face])) > FLAT * area(outline):
+    has_face = False
+    if on_face.any():
+        face = _extreme(flat[on_face])
+        has_face = area(face) > FLAT * area(outline)
+    if not has_face:
         return np.asarray(vertices[(vertices @ up).argmin()][None])
     return np.asarray(vertices[on_face[: len(vertices)]])
 
@@ -197,7 +201,8 @@ def _depth_in_hull(points: Array, shapes: Sequence[Shape], up: Array, axes: Arra
         axes: (2, 3) that span the ground.
     """
     sixteen = DIRECTIONS.T[::4] @ axes
-    outward = np.concatenate([-up[None], *(slope * sixteen - up for slope in SLOPES)])
+    tilted = [slope * sixteen - up for slope in SLOPES]
+    outward = np.concatenate([-up[None], *tilted])
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     reach = np.max([shape.reach(outward) for shape in shapes], axis=0)
     below_planes = reach - points @ outward.T
@@ -302,7 +307,10 @@ def _height_above_face(flat: Array, height: Array) -> Array:
         decreases = change > LEVEL
         ratio = np.where(decreases, shares / np.where(decreases, change, 1.0), np.inf)
         basis[int(ratio.argmin())] = entering
-    return above[3:] if basis.min() > 2 else np.full(len(flat), np.inf)
+    # An auxiliary point stays in the basis where the origin is outside of the hull.
+    if basis.min() <= 2:
+        return np.full(len(flat), np.inf)
+    return np.asarray(above[3:])
 
 
 def _below(shape: Shape, up: Array, height: float) -> tuple[Array, Array]:

@@ -72,9 +72,7 @@ class Proof:
             read_only, self.read(lambda numbers: _jumps(numbers.jumps[0], length))
         )
         self.delta_qd = read_only(self.read(lambda numbers: round_velocities(numbers.delta_qd[0])))
-        self.impulse = read_only(
-            self.read(lambda numbers: to_double(numbers.impulse[0], _size(numbers.impulse[0])))
-        )
+        self.impulse = read_only(self.read(_impulse))
         self.bits = self._bits
 
     def numbers_of(self, solution: BallSolution) -> Any:
@@ -195,6 +193,16 @@ def round_velocities(velocities: Balls) -> Array:
     of_joint = size.max(axis=1, keepdims=True)
     floor = 1e-30 * size.max(initial=0.0)
     return to_double(velocities, np.maximum(of_joint, floor))
+
+
+def _impulse(solution: BallSolution) -> Array:
+    """The impulses (nc, m) of a solution as doubles, each relative to the largest.
+
+    Raises:
+        PrecisionError: a ball is too wide.
+    """
+    impulse = solution.impulse[0]
+    return to_double(impulse, _size(impulse))
 
 
 def _size(values: Balls) -> float:

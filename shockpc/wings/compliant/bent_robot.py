@@ -120,6 +120,8 @@ def flexible_robot(
     for body in flexes:
         of_body = [np.array(end) for number, end in ends if number == body]
         lines[body] = _line(robot, body, of_body)
+
+    # A rotor sits at its joint: the segment there has the inertia that all segments had of it.
     divisions = {}
     for body, flex in flexes.items():
         divisions[body] = _divide(robot, body, lines[body], flex.hinges)
@@ -137,6 +139,7 @@ def flexible_robot(
             built.add_segment(k, segment, flexes[k], springs)
     built.add_frames()
 
+    # In the robot's own postures the links are straight.
     model, q, v = built.model, *built.places()
     _copy_values(robot.model, model, q, v)
     start = read_only(_straight(model, q, robot.start))

@@ -82,10 +82,13 @@ def draw_time(profile: ShockProfile) -> Figure:
     t = _times(compliant)
     panels = _panels(profile, compliant, t)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+
+    # The same landing with rigid links shows what bending changes.
     of_rigid: list[Array | None] = [None] * len(panels)
     if profile.scene.flex:
         landing = replace(profile.landing, scene=replace(profile.landing.scene, flex={}))
         of_rigid = [panel.curves for panel in _panels(profile, compliant_landing(landing), t)]
+
     points = _moving_points(profile)
     filters = low_passes(profile.landing, points)
     for axes, panel, rigid in zip(rows, panels, of_rigid, strict=True):
