@@ -4,7 +4,7 @@ Velocities are slopes of straight lines through the configurations.
 """
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -18,6 +18,7 @@ from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
@@ -47,6 +48,16 @@ MOST_SAMPLES = 20_000
 """Samples in which lags and noise are looked for."""
 
 
+def _columns_of_base(log: Log, robot: Robot) -> dict[str, str]:
+    """By name of a column of the base's state before the landing, what it is."""
+    of_base: dict[str, str] = {}
+    for name in (*log.positions, *log.rates):
+        column = column_name(name, robot)
+        if column is not None and column.base and not column.after:
+            of_base[name] = column.base
+    return of_base
+
+
 class LoggedMotion:
     """The motion of a robot as a log tells it.
 
@@ -69,100 +80,109 @@ class LoggedMotion:
 
     def __init__(self, log: Log, landing: PosedLanding) -> None:
         rows = rows_of({**log.positions, **log.rates}, landing)
-        self.landing, self.robot, self.time, self.Q, self._rows = (
-            landing,
-            landing.robot,
-            log.time,
-            rows.Q,
-            rows,
-        )
+        self.landing = landing
+        self.robot = landing.robot
+        self.time = log.time
+        self.Q = rows.Q
+        self._rows = rows
         self.interval = float(np.median(np.diff(log.time)))
         self.joints = tuple(name for name in self.robot.joint_names if name in rows.joints)
         self.warnings = list(rows.warnings)
-        known = np.ones(len(self.time), dtype=bool)
-        known[list(rows.messages)] = False
-        if not known.all():
-            first = min(rows.messages)
-            self.warnings.append(
-                f"{np.sum(~known)} of {len(known)} samples are left out; row {first}: "
-                f"{rows.messages[first]}"
-            )
-        # A sample that is left out ends a part, as a gap does.
-        ends = np.flatnonzero(np.diff(log.segment).astype(bool) | np.diff(known))
-        pairs = zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(known) - 1], strict=True)
-        self.runs = [(first, last) for first, last in pairs if known[first]]
-        self._whole, self.period = "qpos" in log.positions, dict.fromkeys(PARTS, np.inf)
-        named = {name: column_name(name, self.robot) for name in (*log.positions, *log.rates)}
-        of_base = {
-            name: one.base
-            for name, one in named.items()
-            if one is not None and one.base and not one.after
-        }
-        self._base, self._gyro = (
-            set(of_base.values()),
-            {of_base.get(name) for name in log.rates} >= set(TWIST[3:]),
-        )
-        attitude = [name for name in log.positions if of_base.get(name) in ATTITUDE]
-        self._gyro_period = max(
-            (log.period[name] for name in log.rates if of_base.get(name) in TWIST[3:]),
-            default=np.inf,
-        )
-        self._slow_attitude = self._gyro and any(
-            log.period[name] > 1.5 * self._gyro_period for name in attitude
-        )
-        # What the base's own velocities say counts where there are no positions that say it.
-        direct = [
-            name
-            for name in log.rates
-            if of_base.get(name) in TWIST and not self._from_positions(of_base[name])
-        ]
-        for name in (*log.positions, *direct):
-            if self._slow_attitude and name in attitude:
-                continue
-            for part in PARTS if self._whole else PARTS[name in of_base :][:1]:
-                self.period[part] = max(
-                    log.period[name], self.period[part] if np.isfinite(self.period[part]) else 0.0
-                )
+        self.runs = self._parts_without_gaps(log)
         self.free = self.robot.free_base and landing.base != "fixed"
+
+        self._whole = "qpos" in log.positions
+        of_base = _columns_of_base(log, self.robot)
+        self._base = set(of_base.values())
+        self._read_clocks(log, of_base)
         self.names = {
             "joints": self.joints,
             "base": tuple(key for key in TWIST if self.free and self.has(key)),
         }
-        # What the log lacks of the chain that carries a contact has to be stated by the scene: a
-        # guess would move its height.
-        posture = landing.scene.posture
-        stated = {
-            name
-            for pattern in (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
-            for name in self.robot.match_joints(pattern)
-        }
-        stated |= {*self.joints, *self.robot.followers}
-        absent = (
-            []
-            if self._whole
-            else [
-                part
-                for part in self.robot.single_joints
-                if part.kind != "free" and part.name not in stated
-            ]
-        )
-        # By contact, which of these joints carry it.
-        self._lacking = [
-            [part for part in absent if self.robot.ancestors[c.body, part.v].any()]
-            for c in landing.contacts
-        ]
-        lacking = [part for part in absent if any(part in parts for parts in self._lacking)]
+
+        # By contact, which of the joints that nothing states carry it.
+        absent = self._absent_joints()
+        self._lacking = [self._carriers(contact.body, absent) for contact in landing.contacts]
+        lacking = [joint for joint in absent if any(joint in joints for joints in self._lacking)]
         self.unknown = [f'joint "{joint.name}"' for joint in lacking]
         rails = [joint.name for joint in lacking if joint.kind == "prismatic"]
         self.rail = rails[0] if not self.free and len(self.unknown) == len(rails) == 1 else None
         if self.free and not self.has("z"):
             self.unknown.append("the height of the base (z)")
-        given = ("position", "base attitude") if self.free else ("position",)
-        self.warnings += [
-            f"not in this log: {what}; taken from the scene"
-            for what in rows.missing
-            if what.startswith(given)
+        of_scene = ("position", "base attitude") if self.free else ("position",)
+        for what in rows.missing:
+            if what.startswith(of_scene):
+                self.warnings.append(f"not in this log: {what}; taken from the scene")
+
+    def _parts_without_gaps(self, log: Log) -> list[tuple[int, int]]:
+        """First and last samples of the parts of a log without gaps.
+
+        A sample that cannot be used is left out with a warning, and ends a part as a gap does.
+        """
+        messages = self._rows.messages
+        known = np.ones(len(self.time), dtype=bool)
+        known[list(messages)] = False
+        if not known.all():
+            first = min(messages)
+            self.warnings.append(
+                f"{np.sum(~known)} of {len(known)} samples are left out; row {first}: "
+                f"{messages[first]}"
+            )
+        ends = np.flatnonzero(np.diff(log.segment).astype(bool) | np.diff(known))
+        firsts = [0, *(ends + 1).tolist()]
+        lasts = [*ends.tolist(), len(known) - 1]
+        return [pair for pair in zip(firsts, lasts, strict=True) if known[pair[0]]]
+
+    def _read_clocks(self, log: Log, of_base: Mapping[str, str]) -> None:
+        """Set the time between samples of the gyro, and of the positions of each part.
+
+        Args: log; of_base, what its columns of the base are.
+        """
+        gyro = [name for name in log.rates if of_base.get(name) in TWIST[3:]]
+        self._gyro = {of_base[name] for name in gyro} >= set(TWIST[3:])
+        self._gyro_period = max((log.period[name] for name in gyro), default=np.inf)
+        attitude = [name for name in log.positions if of_base.get(name) in ATTITUDE]
+        self._slow_attitude = self._gyro and any(
+            log.period[name] > 1.5 * self._gyro_period for name in attitude
+        )
+
+        # A slow attitude does not count, because the gyro tells the turning.
+        counted = [name for name in log.positions if not (self._slow_attitude and name in attitude)]
+        # The base's own velocities count where no positions tell them.
+        for name in log.rates:
+            key = of_base.get(name)
+            if key in TWIST and not self._from_positions(key):
+                counted.append(name)
+
+        # The slowest column of a part is its clock; qpos has both parts.
+        periods: dict[StatePart, list[float]] = {part: [] for part in PARTS}
+        for name in counted:
+            if self._whole or name not in of_base:
+                periods["joints"].append(log.period[name])
+            if self._whole or name in of_base:
+                periods["base"].append(log.period[name])
+        self.period = {part: max(values, default=np.inf) for part, values in periods.items()}
+
+    def _absent_joints(self) -> list[Joint]:
+        """The joints whose positions neither the log nor the scene states.
+
+        A guess of one would move the height of each contact that it carries.
+        """
+        if self._whole:
+            return []
+        posture = self.landing.scene.posture
+        stated = {*self.joints, *self.robot.followers}
+        for pattern in (*posture.joints, *posture.joints_deg, *posture.joint_quaternions):
+            stated.update(self.robot.match_joints(pattern))
+        return [
+            joint
+            for joint in self.robot.single_joints
+            if joint.kind != "free" and joint.name not in stated
         ]
+
+    def _carriers(self, body: int, joints: Sequence[Joint]) -> list[Joint]:
+        """Those of some joints that carry a body."""
+        return [joint for joint in joints if self.robot.ancestors[body, joint.v].any()]
 
     def has(self, key: str) -> bool:
         """True if the log has a position, an attitude or a velocity of the base.

@@ -131,7 +131,10 @@ def _text_size(cells: Sequence[object]) -> int:
 
 
 def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
-    blocks: list[list[np.ndarray]] = []
+    """The columns of a CSV file, in which groups of rows are read one after another."""
+    groups: list[list[np.ndarray]] = []
+    wrong: list[str] = []
+    count = size = 0
     with io.TextIOWrapper(stream, "utf-8-sig", newline="") as text:
         # Not strict, a quotation mark that is not closed would take the rest of the file into one
         # cell.
@@ -139,34 +142,21 @@ def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
         try:
             header = [name.strip() for name in next(lines, [])]
             _refuse_twice(header)
-            rows, count, size, wrong = (row for row in lines if row), 0, 0, list[str]()
-            while block := list(itertools.islice(rows, max(1, BLOCK // max(len(header), 1)))):
-                for i, row in enumerate(block):
-                    if len(row) != len(header):
-                        wrong.append(
-                            f"row {count + i} has {len(row)} cells, and the header {len(header)}"
-                        )
-                        block[i] = [row[0] if _is_text(row[0]) else "", *[""] * (len(header) - 1)]
-                cells = list(zip(*block, strict=True))
-                # The first cell that is not empty decides whether a column holds texts.
-                first = (next(filter(str.strip, column), "") for column in cells)
-                texts = (
-                    [column.dtype.kind == "U" for column in blocks[0]]
-                    if blocks
-                    else list(map(_is_text, first))
-                )
-                size += sum(
-                    _text_size(column) if text else 8 * len(column)
-                    for text, column in zip(texts, cells, strict=True)
-                )
+            filled = (row for row in lines if row)
+            length = max(1, BLOCK // max(len(header), 1))
+            while rows := list(itertools.islice(filled, length)):
+                wrong += _without_wrong_lengths(rows, len(header), count)
+                columns = list(zip(*rows, strict=True))
+                # The first group decides, so that a column is of one kind.
+                if groups:
+                    texts = [column.dtype.kind == "U" for column in groups[0]]
+                else:
+                    texts = [_begins_with_text(column) for column in columns]
+                # Before the arrays exist: texts may take any memory.
+                size += _size_as_arrays(columns, texts)
                 _refuse_size(size)
-                blocks.append(
-                    [
-                        np.char.strip(part) if text else _numbers(part)
-                        for text, part in zip(texts, cells, strict=True)
-                    ]
-                )
-                count += len(block)
+                groups.append(_arrays(columns, texts))
+                count += len(rows)
                 _refuse_rows(count)
         except csv.Error as refusal:
             raise ValueError(
@@ -174,16 +164,59 @@ def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
             ) from None
     if wrong and len(wrong) == count:
         raise ValueError(wrong[0])
-    lengths = (
-        [max(columns[k].dtype.itemsize for columns in blocks) for k in range(len(header))]
-        if blocks
-        else []
-    )
-    _refuse_size(sum(lengths) * count)
-    return {
-        name: np.concatenate([columns[k] for columns in blocks])
-        for k, name in enumerate(header if blocks else ())
-    }
+    return _joined(header, groups, count)
+
+
+def _without_wrong_lengths(rows: list[list[str]], length: int, start: int) -> list[str]:
+    """Empty the rows that do not have a cell for each column; the messages about them.
+
+    A text at their beginning is kept.
+
+    Args: rows; length, number of columns; start, number of the first row in the file.
+    """
+    messages: list[str] = []
+    for i, row in enumerate(rows):
+        if len(row) != length:
+            messages.append(f"row {start + i} has {len(row)} cells, and the header {length}")
+            begin = row[0] if _is_text(row[0]) else ""
+            rows[i] = [begin, *[""] * (length - 1)]
+    return messages
+
+
+def _begins_with_text(cells: Sequence[str]) -> bool:
+    """True if the first cell that is not empty is no number."""
+    return _is_text(next(filter(str.strip, cells), ""))
+
+
+def _size_as_arrays(columns: Sequence[Sequence[str]], texts: Sequence[bool]) -> int:
+    """Bytes of columns as arrays, of texts or of numbers."""
+    size = 0
+    for column, is_text in zip(columns, texts, strict=True):
+        size += _text_size(column) if is_text else 8 * len(column)
+    return size
+
+
+def _arrays(columns: Sequence[Sequence[str]], texts: Sequence[bool]) -> list[np.ndarray]:
+    """Columns as arrays, of texts or of numbers."""
+    arrays: list[np.ndarray] = []
+    for column, is_text in zip(columns, texts, strict=True):
+        arrays.append(np.char.strip(column) if is_text else _numbers(column))
+    return arrays
+
+
+def _joined(
+    header: Sequence[str], groups: Sequence[Sequence[np.ndarray]], count: int
+) -> dict[str, np.ndarray]:
+    """The columns by name, of groups of their rows; count is the number of all rows."""
+    if not groups:
+        return {}
+    by_column = list(zip(*groups, strict=True))
+    # Every row of a joined column takes as much as the longest text of any group.
+    row_size = 0
+    for parts in by_column:
+        row_size += max(part.dtype.itemsize for part in parts)
+    _refuse_size(row_size * count)
+    return {name: np.concatenate(parts) for name, parts in zip(header, by_column, strict=True)}
 
 
 def _is_text(cell: str) -> bool:
@@ -236,13 +269,16 @@ def _read_npz(stream: IO[bytes]) -> dict[str, np.ndarray]:
                 raise ValueError(f'its member "{name}" is no array')
             _refuse_rows(math.prod(values.shape[:1]))
             columns[name] = values
-    _refuse_size(
-        sum(max(8 * x.size, x.nbytes * (4 if x.dtype.kind == "S" else 1)) for x in columns.values())
-    )
-    return {
-        name: np.char.decode(values) if values.dtype.kind == "S" else values
-        for name, values in columns.items()
-    }
+    size = 0
+    for values in columns.values():
+        # Bytes become characters of four bytes each.
+        characters = 4 if values.dtype.kind == "S" else 1
+        size += max(8 * values.size, characters * values.nbytes)
+    _refuse_size(size)
+    for name, values in columns.items():
+        if values.dtype.kind == "S":
+            columns[name] = np.char.decode(values)
+    return columns
 
 
 def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
@@ -281,17 +317,23 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
         columns = {name: _parquet_column(table[name]) for name in table.column_names}
     except pyarrow.ArrowException as refusal:
         raise ValueError(str(refusal)) from None
+    size = 0
     for name, values in columns.items():
         if values.dtype.kind == "O":
-            texts = (cell.decode() if isinstance(cell, bytes) else cell for cell in values.tolist())
-            columns[name] = np.array(["" if cell is None else cell for cell in texts], dtype=object)
-    _refuse_size(
-        sum(
-            _text_size(values.tolist()) if values.dtype.kind == "O" else values.nbytes
-            for values in columns.values()
-        )
-    )
+            texts = list(map(_text_of, values.tolist()))
+            columns[name] = np.array(texts, dtype=object)
+            size += _text_size(texts)
+        else:
+            size += values.nbytes
+    _refuse_size(size)
     return columns
+
+
+def _text_of(cell: object) -> object:
+    """A cell of Parquet whose bytes are text, and that is empty where it is missing."""
+    if isinstance(cell, bytes):
+        return cell.decode()
+    return "" if cell is None else cell
 
 
 def _values_of_lists(data: bytes) -> int:
