@@ -5,6 +5,7 @@ Both follow from the table and the options of a command.
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -85,36 +86,23 @@ def refuse_overridden(
     """
     positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
     rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
-    cells = {
-        name: values
-        for name, values in table.others.items()
-        if name in CELLS or name.startswith("effort_")
-    }
-    whole = [name for name, values in cells.items() if not empty_cells(values).any()]
-    efforts = _columns_by_subject([name for name in whole if name not in CELLS], robot, "", ())
+    # An empty cell takes the scene's value, so its column does not override the option.
+    filled: list[str] = []
+    for name, values in table.others.items():
+        of_cells = name in CELLS or name.startswith("effort_")
+        if of_cells and not empty_cells(values).any():
+            filled.append(name)
+    efforts = _columns_by_subject([name for name in filled if name not in CELLS], robot, "", ())
     typed = options.fields(Strike) | options.fields(Posture)
     forward = plane_of(check_scene(scene)).forward.tolist()
-    ignored: list[tuple[str, str]] = [
-        (f"--{name}", name) for name in CELLS if getattr(options, name) and name in whole
-    ]
-    ignored += [
-        ("--friction", name)
-        for name in FRICTION
-        if name in table.others and "friction" in options.fields(Scene)
-    ]
-    vectors = {
-        "--speed": (VELOCITY, UP if "speed" in typed else ()),
-        "--drop-height": (VELOCITY, UP if "drop_height" in typed else ()),
-        "--strike-angle": (VELOCITY, forward if "strike_angle_deg" in typed else ()),
-        "--velocity": (VELOCITY, typed.get("velocity", ())),
-        "--angular-velocity": (ANGULAR_VELOCITY, typed.get("angular_velocity", ())),
-        "--base-rpy": (ANGLES, typed.get("base_rpy_deg", ())),
-    }
-    for option, (keys, vector) in vectors.items():
-        known = positions if keys is ANGLES else rates
-        ignored += [
-            (option, known[key]) for key, x in zip(keys, vector, strict=False) if x and key in known
-        ]
+
+    ignored: list[tuple[str, str]] = []
+    for name in CELLS:
+        if getattr(options, name) and name in filled:
+            ignored.append((f"--{name}", name))
+    if "friction" in options.fields(Scene):
+        ignored += [("--friction", name) for name in FRICTION if name in table.others]
+    ignored += _overridden_vectors(typed, forward, positions, rates)
     for option, settings, known in (
         ("--set", options.set, positions),
         ("--joint-velocity", options.joint_velocity, rates),
@@ -124,12 +112,15 @@ def refuse_overridden(
             names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]
             if all(name in known for name in names):
                 ignored.append((f"{option} {pattern}", known[names[0]]))
-    joints = [
-        joint.name
-        for joint in robot.single_joints
-        if joint.kind != "free" and joint.name not in robot.followers
-    ]
-    posture = [*(f"joint {name}" for name in joints), *[*ANGLES] * robot.free_base]
+
+    # A posture with a name has no effect if the table gives all joints that can be set, and the
+    # attitude of a free base.
+    posture: list[str] = []
+    for joint in robot.single_joints:
+        if joint.kind != "free" and joint.name not in robot.followers:
+            posture.append(f"joint {joint.name}")
+    if robot.free_base:
+        posture += ANGLES
     if "reference" in typed and all(name in positions for name in posture):
         ignored.append(("--posture", positions[posture[0]]))
     if ignored:
@@ -139,6 +130,41 @@ def refuse_overridden(
             f"numbers, set the overridden "
             "one to zero), or the columns with --map COLUMN="
         )
+
+
+def _overridden_vectors(
+    typed: Mapping[str, Any],
+    forward: Sequence[float],
+    positions: Mapping[str, str],
+    rates: Mapping[str, str],
+) -> list[tuple[str, str]]:
+    """Options of the base's motion and attitude that columns override, each with its column.
+
+    A column overrides an option if it gives a component that the option sets. A component of zero
+    counts as not set.
+
+    Args:
+        typed: the options that were typed.
+        forward: (3,) unit vector in which a strike angle turns the velocity.
+        positions: columns by what they give.
+        rates: likewise.
+    """
+    # The columns' names of the components, and the components, as far as an option sets them.
+    vectors = {
+        "--speed": (VELOCITY, UP if "speed" in typed else ()),
+        "--drop-height": (VELOCITY, UP if "drop_height" in typed else ()),
+        "--strike-angle": (VELOCITY, forward if "strike_angle_deg" in typed else ()),
+        "--velocity": (VELOCITY, typed.get("velocity", ())),
+        "--angular-velocity": (ANGULAR_VELOCITY, typed.get("angular_velocity", ())),
+        "--base-rpy": (ANGLES, typed.get("base_rpy_deg", ())),
+    }
+    overridden: list[tuple[str, str]] = []
+    for option, (keys, vector) in vectors.items():
+        columns = positions if keys is ANGLES else rates
+        for key, component in zip(keys, vector, strict=False):
+            if component and key in columns:
+                overridden.append((option, columns[key]))
+    return overridden
 
 
 def _columns_by_subject(

@@ -58,11 +58,13 @@ def recorded(
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
-    models, asked_for = joints_ or (), given(study, typed)
-    rank, renames = asked_for.get("rank"), asked_for.pop("rename", {})
-    options = options._replace(
-        given={**options.given, "joints": models[0] if len(models) == 1 else None}
-    )
+    models = joints_ or ()
+    asked_for = given(study, typed)
+    rank = asked_for.get("rank")
+    renames = asked_for.pop("rename", {})
+    # A single joint model is an option of the landings; of several each has its own scene.
+    model = models[0] if len(models) == 1 else None
+    options = options._replace(given={**options.given, "joints": model})
     if table.is_dir():
         raise StudyError(
             f'"{table}" is a folder, not a table of landings; for a folder of scenes: shockpc '
