@@ -46,7 +46,8 @@ def _plain(value: Any) -> Any:
             return {key: _plain(part) for key, part in value.items()}
         case list():
             parts = [_plain(part) for part in value]
-            return None if parts and all(part is None for part in parts) else parts
+            nothing = bool(parts) and all(part is None for part in parts)
+            return None if nothing else parts
         case tuple() if hasattr(value, "_asdict"):
             return _plain(value._asdict())
         case tuple():

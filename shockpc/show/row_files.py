@@ -202,8 +202,10 @@ class RowFiles:
                 lines = csv.reader(file)
                 next(lines, None)  # the headings
                 while block := list(itertools.islice(lines, LINES_PARSED_TOGETHER)):
-                    cells = ([line[k] for line in block] for k in numbers)
-                    yield list(map(_from_csv, cells, kinds))
+                    columns: list[np.ndarray] = []
+                    for k, of_column in zip(numbers, kinds, strict=True):
+                        columns.append(_from_csv([line[k] for line in block], of_column))
+                    yield columns
         except OSError as refusal:
             raise OutputError(f'"{self._csv}" cannot be read: {refusal}') from None
 

@@ -116,7 +116,9 @@ class Sheet(NamedTuple):
         cls, title: str, columns: Mapping[Any, Iterable[Any]], notes: Sequence[str] = ()
     ) -> "Sheet":
         """A table of columns by heading, or by `Column`."""
-        values = (x.tolist() if hasattr(x, "tolist") else x for x in columns.values())
+        values: list[Iterable[Any]] = []
+        for column in columns.values():
+            values.append(column.tolist() if hasattr(column, "tolist") else column)
         return cls(title, tuple(columns), list(zip(*values, strict=True)), notes)
 
     @property
@@ -275,7 +277,8 @@ class _TextColumn(NamedTuple):
     @property
     def counts(self) -> bool:
         """True if its cells are whole numbers, as ranks are."""
-        return all(cell.strip().isdigit() or cell.strip() == "–" for cell in self.cells)
+        cells = map(str.strip, self.cells)
+        return all(cell.isdigit() or cell == "–" for cell in cells)
 
     def shortened(self, width: int) -> "_TextColumn":
         """The column with names of at most so many characters; numbers and sentences stay whole."""
@@ -376,7 +379,9 @@ def as_markdown(block: Sheet | Lines) -> str:
         cells = zip(columns, row, strict=True)
         rows.append([column.shown(cell) for column, cell in cells])
     lines = ["| " + " | ".join(map(escaped, row)) + " |" for row in rows]
-    sides = ["---:" if right else "---" for right in numeric(block)]
+    sides: list[str] = []
+    for right in numeric(block):
+        sides.append("---:" if right else "---")
     lines.insert(1, "|" + "|".join(sides) + "|")
     for note in map(escaped, block.notes):
         lines.append(f"\n*{note[0].upper()}{note[1:]}.*")
@@ -496,7 +501,8 @@ def _at_the_point(cells: list[str]) -> list[str]:
     most = max((n for n in decimals if n is not None), default=0)
     aligned = []
     for cell, n in zip(cells, decimals, strict=True):
-        aligned.append(cell if n is None else cell + " " * (most - n))
+        blanks = 0 if n is None else most - n
+        aligned.append(cell + " " * blanks)
     return aligned
 
 
@@ -510,7 +516,9 @@ def exact(cell: Cell) -> str:
         return f"'{text}" if _is_formula(text) else text
     if isinstance(cell, int):
         return exact_text(cell)
-    return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
+    if cell is None or math.isnan(cell):
+        return ""
+    return repr(float(cell) + 0.0)
 
 
 def _is_formula(text: str) -> bool:

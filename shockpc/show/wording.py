@@ -89,7 +89,9 @@ def without_common(names: list[str]) -> list[str]:
 def _without_common_beginning(names: list[str]) -> list[str]:
     """Names without what all of them begin with, up to a separator."""
     same = 0
-    while all(len(name) > same and name[same] == names[0][same] for name in names):
+    for letters in zip(*names, strict=False):
+        if len(set(letters)) > 1:
+            break
         same += 1
     while same and names[0][same - 1] not in SEPARATORS:
         same -= 1

@@ -54,7 +54,11 @@ def silhouettes(
     ):
         placed = [shape.placed(R, p) for shape in unplaced]
         shapes.append(placed)
-        points.append(surface(placed) if placed else (body.com @ R.T + p)[None])
+        if placed:
+            points.append(surface(placed))
+        else:
+            centre_of_mass = body.com @ R.T + p
+            points.append(centre_of_mass[None])
         boxed.append(is_boxed)
     extent = np.ptp(corners_of_box(to_plane(np.concatenate(points), plane)), axis=0)
     resolution = RESOLUTION * max(float(extent.max()), 1e-6)

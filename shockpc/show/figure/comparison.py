@@ -158,13 +158,16 @@ def _sizes(windows: Sequence[Window], labels: Sequence[str], sections: int, desi
     row = max(BAR, THIN * (designs - 1))
     bars = row * (len(labels) + (HEADING + SPACE) * sections)
     beside = pictures + KEYS[1] <= bars + 0.6
+    height = bars + 0.6
+    if not beside:
+        height = max(pictures, bars + 0.6) + KEYS[0]
     return _Sizes(
         left=max(left, 3.4),
         pictures=pictures,
         names=LETTER * max(map(len, labels), default=0) + 0.1,
         bars=bars,
         beside=beside,
-        height=bars + 0.6 if beside else max(pictures, bars + 0.6) + KEYS[0],
+        height=height,
     )
 
 
@@ -353,8 +356,9 @@ def _draw_groups(axes: Axes, ticks: Array, values: Array, letters: Sequence[str]
     designs = values.shape[1]
     thickness = 0.8 / designs
     for k, changes in enumerate(values.T):
+        from_tick = (k - (designs - 1) / 2.0) * thickness
         axes.barh(
-            ticks + (k - (designs - 1) / 2.0) * thickness,
+            ticks + from_tick,
             np.nan_to_num(changes),
             height=0.9 * thickness,
             color=CURVES[k % len(CURVES)],

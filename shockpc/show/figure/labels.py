@@ -66,13 +66,9 @@ class Labels:
             x, y = centroid.x, centroid.y
         if widest.length < THIN * room:
             angles = np.arange(16) * np.pi / 8.0
-            away = (1.15 * room + widest.length) * np.stack(
-                [np.cos(angles), np.sin(angles)], axis=1
-            )
-            x, y = min(
-                (np.array([x, y]) + away).tolist(),
-                key=lambda place: round(self._covered(place, room), 9),
-            )
+            directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            around = np.array([x, y]) + (1.15 * room + widest.length) * directions
+            x, y = min(around.tolist(), key=lambda middle: round(self._covered(middle, room), 9))
         self._axes.plot(
             x,
             y,
@@ -121,7 +117,8 @@ class Labels:
 
     def _size(self, text: str, letters: float) -> Array:
         """Width and height (2,) of a text [m]."""
-        return np.asarray(np.array([0.62 * len(text) + 0.3, 1.25]) * letters / 72.0 * self._inch)
+        in_letters = np.array([0.62 * len(text) + 0.3, 1.25])
+        return np.asarray(in_letters * letters / 72.0 * self._inch)
 
     def _write(self, middles: Sequence[Array], text: str, letters: float, **look: Any) -> None:
         """Write a text around that one of some places (2,) [m] where it covers least."""

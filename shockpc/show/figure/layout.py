@@ -106,7 +106,9 @@ class Page:
 
     def _table(self, rows: TableRows) -> None:
         """Write rows into the column; numbers are under each other at their right edge."""
-        stops = [0.0, 0.2, *(COLUMN - 0.62 * k for k in reversed(range(len(rows[0]) - 2)))]
+        stops = [0.0, 0.2]
+        for k in reversed(range(len(rows[0]) - 2)):
+            stops.append(COLUMN - 0.62 * k)
         for k, row in enumerate(rows):
             for column, (stop, cell) in enumerate(zip(stops, row, strict=False)):
                 weight = "bold" if k == 0 or column == 0 else "normal"
@@ -132,7 +134,8 @@ class Page:
 
         Its letters are smaller if the width [inches] requires it.
         """
-        needed = (0.72 if style.get("fontweight") == "bold" else 0.62) * max(len(text), 1) / 72.0
+        letter = 0.72 if style.get("fontweight") == "bold" else 0.62
+        needed = letter * max(len(text), 1) / 72.0
         look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
         self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
 
@@ -142,10 +145,10 @@ class Page:
         The lower left corner of the picture is at (x, y) [inches].
         """
         for k, text in enumerate(lines):
-            style = {"fontweight": "normal" if k else "bold"}
-            self.write(
-                x, y - 0.05 - 0.12 * k - 0.02 * bool(k), text, 7.0 if k else 7.5, width, **style
-            )
+            if k == 0:
+                self.write(x, y - 0.05, text, 7.5, width, fontweight="bold")
+            else:
+                self.write(x, y - 0.05 - 0.12 * k - 0.02, text, 7.0, width, fontweight="normal")
 
     def picture(
         self,

@@ -162,7 +162,10 @@ def _covered_cells(
     width, height = size
     row = np.ceil(y).astype(np.int64)
     a, b, c = triangles.T
-    turn = np.sign((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a]))
+    # turn = sign of (b − a) × (c − a): +1 for a triangle with its corners in positive sense
+    x_ab, y_ab = x[b] - x[a], y[b] - y[a]
+    x_ac, y_ac = x[c] - x[a], y[c] - y[a]
+    turn = np.sign(x_ab * y_ac - x_ac * y_ab)
     # The contributions of two neighbours to their common edge cancel: only folds and rims remain,
     # few of a fine mesh.
     sides = np.tile(turn, 3) * edges.sense

@@ -125,8 +125,8 @@ def shock_levels(least: float, greatest: float) -> tuple[list[float], list[str]]
 
 def faded(colour: str, share: float) -> tuple[float, float, float]:
     """A colour mixed with a share, 0 to 1, of the background."""
-    r, g, b = to_rgb(colour)
-    return r + (1.0 - r) * share, g + (1.0 - g) * share, b + (1.0 - b) * share
+    r, g, b = [part + (1.0 - part) * share for part in to_rgb(colour)]
+    return r, g, b
 
 
 def new_chart(width: float, height: float, title: str) -> Figure:

@@ -35,9 +35,8 @@ class Window(NamedTuple):
     def holds(self, points: Array, margin: float = 0.0) -> Array:
         """True for points (..., 2) [m] inside, at least a margin [inches] from the border."""
         slack = margin * self.inch
-        return np.asarray(
-            np.all((points >= self.low + slack) & (points <= self.high - slack), axis=-1)
-        )
+        inside = (points >= self.low + slack) & (points <= self.high - slack)
+        return np.asarray(np.all(inside, axis=-1))
 
 
 def windows_of(
@@ -69,13 +68,15 @@ def windows_of(
         low[:, 1] = low[:, 1].min()
         high[:, 1] = high[:, 1].max()
         # Length of an inch of paper, by the width of all and by the height.
-        wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
-        by_width = float(wide / (most[0] - 2.0 * pad * len(views)))
-        by_height = float(tall / (most[1] - 2.0 * pad))
+        wide = np.sum(high[:, 0] - low[:, 0])
+        tall = high[0, 1] - low[0, 1]
+        room = most[0] - 2.0 * pad * len(views), most[1] - 2.0 * pad
+        by_width, by_height = float(wide / room[0]), float(tall / room[1])
         inch = max(by_width, by_height, 1e-9)
         length = arrow * inch
     middles = (low + high) / 2.0
-    halves = np.maximum((high - low) / 2.0 + pad * inch, np.array(least) * inch / 2.0)
+    least_halves = np.array(least) * inch / 2.0
+    halves = np.maximum((high - low) / 2.0 + pad * inch, least_halves)
     windows = []
     for middle, half in zip(middles, halves, strict=True):
         windows.append(Window(middle - half, middle + half, inch, length))

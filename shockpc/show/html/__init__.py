@@ -12,9 +12,7 @@ INSTALL = "report.html is not written, because it needs Plotly; install it with:
 def plotly() -> Path | None:
     """The file of Plotly's script, which is not imported; None if it is not installed."""
     spec = importlib.util.find_spec("plotly")
-    script = (
-        None
-        if spec is None or spec.origin is None
-        else Path(spec.origin).parent / "package_data" / "plotly.min.js"
-    )
-    return script if script is not None and script.is_file() else None
+    if spec is None or spec.origin is None:
+        return None
+    script = Path(spec.origin).parent / "package_data" / "plotly.min.js"
+    return script if script.is_file() else None

@@ -157,15 +157,11 @@ def history(title: str, times: Array, curves: Iterable[tuple[str, Array]]) -> di
 
     Names become texts that Plotly does not interpret.
     """
-    drawn = [
-        {
-            "x": (1e3 * times).tolist(),
-            "y": curve.tolist(),
-            "mode": "lines",
-            "name": html.escape(printable(name), quote=False).replace("$", "&#36;"),
-        }
-        for name, curve in curves
-    ]
+    milliseconds = (1e3 * times).tolist()
+    drawn: list[dict[str, Any]] = []
+    for name, curve in curves:
+        text = html.escape(printable(name), quote=False).replace("$", "&#36;")
+        drawn.append({"x": milliseconds, "y": curve.tolist(), "mode": "lines", "name": text})
     axes = {"xaxis": _title("time from the first contact [ms]"), "yaxis": _title(title)}
     margin = {"t": 16, "r": 16, "b": 44}
     return {

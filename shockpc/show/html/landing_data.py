@@ -198,7 +198,7 @@ def _matrices(strikes: StrikeMatrices) -> dict[str, Any]:
     """
     matrices = {key: matrix.tolist() for key, matrix in strikes._asdict().items()}
     for key in ("contacts", "loads"):
-        matrices[key] = [[_ten_digits(row) for row in matrix] for matrix in matrices[key]]
+        matrices[key] = [list(map(_ten_digits, matrix)) for matrix in matrices[key]]
     return matrices
 
 
@@ -216,15 +216,17 @@ def _contacts(profile: ShockProfile) -> list[dict[str, Any]]:
     for k, (contact, normal) in enumerate(
         zip(profile.contacts, contact_normals(profile), strict=True)
     ):
+        constraint = blocks[k]
+        base_velocity = base if _follows_base(constraint) else None
         contacts.append(
             {
                 "name": printable(contact.frame),
-                "body": blocks[k].body,
-                "r": blocks[k].point.tolist(),
+                "body": constraint.body,
+                "r": constraint.point.tolist(),
                 # The page takes a contact that approaches along its normal as one that strikes,
                 # which an end stop does.
                 "normal": normal.tolist(),
-                **_motion(contact.approach, base if _follows_base(blocks[k]) else None),
+                **_motion(contact.approach, base_velocity),
             }
         )
     return contacts

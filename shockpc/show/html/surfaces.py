@@ -124,7 +124,8 @@ def _coarser(meshes: Sequence[Surface], cell: float, most: int) -> float:
         left = 0
         for n, corners in zip(every, samples, strict=True):
             a, b, c = _numbers(np.floor(corners / cell).astype(np.int64)).T
-            left += n * int(((a != b) & (b != c) & (c != a)).sum())
+            different = (a != b) & (b != c) & (c != a)
+            left += n * int(different.sum())
         return left
 
     def count(cell: float) -> int:
@@ -148,7 +149,8 @@ def _count(surface: Surface, cell: float) -> int:
     different = (low != middle) & (middle != high)
     # Two of them have the same product by chance once in 2^64 / n² times, which changes nothing but
     # the count.
-    return len(np.unique(((low * _ODD + middle) * _ODD + high)[different]))
+    products = (low * _ODD + middle) * _ODD + high
+    return len(np.unique(products[different]))
 
 
 _ODD = np.int64(0x5851F42D4C957F2D)
@@ -167,8 +169,9 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     merged = means + _towards_planes(surface, index, means, cell)
 
     # Triangles between three different cells, each once.
-    a, b, c = index[surface.triangles].T
-    triangles = index[surface.triangles][(a != b) & (b != c) & (c != a)]
+    triangles = index[surface.triangles]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
     low, middle, high = np.sort(triangles, axis=1).T
     _, first = np.unique((low * count + middle) * count + high, return_index=True)
     triangles = triangles[first]
@@ -199,7 +202,8 @@ def _towards_planes(surface: Surface, index: np.ndarray, means: Array, cell: flo
     count = len(means)
     corners = surface.vertices[surface.triangles]
     triangles = index[surface.triangles]
-    normals = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
+    normals = cross(second - first, third - first)
     height = np.einsum("ti,tki->tk", normals, corners - means[triangles]).ravel()
     # Of each corner of each triangle, contiguous, so that the sums are fast.
     cells = triangles.ravel()
