@@ -69,22 +69,7 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
             'bags need the package "rosbags"; install it with: pip install rosbags, or give a CSV '
             "file"
         ) from None
-    # What is no file would be waited for, or read without end; what is no bag, or its description,
-    # may be read as one line.
-    for file in (
-        [part for part in sorted(path.iterdir()) if part.exists() and not part.is_dir()]
-        if path.is_dir()
-        else [path]
-    ):
-        if file.suffix == ".yaml":
-            read_file(file, "description of a bag", StudyError)
-        with open_file(file, "bag", StudyError) as bag:
-            begin = BAGS.get(file.suffix.casefold(), b"")
-            if bag.read(len(begin)) != begin:
-                raise StudyError(
-                    f'"{file}" cannot be read: it is no {file.suffix} file, or damaged, as it '
-                    f"begins otherwise"
-                )
+    _refuse_no_bag(path)
     series: dict[tuple[str, tuple[str, ...]], _Series] = {}
     try:
         # Bags of ROS 2 may be without the definitions of their types.
@@ -115,6 +100,27 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
     return _on_one_clock(list(series.values()), remarks)
 
 
+def _refuse_no_bag(path: Path) -> None:
+    """Refuse a file, or a folder with a file, that is no regular file or begins otherwise.
+
+    What is no regular file would be waited for, or read without end; what is no bag, or its
+    description, may be read as one line.
+    """
+    files = [path]
+    if path.is_dir():
+        files = [part for part in sorted(path.iterdir()) if part.exists() and not part.is_dir()]
+    for file in files:
+        if file.suffix == ".yaml":
+            read_file(file, "description of a bag", StudyError)
+        with open_file(file, "bag", StudyError) as bag:
+            begin = BAGS.get(file.suffix.casefold(), b"")
+            if bag.read(len(begin)) != begin:
+                raise StudyError(
+                    f'"{file}" cannot be read: it is no {file.suffix} file, or damaged, as it '
+                    f"begins otherwise"
+                )
+
+
 def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str]) -> list[Any]:
     """The connections that are read.
 
@@ -130,12 +136,11 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
     if unknown := [topic for topic in topics if topic not in names]:
         raise UnknownName("topic", unknown[0], names, "this bag, of the types that are read", "")
     chosen = list(topics)
-    for gives in () if topics else dict.fromkeys(kind.gives for kind in KINDS.values()):
+    contents = dict.fromkeys(kind.gives for kind in KINDS.values())
+    for gives in () if topics else contents:
         usable = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
-        order = {
-            topic: _usual(topic, KINDS[msgtype].usual)
-            for topic, msgtype in sorted({(c.topic, c.msgtype) for c in usable})
-        }
+        kinds_of_topics = sorted({(c.topic, c.msgtype) for c in usable})
+        order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in kinds_of_topics}
         best = [topic for topic, place in order.items() if place == min(order.values())]
         if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
             if best:
@@ -173,13 +178,7 @@ def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.nda
 
     It is the one that has the joints, or else most samples.
     """
-    series.sort(
-        key=lambda record: (
-            any(name.startswith("q_") for name in record.names),
-            len(record.stamps),
-        ),
-        reverse=True,
-    )
+    series.sort(key=_preference, reverse=True)
     start = series[0].stamps[0]
     clock = np.unique(np.array(series[0].stamps) - start)
     columns: dict[str, np.ndarray] = {}
@@ -190,17 +189,13 @@ def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.nda
         values = np.array(record.numbers).reshape(-1, len(record.names))[first]
         if len(stamps) < 2:
             continue
-        # A quaternion and its opposite are one rotation, and no straight line leads from one to the
-        # other.
         turned = [record.names.index(name) for name in QUATERNION if name in record.names]
-        flips = np.concatenate(
-            [[False], np.sum(values[1:, turned] * values[:-1, turned], axis=1) < 0.0]
-        )
-        values[:, turned] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
-        nearest = clock[
-            np.clip(np.searchsorted(0.5 * (clock[1:] + clock[:-1]), stamps), 0, len(clock) - 1)
-        ]
-        at = np.unique(nearest[(nearest >= stamps[0]) & (nearest <= stamps[-1])])
+        values[:, turned] = continuous(values[:, turned])
+        # Each sample stands at the nearest time of the clock that lies between samples.
+        middles = 0.5 * (clock[1:] + clock[:-1])
+        nearest = clock[np.clip(np.searchsorted(middles, stamps), 0, len(clock) - 1)]
+        between = (nearest >= stamps[0]) & (nearest <= stamps[-1])
+        at = np.unique(nearest[between])
         rows = np.searchsorted(clock, at)
         for k, name in enumerate(record.names):
             if name in columns and np.isfinite(columns[name][rows]).any():
@@ -212,6 +207,23 @@ def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.nda
             column = columns.setdefault(name, np.full(len(clock), np.nan))
             column[rows] = np.interp(at, stamps, values[:, k])
     return {"time_ns": start + clock, **columns}
+
+
+def _preference(record: _Series) -> tuple[bool, int]:
+    """Sorts series by whether they have joints, then by their number of samples."""
+    has_joints = any(name.startswith("q_") for name in record.names)
+    return has_joints, len(record.stamps)
+
+
+def continuous(quaternions: np.ndarray) -> np.ndarray:
+    """Quaternions (n, 4) with the sign of each such that it is nearest to the one before.
+
+    A quaternion and its opposite are one rotation, and no straight line leads from one to the
+    other.
+    """
+    flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
+    odd = np.cumsum(np.concatenate([[False], flips])) % 2
+    return quaternions * np.where(odd, -1.0, 1.0)[:, None]
 
 
 def _joints(message: Any) -> NamedNumbers:

@@ -20,7 +20,7 @@ from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import usable_path
 from shockpc.text.printed import listed, visible
-from shockpc.wings.recordings.logs.bags import BAGS, QUATERNION, read_bag
+from shockpc.wings.recordings.logs.bags import BAGS, QUATERNION, continuous, read_bag
 from shockpc.wings.recordings.logs.column_names import LABELS, column_name, state_columns
 from shockpc.wings.recordings.logs.repeats import without_repeats
 from shockpc.wings.recordings.logs.table_files import columns_of, read_table
@@ -286,12 +286,12 @@ def _measured_together(
     yield "the velocity of the base", rates, alike.get((False, "v"), [])
     yield "the gyro", rates, alike.get((False, "w"), [])
     for kind, what in (("a", "accelerometer"), ("w", "gyro")):
-        for frame in dict.fromkeys(name.partition("@")[2] for name in sensors if name[0] == kind):
-            yield (
-                f'the {what} at "{visible(frame)}"',
-                sensors,
-                [name for name in sensors if name[0] == kind and name[3:] == frame],
-            )
+        by_frame: dict[str, list[str]] = {}
+        for name in sensors:
+            if name[0] == kind:
+                by_frame.setdefault(name[3:], []).append(name)
+        for frame, names in by_frame.items():
+            yield f'the {what} at "{visible(frame)}"', sensors, names
 
 
 def _gyro_of_base(
@@ -302,18 +302,14 @@ def _gyro_of_base(
     None where the log has some.
     """
     of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
-    frames = (
-        {name[3:] for name in sensors if name[0] == "w"}
-        if robot.free_base and not of_base & {"wx", "wy", "wz"}
-        else set()
-    )
-    for frame in sorted(frames):
+    if not robot.free_base or of_base & {"wx", "wy", "wz"}:
+        return {}
+    for frame in sorted({name[3:] for name in sensors if name[0] == "w"}):
         names = [f"w{axis}@{frame}" for axis in "xyz"]
         if robot.frame(frame).body == 0 and sensors.keys() >= set(names):
-            turning = (
-                np.stack([sensors[name] for name in names], axis=1) @ robot.frame(frame).rotation.T
-            )
-            return {f"w{axis}_body": turning[:, k] for k, axis in enumerate("xyz")}
+            measured = np.stack([sensors[name] for name in names], axis=1)
+            omega = measured @ robot.frame(frame).rotation.T
+            return {f"w{axis}_body": omega[:, k] for k, axis in enumerate("xyz")}
     return {}
 
 
@@ -336,28 +332,33 @@ def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, floa
     A quaternion and its opposite are one rotation: their signs are made continuous first, and their
     length 1 afterwards.
     """
-    whole = [columns[name] for name in QUATERNION if columns.get(name, np.zeros((0, 0))).ndim == 1]
-    if len(whole) == len(QUATERNION):
-        q = np.stack(whole, axis=1)
-        known = np.flatnonzero(np.isfinite(q).all(axis=1))
-        flips = np.sum(q[known[1:]] * q[known[:-1]], axis=1) < 0.0
-        q[known] *= np.where(np.cumsum(np.concatenate([[False], flips])) % 2, -1.0, 1.0)[:, None]
+    has_quaternion = all(name in columns and columns[name].ndim == 1 for name in QUATERNION)
+    if has_quaternion:
+        q = np.stack([columns[name] for name in QUATERNION], axis=1)
+        known = np.isfinite(q).all(axis=1)
+        q[known] = continuous(q[known])
         columns |= dict(zip(QUATERNION, q.T.copy(), strict=True))
     slow = [name for name, values in columns.items() if values.ndim == 1 and np.isnan(values).any()]
     for name in slow:
-        known = np.flatnonzero(np.isfinite(columns[name]))
-        after = np.clip(np.searchsorted(known, np.arange(len(time))), 0, len(known) - 1)
-        before = known[np.maximum(after - (known[after] != np.arange(len(time))), 0)]
-        filled = np.interp(time, time[known], columns[name][known], left=np.nan, right=np.nan)
-        columns[name] = np.where(
-            time[known[after]] - time[before] <= GAP * period[name], filled, np.nan
-        )
-    if len(whole) == len(QUATERNION) and set(slow) & set(QUATERNION):
+        columns[name] = _filled(time, columns[name], GAP * period[name])
+    if has_quaternion and set(slow) & set(QUATERNION):
         length = np.sqrt(sum(columns[name] ** 2 for name in QUATERNION))
         # Of a straight line between two quaternions; another length is that of the file, and an
         # error.
         length = np.where(length > 0.9, length, 1.0)
         columns |= {name: columns[name] / length for name in QUATERNION}
+
+
+def _filled(time: Array, values: Array, longest: float) -> Array:
+    """A column (n,) along straight lines between its samples; NaN over gaps beyond `longest` [s]."""
+    rows = np.arange(len(time))
+    known = np.flatnonzero(np.isfinite(values))
+    # Places among the known samples of the one at or after each row, and of that at or before it.
+    after = np.clip(np.searchsorted(known, rows), 0, len(known) - 1)
+    before = np.maximum(after - (known[after] != rows), 0)
+    apart = time[known[after]] - time[known[before]]
+    lines = np.interp(time, time[known], values[known], left=np.nan, right=np.nan)
+    return np.where(apart <= longest, lines, np.nan)
 
 
 def _preference(name: str) -> int:
@@ -409,16 +410,10 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
         times, unit = times.astype("datetime64[ns]").astype(np.int64), "ns"
     first = times[0]
     if unit is None:
-        unit = next(
-            (
-                unit
-                for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True)
-                if float(first) < 1e3 * EPOCH * size
-            ),
-            "ns",
-        )
+        unit = _likely_unit(float(first))
+    start = float(first) * UNITS[unit]
     # The difference first: nanoseconds since 1970 have more digits than a double.
-    time, start = (times - first).astype(float) * UNITS[unit], float(first) * UNITS[unit]
+    time = (times - first).astype(float) * UNITS[unit]
     steps = np.diff(time)
     if (steps < 0.0).any():
         row = int(np.argmax(steps < 0.0)) + 1
@@ -435,11 +430,26 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
             remarks.append(f"{count} of {len(values)} samples have {what}, and are left out")
     if not (steps > 0.0).any():
         raise StudyError(f"all samples of column {name} have one time; a log has many")
-    period = float(np.median(steps[distinct[1:] if distinct[1:].any() else steps > 0.0]))
-    if not 1.0 / FASTEST <= period <= 1.0 / SLOWEST:
-        raise StudyError(
-            f"the samples are {period:.3g} s apart, too "
-            f"{'near' if period < 1.0 / FASTEST else 'far'} for the motion of a leg; if "
-            f"column {name} is not in seconds, name it {name}_ms, {name}_us or {name}_ns"
-        )
+    # In a wrong unit all steps may be so short that they count as one time.
+    rises = distinct[1:] if distinct[1:].any() else steps > 0.0
+    _refuse_period(name, float(np.median(steps[rises])))
     return start, time[distinct], known[distinct]
+
+
+def _likely_unit(first: float) -> str:
+    """The unit in which a first time is the smallest that no clock since 1970 exceeds."""
+    for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True):
+        if first < 1e3 * EPOCH * size:
+            return unit
+    return "ns"
+
+
+def _refuse_period(name: str, period: float) -> None:
+    """Refuse a median time between samples [s] in which the motion of a leg is not seen."""
+    if 1.0 / FASTEST <= period <= 1.0 / SLOWEST:
+        return
+    distance = "near" if period < 1.0 / FASTEST else "far"
+    raise StudyError(
+        f"the samples are {period:.3g} s apart, too {distance} for the motion of a leg; if "
+        f"column {name} is not in seconds, name it {name}_ms, {name}_us or {name}_ns"
+    )
