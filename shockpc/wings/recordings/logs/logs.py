@@ -350,7 +350,7 @@ def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, floa
 
 
 def _filled(time: Array, values: Array, longest: float) -> Array:
-    """A column (n,) along straight lines between its samples; NaN over gaps beyond `longest` [s]."""
+    """A column (n,) along straight lines between its samples; NaN over more than `longest` [s]."""
     rows = np.arange(len(time))
     known = np.flatnonzero(np.isfinite(values))
     # Places among the known samples of the one at or after each row, and of that at or before it.
