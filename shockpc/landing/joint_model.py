@@ -180,19 +180,21 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
 
     driven = robot.actuated_dofs
     inertia = model.armature + model.rotor
-    if joints.model == "geared" and not inertia[driven & ~model.locked].any():
+    has_inertia = inertia[driven & ~model.locked].any()
+    if joints.model == "geared" and not has_inertia:
         raise SceneError(
             "geared joints need reflected inertias, but neither the file nor the scene gives any; "
             "give the armature (reflected), or the rotor (inertia and gear_ratio), of the joints "
             "that have a gear"
         )
     of_drives = robot.velocities(drives.by_joint)
-    for name, _ in given:
-        of_drives[_velocities(robot, name)] = False
-    return model._replace(
-        name=_named(model.armature[driven], model.locked[driven]),
-        drives=drives.label if (of_drives & ~model.locked).any() else "",
-    )
+    for pattern, _ in given:
+        of_drives[_velocities(robot, pattern)] = False
+    name = _named(model.armature[driven], model.locked[driven])
+    label = ""
+    if (of_drives & ~model.locked).any():
+        label = drives.label
+    return model._replace(name=name, drives=label)
 
 
 def _refuse_free_with_inertias(joints: Joints) -> None:

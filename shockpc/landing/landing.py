@@ -276,7 +276,9 @@ class PosedLanding(Landing):
             moves[:, :6] = False
         speeds = np.max(np.abs(velocities @ self.up) * moves, axis=1, initial=0.0)
         most = max((speeds[i] for i in carriers), default=0.0)
-        lifted = [i for i in carriers if most > 0.0 and speeds[i] >= LIFTED * most]
+        lifted = []
+        if most > 0.0:
+            lifted = [i for i in carriers if speeds[i] >= LIFTED * most]
         return max(lifted or struck, key=lambda i: robot.masses[i])
 
     @property

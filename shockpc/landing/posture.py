@@ -110,7 +110,9 @@ def configuration(
     posture = posture or Posture()
     if base is not None:
         numbers = _numbers(base, (3, 7), "base")
-        rotation = None if len(numbers) == 3 else tuple(_xyzw(numbers[3:], quaternion, "base"))
+        rotation = None
+        if len(numbers) == 7:
+            rotation = tuple(_xyzw(numbers[3:], quaternion, "base"))
         posture = replace(
             posture, base_position=tuple(numbers[:3]), base_rpy_deg=None, base_quaternion=rotation
         )
@@ -119,7 +121,8 @@ def configuration(
     start = robot.postures.get(name, robot.start)
     # Files round quaternions and cosines, and another length than 1 would scale the shock.
     q = np.array(pin.normalize(robot.model, np.array(start)))
-    if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - start).max(initial=0.0) < 0.05):
+    change = np.abs(q - start).max(initial=0.0)
+    if not (pin.isNormalized(robot.model, q, 1e-9) and change < 0.05):
         raise SceneError(
             f'posture "{name}" of robot "{robot.name}" holds a quaternion (x, y, z, w) whose '
             "length is not 1, or such a cosine and sine; correct it in the file of postures"
@@ -350,7 +353,9 @@ def refuse_beyond_turn(
         error: raised where the value is refused.
     """
     low, high = joint.limits
-    if joint.unit == "rad" and not min(low, -TURN) - ROUNDED <= value <= max(high, TURN) + ROUNDED:
+    least = min(low, -TURN) - ROUNDED
+    greatest = max(high, TURN) + ROUNDED
+    if joint.unit == "rad" and not least <= value <= greatest:
         low, high, value, turn = map(math.degrees, (low, high, value, TURN))
         raise error(
             f'{subject}: {value:g} deg is outside the limits of joint "{joint.name}", {low:.6g} to '

@@ -144,10 +144,9 @@ class Mechanism(NamedTuple):
     def _attitude(self, constraints: Sequence[Constraint], state: Dynamics) -> Array:
         """The part (N, ...) of the base's attitude that affects the number of independent rows."""
         rotation = state.rotation[:, 0]
-        all_points = all(
-            len(constraint.forces) == 3 and not len(constraint.moments)
-            for constraint in constraints
-        )
+        has_full_force = all(len(constraint.forces) == 3 for constraint in constraints)
+        has_moment = any(len(constraint.moments) for constraint in constraints)
+        all_points = has_full_force and not has_moment
         if self.base == "free" or not self.robot.free_base or (self.base == "fixed" and all_points):
             return np.zeros((len(rotation), 0))
         part = self.plane.normal @ rotation if self._turns else rotation

@@ -103,7 +103,9 @@ class Option(NamedTuple):
 
     def stating(self, default: Any) -> "Option":
         """The option whose help states the default, if that is a number or a word."""
-        if isinstance(default, bool) or not isinstance(default, int | float | str) or default == "":
+        if isinstance(default, bool) or default == "":
+            return self
+        if not isinstance(default, int | float | str):
             return self
         stated = f"{default:g}" if isinstance(default, float) else str(default)
         return self._replace(default=stated)

@@ -283,17 +283,16 @@ def scene_table(record: Any) -> dict[str, Any]:
 
     def plain(value: Any) -> Any:
         if dataclasses.is_dataclass(value):
-            parts = (
-                (item, plain(getattr(value, item.name)))
-                for item in dataclasses.fields(value)
-                if is_here(item.metadata.get("wing", ""))
-            )
-            # An empty list says something where it is not the default.
-            return {
-                item.name: part
-                for item, part in parts
-                if part not in (None, {}) and (part != [] or item.default != ())
-            }
+            table = {}
+            for item in dataclasses.fields(value):
+                if not is_here(item.metadata.get("wing", "")):
+                    continue
+                part = plain(getattr(value, item.name))
+                # An empty list says something where it is not the default.
+                is_default = part == [] and item.default == ()
+                if part not in (None, {}) and not is_default:
+                    table[item.name] = part
+            return table
         if isinstance(value, Mapping):
             return {key: plain(part) for key, part in value.items()}
         return [plain(part) for part in value] if isinstance(value, tuple) else value

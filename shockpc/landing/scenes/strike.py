@@ -118,7 +118,8 @@ class Strike(Record):
         """Refuse a velocity that is given in two ways, or in a part of one."""
         ways = [self.speed is not None, self.velocity is not None, self.drop_height is not None]
         angles = [self.strike_angle_deg is not None, self.forward_speed is not None]
-        if sum(ways) > 1 or all(angles) or (self.velocity is not None and any(angles)):
+        has_direction_twice = self.velocity is not None and any(angles)
+        if sum(ways) > 1 or all(angles) or has_direction_twice:
             raise SceneError(
                 "the contact velocity is given in two ways; keep one of: speed with strike angle, "
                 "velocity, drop height with strike angle or forward speed"

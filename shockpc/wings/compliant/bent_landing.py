@@ -69,20 +69,18 @@ class FlexibleLanding(PosedLanding):
     def _joints(self) -> dict[tuple[str, int, int], Place]:
         """The joints of the rigid landing, by name, body and velocity."""
         velocities, segments = self.flexible.v.tolist(), self.flexible.segments
-        return {
-            (place.name, place.body, place.number): place._replace(
-                body=segments[place.body][0], number=velocities[place.number]
-            )
-            for place in self.rigid.places("joint")
-        }
+        joints = {}
+        for place in self.rigid.places("joint"):
+            body, number = segments[place.body][0], velocities[place.number]
+            key = place.name, place.body, place.number
+            joints[key] = place._replace(body=body, number=number)
+        return joints
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """Places of the rigid landing: hinges are no joints, and segments no bodies."""
-        return (
-            tuple(map(self.carried, self.rigid.places(kind)))
-            if kind in ("body", "joint")
-            else super().places(kind)
-        )
+        if kind not in ("body", "joint"):
+            return super().places(kind)
+        return tuple(map(self.carried, self.rigid.places(kind)))
 
     def elastic_frequencies(self, held: bool = False) -> Array:
         """Frequencies of the robot on the springs of its hinges, from the lowest [Hz].

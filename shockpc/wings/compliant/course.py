@@ -172,7 +172,10 @@ class CompliantLanding:
         landing, falling = self.moving, self.motion.gravity
         times, turns = self._turns
         end_of_compression = times.index(self.compressed)
-        beyond = [turns.jump[k] - times[k] * self._system.fall for k in (end_of_compression, -1)]
+        beyond = []
+        for k in (end_of_compression, -1):
+            fall = times[k] * self._system.fall
+            beyond.append(turns.jump[k] - fall)
         jumps = [self.motion.response, falling, *beyond, self._impulsive]
         linear = self._impact(np.column_stack(jumps), self._impulses)
         if landing.scene.gravity:
@@ -480,7 +483,8 @@ class CompliantLanding:
         of that by the impact.
         """
         M, robot, duration = self._rows.M, self.moving.robot, self.motion.duration
-        jump = (self._turns[1].jump[-1] - duration * self._system.fall)[: len(M)]
+        beyond_fall = self._turns[1].jump[-1] - duration * self._system.fall
+        jump = beyond_fall[: len(M)]
         moved = self.displacements(np.array([duration]))[0]
         impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse

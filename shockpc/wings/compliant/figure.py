@@ -189,7 +189,10 @@ def _panels(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> lis
 def _force_panel(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> _Panel:
     """The forces of the contacts."""
     force, contacts = _forces(compliant, t), profile.landing.contacts
-    sizes = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(contacts))]
+    sizes = []
+    for c in range(len(contacts)):
+        of_contact = force[:, compliant.number == c]
+        sizes.append(np.linalg.norm(of_contact, axis=1))
     unit = "N, N m" if any(block.kind == "stop" for block in contacts) else "N"
     names = [place.name for place in profile.places("contact")]
     return _Panel(f"force [{unit}]", names, np.array(sizes))
@@ -266,7 +269,10 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
             text += " along the ground"
         if several:
             text = f"{printable(names[contact], 20)} {text}"
-        if not events or event.time - events[-1][0] > SAME_TIME * motion.duration:
+        is_apart = True
+        if events:
+            is_apart = event.time - events[-1][0] > SAME_TIME * motion.duration
+        if is_apart:
             events.append((event.time, []))
         if text not in events[-1][1]:
             events[-1][1].append(text)
@@ -285,7 +291,8 @@ def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> 
     for time, text in shown:
         for axes in rows:
             axes.axvline(1e3 * time, color=INK, linewidth=0.6, linestyle=":")
-        at, length = width * (1e3 * time - low) / (high - low), LETTER * len(text)
+        at = width * (1e3 * time - low) / (high - low)
+        length = LETTER * len(text)
         left = min(max(at - length / 2.0, 0.0), width - length)
         line = _free_line(lines, left, left + length)
         side, x = "center", 1e3 * time
@@ -309,7 +316,8 @@ def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> 
 def _free_line(lines: list[list[tuple[float, float]]], left: float, right: float) -> int:
     """The first line with room for a text from left to right [pt], which is then taken."""
     for k, taken in enumerate(lines):
-        if all(left > end + LETTER or right < start - LETTER for start, end in taken):
+        is_beside = [left > end + LETTER or right < start - LETTER for start, end in taken]
+        if all(is_beside):
             taken.append((left, right))
             return k
     lines.append([(left, right)])

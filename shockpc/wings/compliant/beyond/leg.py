@@ -157,22 +157,15 @@ def _posed(rotor: float, hinges: int, stiffness: float) -> PosedLanding:
 
 def _read(landing: CompliantLanding) -> Peaks:
     posed = landing.landing
-    points, knee = (
-        posed.places("point"),
-        [place for place in posed.places("joint") if place.name == "knee"],
-    )
+    points = posed.places("point")
+    knee = [place for place in posed.places("joint") if place.name == "knee"]
     jump = float(np.linalg.norm(landing.ends(point_velocity, points)[0, 1, 0]))
-    acceleration, force, torque = (
-        float(landing.peaks(compute, places)[0][0])
-        for compute, places in (
-            (point_velocity, points),
-            (IMPULSE.compute, posed.places("contact")),
-            (JOINTS[2].compute, knee),
-        )
-    )
-    return Peaks(
-        jump, acceleration, force, torque if posed.joint_model.armature.any() else math.nan
-    )
+    acceleration = float(landing.peaks(point_velocity, points)[0][0])
+    force = float(landing.peaks(IMPULSE.compute, posed.places("contact"))[0][0])
+    torque = math.nan
+    if posed.joint_model.armature.any():
+        torque = float(landing.peaks(JOINTS[2].compute, knee)[0][0])
+    return Peaks(jump, acceleration, force, torque)
 
 
 @functools.cache

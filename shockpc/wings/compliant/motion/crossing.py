@@ -224,7 +224,8 @@ class _Search:
                     return event
             if crosses[k].any():
                 fallen = np.flatnonzero(crosses[k]).tolist()
-                return min((self._root(i, t[k : k + 2], value[k : k + 2, i]), i) for i in fallen)
+                ends = slice(k, k + 2)
+                return min((self._root(i, t[ends], value[ends, i]), i) for i in fallen)
         return None
 
     def _root(self, i: int, times: Array, values: Array) -> float:
@@ -381,6 +382,5 @@ def rate_of_change(rate: ComplexArray, amplitude: Array, constant: Array | float
     It follows from the bounds of |s̈| and |s|.
     """
     size = constant + amplitude.sum(axis=-1)
-    return np.asarray(
-        np.sqrt((amplitude * np.abs(rate) ** 2).sum(axis=-1) / np.where(size > 0.0, size, 1.0))
-    )
+    acceleration = (amplitude * np.abs(rate) ** 2).sum(axis=-1)
+    return np.asarray(np.sqrt(acceleration / np.where(size > 0.0, size, 1.0)))

@@ -264,13 +264,17 @@ def _moments(line: Array, low: float, high: float) -> tuple[float, float, float]
     share, a, b = line.T
     lump = b == a
     inside = np.clip(b, low, high) - np.clip(a, low, high)
-    part = np.where(lump, (a >= low) & (a < high), inside / np.where(lump, 1.0, b - a))
+    has_lump = (a >= low) & (a < high)
+    length = np.where(lump, 1.0, b - a)
+    part = np.where(lump, has_lump, inside / length)
     weight = share * part
-    a, b = np.where(lump, a, np.clip(a, low, high)), np.where(lump, b, np.clip(b, low, high))
+    a = np.where(lump, a, np.clip(a, low, high))
+    b = np.where(lump, b, np.clip(b, low, high))
     # Of mass uniform from a to b the mean of x is (a + b) / 2, that of x² (a² + a b + b²) / 3.
     total = weight.sum()
     middle = weight @ (a + b) / 2.0 / total
-    variance = weight @ (a * a + a * b + b * b) / 3.0 / total - middle**2
+    square = weight @ (a * a + a * b + b * b) / 3.0 / total
+    variance = square - middle**2
     return total, middle, variance
 
 
