@@ -41,8 +41,8 @@ class Constraint(NamedTuple):
             world axes, where it is not that of the robot's motion [m/s].
         sole: (n, 3) corners of the sole of which what carries is held, in the body's frame [m];
             none of a point.
-        lowest: shapes on which the lowest point is sought in each posture, and what is given as the
-            point added to that.
+        lowest: shapes of which the lowest point is the contact in each posture; until the postures
+            are known, `point` is an offset from it. Empty where the point is fixed in the body.
     """
 
     kind: Literal["contact", "stance", "closure", "stop"]

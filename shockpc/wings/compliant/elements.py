@@ -24,10 +24,10 @@ from shockpc.wings.compliant.motion.contacts import attach_rotors, series_dampin
 from shockpc.wings.compliant.motion.motion import Elements
 
 LEAST_HELD = 1e-6
-"""Share of lacking velocities that is no rounding.
+"""Share of the velocities before the impact that the coordinates may lack by rounding alone [1].
 
-It is that of the velocities before the impact along contacts and springs which the coordinates
-lack.
+The velocities are those along contacts and springs, and the rotation of flat contacts. A larger
+share is refused.
 """
 
 
@@ -35,22 +35,24 @@ lack.
 class ElementSystem:
     """The elements of a landing in n coordinates.
 
-    They are its contact rows, further stops, springs, springs to rotors, and motors.
+    Coordinates are velocities without those that rigid constraints exclude, then one for each rotor
+    behind a spring.
 
     Attributes:
         rows: of the contacts; with further stops their equation has rows of these too, behind its
             own.
-        free: (nv, m) joint velocities for unit coordinates that are not rotors'; these are the
-            first m.
+        free: (nv, m) joint velocities for unit values of the first m coordinates, which are not
+            those of rotors.
         strikes: (c,) which of the contact rows are of end stops that strike.
         stops: further ones; their contacts are numbered behind those of the scene.
         along: (k, ny) speeds of the springs, those to rotors, and motors for unit free velocities;
             zero of motors behind springs.
         inertia: (n, n).
-        elements: in this order.
+        elements: of contact rows, further stops, springs, springs to rotors and motors, in this
+            order.
         velocity: (n,) of the coordinates before the impact.
-        gravity: (n,) their accelerations of free fall.
-        fall: (n,) the same while links stay straight, as before touchdown.
+        gravity: (n,) accelerations of the coordinates in free fall.
+        fall: (n,) the same with links that stay straight, as they are before touchdown.
     """
 
     rows: ContactRows

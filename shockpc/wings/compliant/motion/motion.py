@@ -447,17 +447,22 @@ def _largest_sampled(
         effort: counts what is computed.
     """
     count, m, k, _ = of.waves.shape
-    ends, step = np.cumsum(steps + 1), of.lengths / steps
-    begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
+    step = of.lengths / steps
+    # The samples of segment s are begins[s] to ends[s]; of_segment has s for each sample.
+    ends = np.cumsum(steps + 1)
+    begins = ends - steps - 1
+    of_segment = np.repeat(np.arange(count), steps + 1)
     # Times after the start of each segment, of samples of all of them one after the other, each
     # with both of its ends.
     t = (np.arange(len(of_segment)) - begins[of_segment]) * step[of_segment]
     force = []
     for rate, wave, a, b in zip(of.rates, of.wave, begins, ends, strict=True):
         force.append(oscillations(t[a:b, None] * rate, wave))
+    # Squared lengths of the vectors; each local maximum is refined between its two neighbours.
     square = np.square(np.concatenate(force) @ of.P.T).reshape(-1, m, k).sum(axis=2)
     sample, vector = np.nonzero(_local_maxima(square, begins, ends))
-    at, i = t[sample], of_segment[sample]
+    at = t[sample]
+    i = of_segment[sample]
     low, high = np.maximum(at - step[i], 0.0), np.minimum(at + step[i], of.lengths[i])
     length, at = _refined(of.rates[i], of.waves[i, vector], at, low, high)
 
@@ -468,16 +473,19 @@ def _largest_sampled(
     largest[vector[order]] = length[order]
     when[vector[order]] = (of.start[i] + at)[order]
 
-    # κ = |Σ_j |λ_j|² |wave_j||
+    # Between samples h apart a vector exceeds the longer one by κ h² / 8 at most, with the bound
+    # κ = |Σ_j |λ_j|² |wave_j|| of its second derivative. Where that may exceed what is known, the
+    # interval is searched.
     curved = np.abs(of.waves) * np.abs(of.rates[:, None, None]) ** 2
     bend = _lengths(curved.sum(axis=3))
     known = np.maximum(largest, np.sqrt(least))
     first = np.delete(np.arange(len(of_segment)), ends - 1)  # of each interval
     longer = np.sqrt(np.maximum(square[first], square[first + 1]))
     between = Intervals.all_of(of_segment[first], t[first], step, longer, bend, known)
-    for number, one, length_between, time in _longer_between(of, between, known, effort):
-        if length_between > largest[one]:
-            largest[one], when[one] = length_between, of.start[number] + time
+    for segment, v, size, time in _longer_between(of, between, known, effort):
+        if size > largest[v]:
+            largest[v] = size
+            when[v] = of.start[segment] + time
     return largest, when
 
 
@@ -561,11 +569,11 @@ def _longer_between(
         low, high = np.maximum(at - width, 0.0), np.minimum(at + width, of.lengths[i])
         length, at = _refined(of.rates[i], of_vector, at, low, high)
         lists = i.tolist(), vector.tolist(), length.tolist(), at.tolist()
-        for number, one, size, time in zip(*lists, strict=True):
-            if size > known[one]:
-                known[one] = size
-                yield number, one, size, time
-        # Each part of an interval is one from now on.
+        for segment, v, size, time in zip(*lists, strict=True):
+            if size > known[v]:
+                known[v] = size
+                yield segment, v, size, time
+        # Each part of an interval is an interval from now on.
         longer = np.maximum(sampled[:, 1:], sampled[:, :-1]).ravel()
         parts = i, vector, width, between.bend
         i, vector, width, bend = (np.repeat(part, FINER) for part in parts)
