@@ -2,7 +2,7 @@
 
 The robot tips over an edge of its support.
 
-Of the points that meet the ground together those are in the landing that press.
+Of the points that meet the ground together, the landing has those that press.
 """
 
 import math
@@ -48,15 +48,15 @@ The corner at the end of this side is at most `together` above the ground.
 """
 
 SINKS = 1e-6
-"""Speed into the ground, of that of the strike, with which a point that stands takes part [1]."""
+"""Speed into the ground, as a share of the strike's, above which a point takes part in it [1]."""
 
 NEAR_GROUND = 5e-3
 """Height up to which a part nearly strikes together with others [m]."""
 
 ASIDE = 0.3
-"""Share of the change of rotation out of the plane of the fall, with a warning above [1].
+"""Share of the change of rotation at the first strike above which there is a warning [1].
 
-It is that of the first strike.
+The share is that of the rotation out of the plane of the fall.
 """
 
 EARLY = math.radians(3.0)
@@ -85,7 +85,7 @@ class FallStrike:
         energy: kinetic energy before [J].
         scene: of the landing.
         forward: (3,) level unit vector in which the robot tips; None of a drop.
-        remark: what meets the ground and is not part of the landing as it should be, and why.
+        remark: what of the strike the landing does not describe, and why; empty if all.
     """
 
     fall: str

@@ -2,9 +2,9 @@
 
 Each strike is a separate landing.
 
-Between strikes the robot is one rigid body, its joints held, in the plane of the fall. What then
-strikes is solved as any other landing, with the joints with drives. Of the points that meet the
-ground together those are in the landing that press.
+Between strikes the robot is one rigid body, its joints held, in the plane of the fall. A strike is
+solved as any other landing, with the drives of the joints. Of the points that meet the ground
+together, the landing has those that press.
 """
 
 import math
@@ -371,7 +371,8 @@ def _quantities(
     Args:
         scenes: of all postures.
         judged: as `_judged` gives it.
-        rank: quantity by which strikes are ranked; by default what the scenes have.
+        rank: quantity by which strikes are ranked; by default the margin of parts if they are
+            judged, else the largest jump, with friction if a scene has it.
         more: further quantities.
     """
     parts, efforts = judged

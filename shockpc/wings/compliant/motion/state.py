@@ -303,7 +303,8 @@ class State:
         oscillating = np.where(at.moves, at.velocity, 0.0)
         rest = forces - of_z @ at.deflection - of_held @ oscillating
 
-        # Of each signal the value at the start and the factors of t, of t² and of the oscillations.
+        # Each signal is start + linear t + square t² + Re Σ_j wave_j (exp(λ_j t) − 1). The gap is
+        # the integral of the rate: its waves are those of the rate divided by λ_j.
         start = self._with_push(system.W @ u, forces, self.gap, forces + loaded.damper @ u)
         zero = np.zeros(len(z))
         falling = of_u @ np.where(at.moves, 0.0, loaded.V.T @ loaded.pull)
