@@ -87,12 +87,11 @@ class Program:
 
         Memory beside the result does not grow with N.
         """
-        n, size, plan = len(X), min(BLOCK, len(X)), self._plan
-        out, read, registers = (
-            np.empty((n, len(self.outputs))),
-            np.empty((self.inputs, size)),
-            np.empty((plan.registers, size)),
-        )
+        n, plan = len(X), self._plan
+        size = min(BLOCK, n)
+        out = np.empty((n, len(self.outputs)))
+        read = np.empty((self.inputs, size))
+        registers = np.empty((plan.registers, size))
         # A single number is repeated by NumPy, which leaves the cache to what differs between rows.
         rows = [*read, *self.constants[:, None], *registers]
         steps = [(function, [rows[place] for place in places]) for function, places in plan.steps]
@@ -103,9 +102,8 @@ class Program:
                 for function, operands in steps:
                     function(*operands)
                 for column, place in zip(out[k : k + BLOCK].T, plan.outputs, strict=True):
-                    column[:] = (
-                        rows[place][: len(part)] if len(rows[place]) == size else rows[place]
-                    )
+                    row = rows[place]
+                    column[:] = row[: len(part)] if len(row) == size else row
         return out
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -119,21 +117,21 @@ class Program:
 
     @functools.cached_property
     def _plan(self) -> Plan:
+        # The last step that reads each value; inputs, constants and outputs are kept to the end.
         first, m = self.first, len(self.operation)
         last = np.full(first + m, -1)
         last[self.operands] = np.arange(m)[:, None]  # of several readers the last
-        last[self.outputs], last[:first] = m, m
-        ends, functions, unused, steps, end = (
-            last.tolist(),
-            list(OPERATIONS.values()),
-            list[int](),
-            [],
-            first,
-        )
+        last[self.outputs] = m
+        last[:first] = m
+        ends = last.tolist()
+
+        functions = list(OPERATIONS.values())
+        unused: list[int] = []
+        steps = []
+        end = first
         places = list(range(first))
-        for k, (operation, (a, b)) in enumerate(
-            zip(self.operation.tolist(), self.operands.tolist(), strict=True)
-        ):
+        coded = zip(self.operation.tolist(), self.operands.tolist(), strict=True)
+        for k, (operation, (a, b)) in enumerate(coded):
             operands = (places[a],) if operation >= UNARY else (places[a], places[b])
             # An entry is written after those of the operands are read, so that a result may take
             # the place of one.

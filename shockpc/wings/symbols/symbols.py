@@ -296,34 +296,43 @@ class SymbolSolution(ExactSolution):
         """The square roots (ny,) of the inertias of the free velocities."""
         if self._mimics:
             return _roots(np.diagonal(entries(self._free_inertia)))
-        # Of all that a joint carries the mass, the first moment and the inertia about the base.
-        robot, eye = self.posed.system.robot, self.exact(np.eye(3))
-        composite, found = [], self._armature.copy()
-        for mass, (_, p), moments in zip(
-            self._data.mass.tolist(), self._places, self._moments, strict=True
-        ):
-            whole, r = entries(moments), np.array(p.entries(), dtype=object)
-            h = np.array([whole[2, 4], whole[0, 5], whole[1, 3]], dtype=object)
-            apart = (
-                eye * (mass * (r @ r) + 2 * (r @ h))
-                - np.outer(r, r) * mass
-                - np.outer(r, h)
-                - np.outer(h, r)
-            )
-            composite.append([self.arithmetic.number(mass), h + r * mass, whole[:3, :3] + apart])
+        # The diagonal of the joint-space inertia, by composite bodies, from the tips to the base.
+        # With the column (ω, v) of a joint's motion at the base's origin, and the mass m, first
+        # moment h and inertia I about it of all that the joint carries:
+        # H_kk = armature + ωᵀ I ω + 2 ωᵀ (h × v) + m vᵀ v
+        robot = self.posed.system.robot
+        composite = self._moments_about_base()
+        diagonal = self._armature.copy()
         for i in range(len(composite) - 1, -1, -1):
             mass, h, inertia = composite[i]
             for k in range(robot.joints[i].v.start, robot.joints[i].v.stop):
                 omega, v = self.state.J[0, :3, k], self.state.J[0, 3:, k]
-                found[k] = (
-                    found[k] + omega @ inertia @ omega + 2 * (omega @ cross(h, v)) + (v @ v) * mass
-                )
-            if robot.parents[i] >= 0:
-                carrier = composite[robot.parents[i]]
-                composite[robot.parents[i]] = [
-                    a + b for a, b in zip(carrier, composite[i], strict=True)
-                ]
-        return _roots(found[self._free])
+                rotation = omega @ inertia @ omega
+                coupling = 2 * (omega @ cross(h, v))
+                diagonal[k] = diagonal[k] + rotation + coupling + (v @ v) * mass
+            parent = robot.parents[i]
+            if parent >= 0:
+                pairs = zip(composite[parent], composite[i], strict=True)
+                composite[parent] = [a + b for a, b in pairs]
+        return _roots(diagonal[self._free])
+
+    def _moments_about_base(self) -> list[list[Any]]:
+        """Mass, first moment (3,) and inertia (3, 3) of each body about the base's origin."""
+        moments_about_base: list[list[Any]] = []
+        eye = self.exact(np.eye(3))
+        for mass, (_, p), moments in zip(
+            self._data.mass.tolist(), self._places, self._moments, strict=True
+        ):
+            spatial, r = entries(moments), np.array(p.entries(), dtype=object)
+            # The skew-symmetric part of the spatial inertia is that of h.
+            h = np.array([spatial[2, 4], spatial[0, 5], spatial[1, 3]], dtype=object)
+            # Steiner, r from the base's origin: h + m r, and
+            # I + (m rᵀr + 2 rᵀh) 1 − m r rᵀ − r hᵀ − h rᵀ
+            spherical = eye * (mass * (r @ r) + 2 * (r @ h))
+            apart = spherical - np.outer(r, r) * mass - np.outer(r, h) - np.outer(h, r)
+            inertia = spatial[:3, :3] + apart
+            moments_about_base.append([self.arithmetic.number(mass), h + r * mass, inertia])
+        return moments_about_base
 
     @cached_property
     def _cancellation(self) -> Symbol:
@@ -502,7 +511,8 @@ def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, 
 
 def program_of(function: casadi.Function) -> Program:
     """The steps of a function of one vector."""
-    numbers, n = {name: k for k, name in enumerate(OPERATIONS)}, function.numel_in(0)
+    numbers = {name: k for k, name in enumerate(OPERATIONS)}
+    n = function.numel_in(0)
     steps = [
         (function.instruction_id(k), function.instruction_output(k), function.instruction_input(k))
         for k in range(function.n_instructions())
@@ -514,24 +524,29 @@ def program_of(function: casadi.Function) -> Program:
         if operation == casadi.OP_CONST
     ]
     constants = {text: n + k for k, text in enumerate(dict.fromkeys(texts))}
-    read = iter(texts)
-    register: dict[int, int] = {}  # what CasADi's registers hold
-    found, operands, results = list[int](), list[tuple[int, int]](), [0] * function.numel_out(0)
+
+    # CasADi writes its registers again and again; each value of a program has a number of its own:
+    # inputs first, then constants, then results of operations.
+    unread = iter(texts)
+    register: dict[int, int] = {}
+    operations: list[int] = []
+    operands: list[tuple[int, int]] = []
+    results = [0] * function.numel_out(0)
     for operation, to, of in steps:
         if operation == casadi.OP_CONST:
-            register[to[0]] = constants[next(read)]
+            register[to[0]] = constants[next(unread)]
         elif operation == casadi.OP_INPUT:
             register[to[0]] = of[1]
         elif operation == casadi.OP_OUTPUT:
             results[to[1]] = register[of[0]]
         else:
             operands.append((register[of[0]], register[of[-1]]))
-            found.append(numbers[NAMES[operation]])
-            register[to[0]] = n + len(constants) + len(found) - 1
+            register[to[0]] = n + len(constants) + len(operations)
+            operations.append(numbers[NAMES[operation]])
     return Program(
         n,
         np.array([float.fromhex(text) for text in constants], dtype=float),
-        np.array(found, dtype=np.uint8),
+        np.array(operations, dtype=np.uint8),
         np.array(operands, dtype=np.int32).reshape(-1, 2),
         np.array(results, dtype=np.int32),
     )

@@ -437,7 +437,7 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
 
 
 def _likely_unit(first: float) -> str:
-    """The unit in which a first time is the smallest that no clock since 1970 exceeds."""
+    """The largest unit in which a first time is below 1e11 s; nanoseconds if there is none."""
     for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True):
         if first < 1e3 * EPOCH * size:
             return unit
