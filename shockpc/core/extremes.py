@@ -213,9 +213,10 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
     s = np.sin(angle)
     x = np.abs(c * centres[0] + s * centres[1])
     y = np.abs(c * centres[1] - s * centres[0])
-    u, w = c[..., None] * u + s[..., None] * w, c[..., None] * w - s[..., None] * u
-    major = np.sqrt(_inner(u, u))
-    minor = np.sqrt(_inner(w, w))
+    long = c[..., None] * u + s[..., None] * w
+    short = c[..., None] * w - s[..., None] * u
+    major = np.sqrt(_inner(long, long))
+    minor = np.sqrt(_inner(short, short))
 
     # Of the farthest point (a, b) = (major x, minor y), of the nearest (minor y, major x).
     wanted = 1 + nearest

@@ -331,9 +331,10 @@ def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
     A is scaled to a unit diagonal.
     """
     nothing = np.full_like(b, np.nan), np.inf
-    if not np.isfinite(A).all() or not np.all(np.diagonal(A) > 0.0):
+    diagonal = np.diagonal(A)
+    if not np.isfinite(A).all() or not np.all(diagonal > 0.0):
         return nothing
-    c = 1.0 / np.sqrt(np.diagonal(A))
+    c = 1.0 / np.sqrt(diagonal)
     scaled = A * np.outer(c, c)
     try:
         x = np.linalg.solve(scaled, c[:, None] * b)
@@ -521,7 +522,8 @@ def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
 def _any_near(values: Array, limit: float) -> bool:
     """True if a value is so near a limit that rounding could have taken it across."""
     low, high = UNCERTAIN
-    return bool(np.any((values > low * limit) & (values < high * limit)))
+    is_near = (values > low * limit) & (values < high * limit)
+    return bool(np.any(is_near))
 
 
 def _farthest(X: Array, rank: int) -> np.ndarray:

@@ -211,7 +211,8 @@ class Impact:
         It is that of the fastest contact or of the centre of mass.
         """
         speeds = norm(self.reference_velocities)
-        return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
+        each = [speeds[..., k] for k in range(speeds.shape[-1])]
+        return functools.reduce(larger, each)
 
     @functools.cached_property
     def inertias(self) -> Inertias:

@@ -187,6 +187,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             "give the armature (reflected), or the rotor (inertia and gear_ratio), of the joints "
             "that have a gear"
         )
+
+    # A joint whose values the scene gives has none of the drives' values.
     of_drives = robot.velocities(drives.by_joint)
     for pattern, _ in given:
         of_drives[_velocities(robot, pattern)] = False

@@ -262,7 +262,8 @@ class _Model:
         segments = []
         for k in range(len(self._robot.bodies)):
             count = len(self._divisions[k].mass) if k in self._divisions else 1
-            segments.append(tuple(self._joints[k, n] - 1 for n in range(count)))
+            joints = [self._joints[k, n] for n in range(count)]
+            segments.append(tuple(joint - 1 for joint in joints))
         return tuple(segments)
 
 

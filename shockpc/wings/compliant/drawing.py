@@ -22,7 +22,9 @@ def bent_axes(profile: ShockProfile, compliant: CompliantLanding) -> tuple[list[
     for points, deflection in links:
         length = np.linalg.norm(points[-1] - points[0])
         shares.append(float(np.linalg.norm(deflection, axis=1).max() / length))
-    factor = float(f"{BENT / max(shares):.0e}") if max(shares) > 0.0 else 1.0
+    factor = 1.0
+    if max(shares) > 0.0:
+        factor = float(f"{BENT / max(shares):.0e}")
     axes = []
     for (points, deflection), share in zip(links, shares, strict=True):
         if share > SLIGHT * max(shares):

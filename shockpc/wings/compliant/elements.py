@@ -194,7 +194,8 @@ def _further_stops(landing: PosedLanding) -> _Stops:
     stops, along, speeds = stop_rows(landing)
     striking = {constraint.body for constraint in landing.contacts if constraint.kind == "stop"}
     kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
-    return _Stops(tuple(stops[k] for k in kept), along[kept], speeds[kept])
+    further = tuple(stops[k] for k in kept)
+    return _Stops(further, along[kept], speeds[kept])
 
 
 def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) -> Array:

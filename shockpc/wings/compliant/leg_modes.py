@@ -130,4 +130,5 @@ def _of_metal(division: Division, inertia: Array) -> float:
 def _first_frequency(bending: "FlexibleLanding") -> float:
     """The first frequency that is no rounding, as where loops hold links against bending [Hz]."""
     frequencies = bending.elastic_frequencies()
-    return float(frequencies[frequencies > HELD * frequencies[-1]][0])
+    bends = frequencies > HELD * frequencies[-1]
+    return float(frequencies[bends][0])

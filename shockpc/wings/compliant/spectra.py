@@ -58,7 +58,8 @@ def spectrum(
             lasts += " with what the filter lags"
         limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
         raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
-    count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
+    samples_needed = duration * SAMPLES_A_PERIOD * SPECTRUM[-1]
+    count = int(np.ceil(samples_needed)) + 64
     times = np.linspace(0.0, duration, count + 1)
     _, before = compliant.readout(compute, places)
     history = compliant.history(compute, places, times, low_pass) - before

@@ -59,7 +59,8 @@ def beyond_report() -> Report:
     """
     limits = []
     for k in range(len(WORDS)):
-        limits.append(holds_from(np.array([one.exact[k] for one in beam_study()])))
+        errors = [compared.exact[k] for compared in beam_study()]
+        limits.append(holds_from(np.array(errors)))
     answer = []
     for name, limit in zip(WORDS, limits, strict=True):
         answer.append(f"{name} within {100 * LIMIT:g} % from Tc/T1 = {limit:g}")

@@ -181,7 +181,9 @@ def simulate_landing(
         raise ValueError("no contact approaches the ground")
     modes, segments, events = state.modes(), list[Segment](), list[Event]()
     time, simultaneous = 0.0, 0
-    end = LONGEST / float(modes.frequency[-1]) if until is None else until
+    end = until
+    if end is None:
+        end = LONGEST / float(modes.frequency[-1])
     while True:
         # A contact that constant forces press down faster than it strikes counts as slow at once,
         # and its force has yet to rise.

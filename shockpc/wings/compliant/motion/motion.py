@@ -182,11 +182,8 @@ class Segment(NamedTuple):
         t = t[..., None]
         # Of slow oscillations no digits cancel.
         change = changes(t * self.rate, self.swing) + t * self.acceleration
-        path = (
-            real_sum(integral(self.rate, t), self.swing)
-            + t * self.drift
-            + t * t / 2.0 * self.acceleration
-        )
+        path = real_sum(integral(self.rate, t), self.swing)
+        path = path + t * self.drift + t * t / 2.0 * self.acceleration
         return self.jump + change, self.displacement + path
 
     def pieces(self) -> Iterator["Segment"]:
@@ -394,7 +391,8 @@ def largest_lengths(
         )
     # A product of matrices takes a small share of the time of what it multiplies, the more rows the
     # smaller.
-    effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
+    samples = int((steps + 1).sum())
+    effort.spend(samples * min(r, 8 + r // 8) * (modes + m * k))
     sampled = _Sampled(P, rates, wave, waves, start, lengths)
     return _largest_sampled(sampled, steps, least, effort)
 
@@ -463,7 +461,8 @@ def _largest_sampled(
     sample, vector = np.nonzero(_local_maxima(square, begins, ends))
     at = t[sample]
     i = of_segment[sample]
-    low, high = np.maximum(at - step[i], 0.0), np.minimum(at + step[i], of.lengths[i])
+    low = np.maximum(at - step[i], 0.0)
+    high = np.minimum(at + step[i], of.lengths[i])
     length, at = _refined(of.rates[i], of.waves[i, vector], at, low, high)
 
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones

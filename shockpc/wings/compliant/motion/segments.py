@@ -341,7 +341,9 @@ def elastic_frequencies(M: Array, rows: Array, stiffness: Array) -> Array:
     values, vectors = np.linalg.eigh(M)
     # a slender body has no inertia about its axis, and no spring turns it so
     moved = values > ROUNDING * values[-1]
-    factor = (np.sqrt(stiffness)[:, None] * rows) @ (vectors[:, moved] / np.sqrt(values[moved]))
+    # The singular values of √k B V / √λ, with M = V λ Vᵀ, are the angular frequencies.
+    scaled = np.sqrt(stiffness)[:, None] * rows
+    factor = scaled @ (vectors[:, moved] / np.sqrt(values[moved]))
     return np.asarray(np.linalg.svd(factor, compute_uv=False)[::-1] / (2.0 * math.pi))
 
 
@@ -349,7 +351,9 @@ def bending_frequency(division: Division, EI: float, clamped: bool) -> float:
     """The first bending frequency of a body [Hz], free at both ends, or clamped at its joint."""
     M, n = chain_inertia(division), 2 * len(division.along)
     M = M[6:, 6:] if clamped else M
-    return float(elastic_frequencies(M, np.eye(len(M))[-n:], np.full(n, EI / division.spacing))[0])
+    rows = np.eye(len(M))[-n:]
+    stiffness = np.full(n, EI / division.spacing)
+    return float(elastic_frequencies(M, rows, stiffness)[0])
 
 
 def bending_stiffness(frequency: float, clamped: bool, fine: Division) -> float:

@@ -344,7 +344,8 @@ class State:
         # Within the ground that it has compressed, an open contact with a damper closes when it
         # would be pressed.
         closes = np.array([watch.kind is EventKind.CLOSES for watch in watched], dtype=bool)
-        inside = closes & (self.system.damping[element] > 0.0) & (self.gap[element] < -tolerance)
+        is_damped = self.system.damping[element] > 0.0
+        inside = closes & is_damped & (self.gap[element] < -tolerance)
         signal = np.where(inside, PUSH, signal)
         tolerance = np.where(inside, self.system.push_noise[element], tolerance)
         row = signal, element
@@ -465,7 +466,9 @@ class State:
             rows, kind = tangents, EventKind.SLIPS
         # The ground under a contact with a damper keeps its place.
         closes = kind is EventKind.CLOSES
-        gap = self.gap[i] if closes else self.z[i] / np.sqrt(elements.stiffness[i])
+        gap = self.gap[i]
+        if not closes:
+            gap = self.z[i] / np.sqrt(elements.stiffness[i])
         self.phase[rows] = LOADING if closes else OPEN
         self.z[rows], self.gap[rows] = 0.0, 0.0
         self.slope[rows] = np.sqrt(elements.stiffness[rows])
