@@ -127,7 +127,8 @@ class GroupedCommand(TyperCommand):
         """Write the arguments, then one section for each group in order."""
         sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
         parameters = self.get_params(ctx)
-        short = not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters)
+        has_long_help = any(parameter.name == "help_all" for parameter in parameters)
+        short = has_long_help and not ctx.meta.get("all")
         if short:
             parameters = _common_first(parameters)
         for parameter in parameters:
@@ -208,7 +209,10 @@ def _common_first(parameters: Sequence[Any]) -> list[Any]:
     """The parameters, in which the options of a landing have the order of `EVERYBODY`."""
     of_landing = filter(_is_of_everybody, parameters)
     ordered = iter(sorted(of_landing, key=lambda option: EVERYBODY.index(option.name.rstrip("_"))))
-    return [next(ordered) if _is_of_everybody(option) else option for option in parameters]
+    arranged: list[Any] = []
+    for parameter in parameters:
+        arranged.append(next(ordered) if _is_of_everybody(parameter) else parameter)
+    return arranged
 
 
 def _shortened(text: str) -> str:

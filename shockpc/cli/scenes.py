@@ -259,7 +259,10 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
         landings |= dict.fromkeys(landing_frames(robot, text))
     if not landings:
         return default_landings(robot, scene, options.given.get("normal"))
-    return [tuple(Contact(frame=frame) for frame in landing) for landing in landings]
+    contacts: list[tuple[Contact, ...]] = []
+    for frames in landings:
+        contacts.append(tuple(Contact(frame=frame) for frame in frames))
+    return contacts
 
 
 def _up(scene: Scene) -> tuple[str, ...]:

@@ -91,8 +91,10 @@ def warning_count(profiles: Sequence[ShockProfile]) -> list[Line]:
         first, _ = groups[0][0]
         text = textwrap.shorten(str(first), WARNING, placeholder=" …")
         return [("warnings", f"{count(len(groups), 'warning')}: {text}")]
-    known = [unknown.known for profile in profiles for unknown in profile.unknowns]
-    return [CLEAN] if all(known) else []
+    for profile in profiles:
+        if not all(unknown.known for unknown in profile.unknowns):
+            return []
+    return [CLEAN]
 
 
 def rounding_text(profile: ShockProfile) -> str:

@@ -89,6 +89,7 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     single = [k for k, profile in enumerate(profiles) if len(profile.scene.contact) == 1]
     worst = _worst(shocks)
     named = [rounded(shock) for shock in shocks]
+    # A first landing on several feet, beside landings on single ones, has texts of its own.
     if 0 in single or not single:
         number = named[worst] + _first_range_text(profiles[worst])
         text = f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}"
@@ -166,7 +167,9 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     """
     profiles = list(landings.values())
     places = _places(profiles)
-    shocks = np.array([[_shock(profile, place) for place in places] for profile in profiles])
+    shocks = np.empty((len(profiles), len(places)))
+    for k, profile in enumerate(profiles):
+        shocks[k] = [_shock(profile, place) for place in places]
     columns: dict[str | Column, Sequence[Cell]] = {
         "landing": [contact_name(profile) for profile in profiles],
         "short name": short_names(profiles),

@@ -165,7 +165,9 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     motion = [_motion(profile, i) for i in range(len(profile.bodies))]
     title = "bodies (CoPc in body coordinates; shock: |Δv| / v_in)"
     sheet = Sheet.of(title, {**named, **spin, **_quantities(profile, "body"), "motion": motion})
-    return sheet if bodies is None else sheet._replace(rows=[sheet.rows[i] for i in bodies])
+    if bodies is None:
+        return sheet
+    return sheet._replace(rows=[sheet.rows[i] for i in bodies])
 
 
 def _motion(profile: ShockProfile, i: int) -> str | None:
@@ -266,7 +268,10 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
     It says which margin counts, or what is missing.
     """
     parts = profile.parts
-    critical = [_critical(part) for part in parts]
+    withstood = [_critical(part) for part in parts]
+    critical: dict[Any, Any] = {}
+    for k, column in enumerate(CRITICAL):
+        critical[column] = [values[k] for values in withstood]
     return Sheet.of(
         "parts (margin: survivable contact velocity / contact velocity)",
         {
@@ -274,7 +279,7 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
             "body": [part.body for part in parts],
             "joint": [part.joint or None for part in parts],
             Column("speed_change", "|Δv|", "m/s"): [part.speed_change for part in parts],
-            **{column: [values[k] for values in critical] for k, column in enumerate(CRITICAL)},
+            **critical,
             "basis": [basis_of(part) for part in parts],
             **_quantities(profile, "part"),
             Column("governed_by", "by"): [part.governed_by or None for part in parts],

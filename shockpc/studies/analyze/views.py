@@ -99,7 +99,8 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         "motion",
     )
     sheet = sheet._replace(notes=notes)
-    return sheet if any(row[-1] for row in sheet.rows) else sheet.without("motion")
+    moves = any(row[-1] for row in sheet.rows)
+    return sheet if moves else sheet.without("motion")
 
 
 def worst_bodies(

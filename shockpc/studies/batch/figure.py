@@ -1,5 +1,6 @@
 """A contact sheet: small pictures of the worst landing of each robot, in a common colour scale."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -47,7 +48,8 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     for k, row in enumerate(rows):
         line, column = divmod(k, across)
         x = MARGIN + column * step
-        y = page.low + FOOT + (lines - 1 - line) * drop + CAPTION + GAP
+        lines_below = lines - 1 - line
+        y = page.low + FOOT + lines_below * drop + CAPTION + GAP
         (window,) = windows_of(
             [row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05, arrow=0.22
         )
@@ -68,7 +70,8 @@ def _heading(batch: Batch, rows: list[BatchRow]) -> list[str]:
     ]
     if not all(row.drives_known for row in rows):
         heading.append("–: unknown drives, so the number may lie anywhere in the range")
-    if any(body.box for row in rows for body in row.picture.drawn):
+    drawn = itertools.chain.from_iterable(row.picture.drawn for row in rows)
+    if any(body.box for body in drawn):
         heading.append("dash-dotted: box of an inertia, of a body without a shape")
     return heading
 

@@ -1,5 +1,6 @@
 """Notes that explain the tables of a batch, and what distinguishes some robots and landings."""
 
+import itertools
 from collections.abc import Iterator
 
 from shockpc.quantities.selection import select
@@ -172,7 +173,7 @@ def _shared_warning(batch: Batch) -> Iterator[str]:
 
     Its words are those of the landing in which it is worst.
     """
-    shared = {key for checks in from_wings("checks", "SHARED") for key in checks}
+    shared = set(itertools.chain.from_iterable(from_wings("checks", "SHARED")))
     warnings: list[tuple[Diagnostic, BatchRow]] = []
     for row in batch.rows:
         for warning in row.warnings:

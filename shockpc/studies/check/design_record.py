@@ -214,7 +214,8 @@ def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
     for key, (title, unit) in NUMBERS.items():
         a = np.atleast_1d(old.get(key, 0.0))
         b = np.atleast_1d(new.get(key, 0.0))
-        if len(a) != len(b) and 1 not in (len(a), len(b)):
+        lengths = {len(a), len(b)}
+        if len(lengths) > 1 and 1 not in lengths:
             yield f"{title} of another kind of joint"
             continue
         a, b = np.broadcast_arrays(a, b)

@@ -204,7 +204,8 @@ def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
     shares = np.random.default_rng(seed).random((max(count, 1), TRIED, len(low)))
     tried = low + width * shares
-    measures = cost.measured(tried.reshape(-1, len(low))).reshape(*tried.shape[:2], -1)
+    of_points = cost.measured(tried.reshape(-1, len(low)))
+    measures = of_points.reshape(*tried.shape[:2], -1)
     worst = measures[..., ~cost.constraints].max(axis=-1)
     missed = -measures[..., cost.constraints].min(axis=-1, initial=0.0)
     # By what misses the constraints, then by the worst.

@@ -445,7 +445,8 @@ def _runs(cost: ShockCost, starts: int | None, seed: int) -> list[Run]:
 
 def _agreeing(cost: ShockCost, runs: Sequence[Run]) -> int:
     """The number of runs that end near the best one."""
-    most = (1.0 + AGREEING) * runs[0].value + OPTIMUM_TOLERANCE * min(cost(cost.x0), 1.0)
+    absolute = OPTIMUM_TOLERANCE * min(cost(cost.x0), 1.0)
+    most = (1.0 + AGREEING) * runs[0].value + absolute
     return sum(run.value <= most for run in runs)
 
 

@@ -60,7 +60,8 @@ def draw_limits(study: JointLimits) -> Figure:
     if ends:
         words.append("dashed: limits in the file")
     value, angle = study.present[0], math.degrees(study.present[1])
-    if study.range[0] <= value <= study.range[1] and y[0] <= angle <= y[-1]:
+    low, high = study.range
+    if low <= value <= high and y[0] <= angle <= y[-1]:
         words.append("circle: the scene")
         circle: dict[str, Any] = {"markersize": 5.0, "color": PAPER, "markeredgecolor": INK}
         axes.plot([scale * value], [angle], "o", **circle)

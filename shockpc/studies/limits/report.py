@@ -16,7 +16,7 @@ from shockpc.evaluation.variations.kinds.contacts import OfGround
 from shockpc.evaluation.variations.kinds.registry import KINDS
 from shockpc.show.header import header_lines, warning_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Cell, Column, Lines, Row, Sheet, sheet_of
 from shockpc.studies.limits.intervals import StrikeLimits
 from shockpc.studies.limits.study import JointLimits
 from shockpc.text.errors import ShockError
@@ -246,10 +246,14 @@ def _allowed(study: JointLimits) -> Sheet:
     """
     title = f"values of {study.subject} that keep {study.target.name} {_bound(study)}"
     sheet = sheet_of(study.table, title, [])
-    low_ends, high_ends = ([row[k] for row in sheet.rows] for k in (4, 5))
-    notes = [f"{end}: {words}" for end, words in ENDS.items() if end in low_ends + high_ends]
     feasible = {"yes": True, "no": False}
-    rows = [(*row[:-1], feasible.get(str(row[-1]))) for row in sheet.rows]
+    kinds: set[Cell] = set()
+    rows: list[Row] = []
+    for row in sheet.rows:
+        *cells, by_ground = row
+        kinds |= {row[4], row[5]}  # of the low and the high end
+        rows.append((*cells, feasible.get(str(by_ground))))
+    notes = [f"{end}: {words}" for end, words in ENDS.items() if end in kinds]
     return sheet._replace(header=[*sheet.header[:-1], "feasible"], rows=rows, notes=notes)
 
 

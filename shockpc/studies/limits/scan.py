@@ -206,6 +206,7 @@ def scanned(
     if landing.loops and not missing.all():
         reached = np.flatnonzero(~missing)
         kept = slice(reached[0], reached[-1] + 1)
+    of_scene = uncertain.reshape(shape)[:, scene_strike] & ~missing
     return Scan(
         sweep=sweep,
         target=target,
@@ -217,7 +218,7 @@ def scanned(
         allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
         unreachable=tuple(_unreachable(values, missing, reasons)),
-        inaccurate=int((uncertain.reshape(shape)[:, scene_strike] & ~missing).sum()),
+        inaccurate=int(of_scene.sum()),
     )
 
 
@@ -272,5 +273,5 @@ def _roots(x: Array, violation: Array) -> Array:
     """Values at which a violation (n,), linear between values x (n,), crosses zero, ascending."""
     k = _crossed(violation)
     # 0 = y_k + (y_{k+1} − y_k) (x − x_k) / (x_{k+1} − x_k)
-    rise = np.diff(violation)[k]
-    return np.asarray(x[k] - violation[k] * np.diff(x)[k] / rise)
+    rise, step = np.diff(violation)[k], np.diff(x)[k]
+    return np.asarray(x[k] - violation[k] * step / rise)

@@ -136,8 +136,10 @@ def _solve(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
         ball = x[-3:]
         point = point + cell.rounding @ ball / max(float(np.linalg.norm(ball)), 1.0)
     # Rows: 4 equations, k shares, m half-spaces, limits; cones of 4 rows are the last ones.
-    multipliers = np.maximum(z[4 + k : 4 + k + m], 0.0)
-    of_limits = np.maximum(z[4 + k + m : 4 + k + m + n_limits], 0.0)
+    half_spaces = 4 + k
+    limits = half_spaces + m
+    multipliers = np.maximum(z[half_spaces:limits], 0.0)
+    of_limits = np.maximum(z[limits : limits + n_limits], 0.0)
     y = -z[-4 * n :].reshape(n, 4)[:, 1:]
     return point, _lower_bound(fields, cell, y, multipliers, of_limits)
 

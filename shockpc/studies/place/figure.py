@@ -191,7 +191,9 @@ def _content_and_frame(study: PlaceStudy) -> tuple[_Content, _Frame]:
     low = points.min(axis=0)
     high = np.maximum(points.max(axis=0), low + 0.15 * near)
     x, y, z = high - low
-    inch = float(max(x + y, z + y)) / (ROOM - GAP - 4.0 * PAD)
+    # Length of an inch of paper: two views and their pads are side by side in the room.
+    drawn = ROOM - GAP - 4.0 * PAD
+    inch = float(max(x + y, z + y)) / drawn
     frame = _Frame(low - PAD * inch, high + PAD * inch, inch)
     return _Content(shapes, cells, marks, copc), frame
 

@@ -111,7 +111,8 @@ def _refuse_apart(limits: tuple[Array, Array], extent: tuple[Array, Array], name
     Raises:
         StudyError: the text says where the body is.
     """
-    if np.any(limits[0] > extent[1]) or np.any(limits[1] < extent[0]):
+    (low, high), (body_low, body_high) = limits, extent
+    if np.any(low > body_high) or np.any(high < body_low):
         raise StudyError(
             f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(extent)} of "
             f"its frame"

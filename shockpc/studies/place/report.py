@@ -224,7 +224,8 @@ def moves_over_drives(study: PlaceStudy) -> bool:
     if any(isinstance(end, ShockError) for end in study.ends.values()):
         return True
     distance, numbers = _moved(study)
-    return distance > MOST_MOVED or max(numbers) > (1.0 + MOVED) * min(numbers)
+    largest = (1.0 + MOVED) * min(numbers)
+    return distance > MOST_MOVED or max(numbers) > largest
 
 
 def _moved(study: PlaceStudy) -> tuple[float, list[float]]:

@@ -391,7 +391,9 @@ def _nested(profiles: Iterable[ShockProfile]) -> bool:
 
     Landings of feet that are level are so.
     """
-    contacts = [{contact.frame for contact in profile.scene.contact} for profile in profiles]
+    contacts: list[set[str]] = []
+    for profile in profiles:
+        contacts.append({contact.frame for contact in profile.scene.contact})
     return any(some < more for some, more in itertools.permutations(contacts, 2))
 
 
@@ -418,7 +420,8 @@ def _sensor_places(
         points.append(Point(frame=robot.bodies[body].name, offset=(x, y, z)))
     new = [point_place(robot, point) for point in points]
     shocks, delta_v = _proven(profiles, [*today, *new], points)
-    names = [place.name for place in today] + [_rank(k) for k in range(len(new))]
+    names = [place.name for place in today]
+    names += map(_rank, range(len(new)))
     bounds = [None] * len(today) + [optimum.bound for optimum in optima]
     sensors = [
         SensorPlace(

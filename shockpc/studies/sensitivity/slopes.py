@@ -167,7 +167,8 @@ def _scale(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
         v = landing.robot.joint(varied.target).v.start
         H = landing.state.H[0]
         # The inertia that the joint moves; with all others free it resists by less.
-        return _Scale(1.0 / float(np.linalg.inv(H)[v, v]), value or float(H[v, v]), value)
+        moved = 1.0 / float(np.linalg.inv(H)[v, v])
+        return _Scale(moved, value or float(H[v, v]), value)
     size = abs(value) or 1.0
     if varied.unit == "m":
         size = landing.length

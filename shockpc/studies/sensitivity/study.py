@@ -326,7 +326,8 @@ def sensitivity(
     if not chosen:
         changes = _changes(robot, known, groups, percent)
     effects = tuple(_effect(change, known, slopes, compared) for change in changes)
-    if not chosen and not any(effect.reason or effect.derivatives.any() for effect in effects):
+    depends = any(effect.reason or effect.derivatives.any() for effect in effects)
+    if not chosen and not depends:
         raise StudyError(
             f"{number.title} does not change to first order with any parameter here; choose "
             f"another quantity"

@@ -149,7 +149,8 @@ def summarise(
     compared = errors[~proven & ~np.isnan(errors)]
     rows = evaluation.landings.rows
     columns = [column for column in evaluation.computed if column.shock or column.requested]
-    extents = [_extent(column, table, rows if keep else 0) for column in columns]
+    drawn = rows if keep else 0
+    extents = [_extent(column, table, drawn) for column in columns]
     correlations, ranked = _correlations(table, rows, varied, columns)
     return Summary(
         evaluation=evaluation,
