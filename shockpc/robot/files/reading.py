@@ -275,11 +275,9 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     opened = next(
         (folder for folder in file.parents if os.path.isfile(folder / "package.xml")), opened
     )
-    allowed = (
-        opened.resolve(),
-        *given.values(),
-        *(Path(os.path.realpath(entry)) for entry in _ros_package_path()),
-    )
+    allowed = [opened.resolve(), *given.values()]
+    for entry in _ros_package_path():
+        allowed.append(Path(os.path.realpath(entry)))
     return OpenFolders(file, given, tuple(dict.fromkeys(allowed)), {})
 
 
@@ -317,15 +315,17 @@ def decoded(data: bytes) -> str:
         if data.startswith(mark):
             return data.removeprefix(mark).decode(encoding)
     # What begins as ASCII is in none of the others; to load these takes a hundredth of a short run.
-    for reading in _READ_BY[:1] if data[:1] == b"<" and data[1:2] != b"\0" else _READ_BY:
+    begins_as_ascii = data[:1] == b"<" and data[1:2] != b"\0"
+    for reading in _READ_BY[:1] if begins_as_ascii else _READ_BY:
         if declared := _DECLARED.match(data[:400].decode(reading, "replace")):
             with suppress(LookupError, UnicodeError):
                 encoding = codecs.lookup(reading if reading.startswith("utf") else declared[1]).name
                 # Bytes that are not in the encoding that they name, as those of UTF-8 called
                 # UTF-16, may still be decoded.
-                if encoding not in _NO_CHARACTER_SETS and (
-                    text := data.decode(encoding)
-                ).startswith(declared[0]):
+                if encoding in _NO_CHARACTER_SETS:
+                    continue
+                text = data.decode(encoding)
+                if text.startswith(declared[0]):
                     return text
     return data.decode()
 

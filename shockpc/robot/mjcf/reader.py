@@ -93,8 +93,9 @@ def build(source: RobotSource, chosen: RobotBodies) -> Robot:
 
 def _refuse_numbers(m: Any) -> None:
     """Refuse a tree that is too deep, and masses, inertias and positions that are too large."""
-    names = [m.body(body).name if body else "" for body in range(m.nbody)]
-    refuse_tree({names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
+    names = ["", *(m.body(body).name for body in range(1, m.nbody))]  # that of the world is empty
+    carriers = [names[parent] for parent in m.body_parentid]
+    refuse_tree(dict(zip(names[1:], carriers[1:], strict=True)))
     for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
         of_bodies = np.reshape(getattr(m, f"body_{what}"), (m.nbody, -1))
         largest = np.abs(of_bodies).max(axis=1)

@@ -203,7 +203,8 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
 
     def placed(bodies: np.ndarray, points: Array) -> Array:
         """Points (n, 3) of bodies (n,) in the world."""
-        return np.asarray((R[bodies] @ points[..., None])[..., 0] + p[bodies])
+        rotated = R[bodies] @ points[..., None]
+        return np.asarray(rotated[..., 0] + p[bodies])
 
     bodies = list(range(len(robot.bodies)))
     centres_and_frames = [body.com for body in robot.bodies]

@@ -107,7 +107,8 @@ def _without_repeats(vertices: Array) -> tuple[Array, np.ndarray]:
     rows = np.ascontiguousarray(vertices + 0.0).view(">u8")
     # Sorted by lexsort, which is a hundred times as fast as numpy.unique of rows.
     order = np.lexsort(rows.astype("=u8").T[::-1])
-    differs = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    ordered = rows[order]
+    differs = (ordered[1:] != ordered[:-1]).any(axis=1)
     new = np.append(True, differs)
     index = np.empty(len(rows), dtype=np.int64)
     index[order] = np.cumsum(new) - 1

@@ -76,7 +76,10 @@ def _is_ball_at_end(shapes: tuple[Shape, ...], frame: Frame, links: tuple[str, .
 
     The meshes of the shank are then not read.
     """
-    is_ball = len(shapes) == 1 and len(shapes[0].points) == 1 and bool(shapes[0].rounding.any())
+    if len(shapes) != 1:
+        return False
+    (shape,) = shapes
+    is_ball = len(shape.points) == 1 and bool(shape.rounding.any())
     return is_ball and frame.kind == "link" and len(links) <= 2
 
 

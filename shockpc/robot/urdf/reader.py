@@ -519,6 +519,7 @@ def _needs_xacro(root: Element) -> bool:
                 names += [part.tag for part in element]
             if any(name.startswith("xacro:") for name in names):
                 return True
-            if any("${" in value or "$(" in value for value in element.attrib.values()):
-                return True
+            for value in element.attrib.values():
+                if "${" in value or "$(" in value:
+                    return True
     return False
