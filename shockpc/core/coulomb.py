@@ -88,7 +88,8 @@ def solve_friction(
     e = np.asarray(restitution, dtype=float)
     if not all(np.all(np.isfinite(values)) for values in (A, velocity, mu, e)):
         raise ValueError("the Delassus matrix, velocities, friction and restitution must be finite")
-    if np.any(mu < 0.0) or np.any((e < 0.0) | (e > 1.0)):
+    outside = (e < 0.0) | (e > 1.0)
+    if np.any(mu < 0.0) or np.any(outside):
         raise ValueError(
             f"friction must not be negative, and restitution in [0, 1]: {mu.tolist()}, {e.tolist()}"
         )

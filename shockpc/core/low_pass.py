@@ -164,7 +164,8 @@ def _convolution(pulse: Pulse, pole: complex, t: Array) -> ComplexArray:
     series = np.zeros_like(angle)
     for k in range(TERMS, 1, -1):
         series = series * angle + 1.0 / math.factorial(k)
-    closed = np.where(np.abs(angle) < 1.0, series * angle**2, np.expm1(angle) - angle)
+    is_small = np.abs(angle) < 1.0
+    closed = np.where(is_small, series * angle**2, np.expm1(angle) - angle)
     return np.asarray(closed / (pole**2 * pulse.length))
 
 

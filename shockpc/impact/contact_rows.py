@@ -202,7 +202,8 @@ def _axes(constraint: Constraint) -> tuple[Array, np.ndarray]:
     if constraint.kind == "stop":
         return np.zeros((1, 3)), np.array([2])
     _, size, basis = np.linalg.svd(constraint.forces)
-    rank = int(np.sum(size > 3.0 * np.finfo(float).eps * size[0]))
+    rounding = 3.0 * np.finfo(float).eps * size[0]
+    rank = int(np.sum(size > rounding))
     normal = constraint.normal
     if rank == 3:
         return np.array([*across(normal), normal]), np.arange(3)

@@ -533,7 +533,8 @@ def may_gain_with_friction(impact: DoubleImpact) -> np.ndarray:
         return np.zeros(impact.base_velocities.shape[:2], dtype=bool)
     along = np.sum(impact.approach * normals, axis=-1)
     across = np.linalg.norm(impact.approach - along[..., None] * normals, axis=-1)
-    doubtful = ((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)
+    may_gain = (1.0 - e) * np.abs(along) < mu * across
+    doubtful = may_gain.any(axis=-1)
     if not doubtful.any():
         return np.asarray(doubtful & False)
     slipping = with_friction(impact)

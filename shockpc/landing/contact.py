@@ -164,7 +164,8 @@ def _directions(contact: Contact, up: Array, name: str) -> Array:
 def _rebound(directions: Array, up: Array) -> Array:
     """The direction (3,) of a rebound along the normal: its part in the span of the directions."""
     _, s, basis = np.linalg.svd(directions, full_matrices=False)
-    rank = int(np.sum(s > s[0] * max(directions.shape) * np.finfo(float).eps))
+    rounding = s[0] * max(directions.shape) * np.finfo(float).eps
+    rank = int(np.sum(s > rounding))
     if rank == 3:
         return up
     along = basis[:rank].T @ (basis[:rank] @ up)

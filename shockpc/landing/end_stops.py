@@ -217,4 +217,5 @@ def driven_beyond(sides: Array, rates: Array, rounding: float = ROUNDING) -> np.
         rounding: share of the largest of these below which one is rounding.
     """
     beyond = np.where(np.isnan(sides), -np.abs(rates), np.nan_to_num(sides) * rates)
-    return np.asarray(beyond < -rounding * np.abs(rates).max(axis=-1, keepdims=True))
+    largest = np.abs(rates).max(axis=-1, keepdims=True)
+    return np.asarray(beyond < -rounding * largest)

@@ -98,11 +98,8 @@ class Landing:
     @property
     def floating(self) -> bool:
         """True if the base moves freely, no foot stands and no loop ties the robot to the world."""
-        return (
-            self.base == "free"
-            and not self.stance
-            and not any(-1 in loop.bodies for loop in self.loops)
-        )
+        is_tied = any(-1 in loop.bodies for loop in self.loops)
+        return self.base == "free" and not self.stance and not is_tied
 
     @property
     def strike_angle(self) -> float:
@@ -197,11 +194,9 @@ class Landing:
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
-        free = (
-            not self.robot.mimics
-            and not self.joint_model.locked.any()
-            and (self.base == "free" or not self.robot.free_base)
-        )
+        base_free = self.base == "free" or not self.robot.free_base
+        joints_free = not self.robot.mimics and not self.joint_model.locked.any()
+        free = base_free and joints_free
         for needless, what, why in (
             (not self.loops, "closure rows and assembly", "nothing closes a loop"),
             (free, "reduction to free velocities (Eq. 7)", "every joint velocity is free"),

@@ -104,7 +104,8 @@ def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarra
         lowest = np.minimum(lowest, np.where(is_of_foot, foot, reached))
     struck = {contact.body for contact in landing.contacts} | {*landing.lifted}
     strikes = np.isin(feet.bodies, list(struck))
-    return np.asarray(~strikes & (np.abs(height - lowest[:, None]) <= tolerance))
+    apart = np.abs(height - lowest[:, None])
+    return np.asarray(~strikes & (apart <= tolerance))
 
 
 def _lowest_of_contact(robot: Robot, contact: Constraint, down: Array) -> tuple[Array, float]:

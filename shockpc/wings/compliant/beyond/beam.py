@@ -98,7 +98,8 @@ def exact_beam() -> Beam:
         return np.concatenate([np.ones_like(x), math.sqrt(12.0) * x, bent], axis=-1)
 
     omega = 2.0 * math.pi * (beta / beta[0]) ** 2
-    return Beam(np.eye(MODES + 2), np.eye(MODES + 2)[2:], omega**2, across, np.eye(MODES + 2)[0])
+    eye = np.eye(MODES + 2)
+    return Beam(eye, eye[2:], omega**2, across, eye[0])
 
 
 @functools.cache
