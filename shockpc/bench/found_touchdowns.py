@@ -24,6 +24,9 @@ SAMPLES_APART = 40
 A contact of the simulation chatters.
 """
 
+HIP_TO_FOOT = -0.32
+"""Height of a foot that stands above its hip [m]."""
+
 MATCH = 6e-3
 """By how much a touchdown may be early or late and count as found [s]."""
 
@@ -121,37 +124,57 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
     import mujoco  # an extra
 
     model = mujoco.MjModel.from_xml_string(quadruped())
-    data, n = mujoco.MjData(model), round(seconds / STEP)
-    data.qpos[:7], data.qpos[7:], data.qvel[:6] = base, [*_hip_and_knee(0.0, -0.32)] * 4, velocity
-    time, force = np.arange(n) * STEP, np.zeros((n, 4))
+    data = mujoco.MjData(model)
+    data.qpos[:7] = base
+    data.qpos[7:] = [*_hip_and_knee(0.0, HIP_TO_FOOT)] * len(FEET)
+    data.qvel[:6] = velocity
+
+    n = round(seconds / STEP)
+    time = np.arange(n) * STEP
+    force = np.zeros((n, len(FEET)))
     qpos, qvel = np.zeros((n, model.nq)), np.zeros((n, model.nv))
     for k in range(n):
+        # Springs and dampers in the joints, with limited torques, follow the angles of the legs.
         for i, foot in enumerate(FEET):
-            x, height = 0.0, -0.32
-            if period is not None:
-                phase = (data.time / period + 0.5 * (foot in ("RF", "LH"))) % 1.0
-                moves = data.time > 0.2
-                x = 0.018 * (4.0 * phase - 1.0 if phase < 0.5 else 3.0 - 4.0 * phase) * moves
-                height += 0.08 * np.sin(2.0 * np.pi * phase) * (phase < 0.5 and moves)
             motors = slice(2 * i, 2 * i + 2)
-            wanted = np.array(_hip_and_knee(x, height))
-            data.ctrl[motors] = np.clip(
-                100.0 * (wanted - data.qpos[7:][motors]) - 6.0 * data.qvel[6:][motors], -40.0, 40.0
-            )
+            targets = np.array(_hip_and_knee(*_foot_of_trot(foot, data.time, period)))
+            spring = 100.0 * (targets - data.qpos[7:][motors])
+            damper = 6.0 * data.qvel[6:][motors]
+            data.ctrl[motors] = np.clip(spring - damper, -40.0, 40.0)
+        # The sample is the state before the step, as its force is.
         qpos[k], qvel[k] = data.qpos, data.qvel
         mujoco.mj_step(model, data)
         force[k] = data.sensordata
-    on: np.ndarray = force > 0.0
-    begins = [np.flatnonzero(on[1:, i] & ~on[:-1, i]).tolist() for i in range(4)]
-    return Simulated(
-        np.asarray(time),
-        qpos,
-        qvel,
-        [
-            [k for k in ks if not on[max(k - SAMPLES_APART, 0) : k + 1, i].any()]
-            for i, ks in enumerate(begins)
-        ],
-    )
+    return Simulated(time, qpos, qvel, [_touchdowns(on) for on in (force > 0.0).T])
+
+
+def _foot_of_trot(foot: str, time: float, period: float | None) -> tuple[float, float]:
+    """Where a foot is before and below its hip in a trot, at a time [s]; held without a period [m].
+
+    It swings forwards in the first half of its period, and backwards on the ground in the second.
+    The robot stands still for 0.2 s at first.
+    """
+    if period is None or time <= 0.2:
+        return 0.0, HIP_TO_FOOT
+    # Diagonal pairs of feet are half a period apart.
+    delay = 0.5 if foot in ("RF", "LH") else 0.0
+    phase = (time / period + delay) % 1.0
+    if phase < 0.5:
+        lift = 0.08 * np.sin(2.0 * np.pi * phase)
+        return 0.018 * (4.0 * phase - 1.0), HIP_TO_FOOT + lift
+    return 0.018 * (3.0 - 4.0 * phase), HIP_TO_FOOT
+
+
+def _touchdowns(on: np.ndarray) -> list[int]:
+    """The last samples before a foot touches the ground, by whether it is on it (n,).
+
+    Those right after other samples on the ground are chatter.
+    """
+    touchdowns: list[int] = []
+    for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
+        if not on[max(k - SAMPLES_APART, 0) : k + 1].any():
+            touchdowns.append(k)
+    return touchdowns
 
 
 def found_touchdowns(budget: float = 0.0) -> Sheet:
@@ -176,9 +199,9 @@ def found_touchdowns(budget: float = 0.0) -> Sheet:
         rows: list[tuple[Cell, ...]] = []
         for step, noise in LOGS:
             for name, motions in (("trots", trots), ("falls", falls)):
-                what = f"{name}, {1e-3 / (STEP * step):g} kHz" + (
-                    f", noise of {1e3 * noise:g} mm and mrad" if noise else ""
-                )
+                what = f"{name}, {1e-3 / (STEP * step):g} kHz"
+                if noise:
+                    what += f", noise of {1e3 * noise:g} mm and mrad"
                 rows.append((what, *_compared(motions, step, noise, scene, robot)))
     return Sheet("touchdowns found in simulated logs", header, rows, [notes])
 

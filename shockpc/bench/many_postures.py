@@ -84,12 +84,10 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
         return out
 
     def read(after: Array) -> Array:
-        return np.array(
-            [
-                system.jumps(system.motions(data, v, q))
-                for q, v in zip(Q, after - before, strict=True)
-            ]
-        )[..., None]
+        jumps = []
+        for q, v in zip(Q, after - before, strict=True):
+            jumps.append(system.jumps(system.motions(data, v, q)))
+        return np.array(jumps)[..., None]
 
     return Prepared(run, read)
 

@@ -84,9 +84,9 @@ def suite_report(
     results: list[Result] = []
     tables, costs = dict[str, Sheet](), dict[str, Sheet]()
     for name in families:
-        measured = [
-            result for case in FAMILIES[name].cases() for result in measure(case, METHODS, budget)
-        ]
+        measured: list[Result] = []
+        for case in FAMILIES[name].cases():
+            measured += measure(case, METHODS, budget)
         results += measured
         tables[name] = _family_sheet(FAMILIES[name], measured)
         progress(name)
@@ -95,15 +95,10 @@ def suite_report(
         progress(name)
     methods = _methods_sheet(results)
     summaries = {"methods": methods, **tables, **costs}
-    run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {time.perf_counter() - start:.0f} s for"
-    facts = Lines(
-        [
-            *_surroundings(),
-            f"{run} {len({result.case for result in results})} cases",
-            REFERENCE,
-            *NOTES,
-        ]
-    )
+    cases = len({result.case for result in results})
+    seconds = time.perf_counter() - start
+    run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {seconds:.0f} s for {cases} cases"
+    facts = Lines([*_surroundings(), run, REFERENCE, *NOTES])
     header = (
         "family",
         "variant",

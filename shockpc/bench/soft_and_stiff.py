@@ -48,17 +48,14 @@ def stiff_contacts(budget: float) -> Sheet:
         run: Callable[[], object],
         jumps: Array,
         last: tuple[float, float],
-    ) -> float:
+    ) -> tuple[float, float]:
+        """Add a row; its stiffness and error, from which the next row's slope is taken."""
         error = double_error(at.landing, at.proof, jumps)
-        slope = (
-            math.log(error / last[1]) / math.log(size / last[0])
-            if error > 0.0 < last[1]
-            else math.nan
-        )
-        rows.append(
-            (what, error, None if math.isnan(slope) else slope, median(timed(run, budget)[1]))
-        )
-        return error
+        slope: float | None = None
+        if error > 0.0 < last[1]:
+            slope = math.log(error / last[1]) / math.log(size / last[0])
+        rows.append((what, error, slope, median(timed(run, budget)[1])))
+        return size, error
 
     drives = robot.actuated_dofs
     model = profile.landing.joint_model._replace(
@@ -73,12 +70,10 @@ def stiff_contacts(budget: float) -> Sheet:
         )
         compliant = CompliantLanding(stiff)
         jumps = compliant.impact_at(compliant.compressed).jumps[0, ..., 0]
-        last = (
-            k,
-            add(
-                profile, f"contact of {k:.0e} N/m", k, partial(CompliantLanding, stiff), jumps, last
-            ),
-        )
+        run = partial(CompliantLanding, stiff)
+        last = add(profile, f"contact of {k:.0e} N/m", k, run, jumps, last)
+
+    # MuJoCo's contacts are as stiff as their time constant τ is short.
     last = (1.0, math.nan)
     for name, method in MUJOCO.items():
         try:
@@ -87,10 +82,8 @@ def stiff_contacts(budget: float) -> Sheet:
             rows.append((f"{name}: {reason}", None, None, None))
             continue
         tau = float(name.split(" = ")[1].split()[0])
-        last = (
-            1.0 / tau,
-            add(sticks, name, 1.0 / tau, prepared.run, prepared.read(prepared.run()), last),
-        )
+        jumps = prepared.read(prepared.run())
+        last = add(sticks, name, 1.0 / tau, prepared.run, jumps, last)
     notes = (
         f"one foot of ANYmal B, rotors of {ROTOR:g} kg m² behind springs of {SPRING:g} N m/rad, a "
         f"foot that slides, at the end of "
