@@ -130,7 +130,7 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
     data.qvel[:6] = velocity
 
     n = round(seconds / STEP)
-    time = np.arange(n) * STEP
+    time = np.asarray(np.arange(n) * STEP)
     force = np.zeros((n, len(FEET)))
     qpos, qvel = np.zeros((n, model.nq)), np.zeros((n, model.nv))
     for k in range(n):

@@ -102,34 +102,38 @@ def system_of(robot: Robot, scene: Scene) -> System:
         ShockError: the scene cannot be computed.
     """
     landing = resolve(scene, robot)
-    state, before, model = landing.state, landing.before, pin.Model(robot.model)
+    state, before = landing.state, landing.before
+    model = pin.Model(robot.model)
     model.armature = landing.joint_model.armature
-    blocks, constraints = landing.rows(state), []
+
+    # Of each constraint its axes, of forces and then of torques, and a frame at its point on each
+    # of the bodies that it connects. It acts on the second one with the opposite sign.
+    blocks = landing.rows(state)
+    constraints = []
     for block in blocks:
-        point, axes, n = (
-            constraint_point(state, block)[0],
-            np.zeros((block.size, 6)),
-            len(block.forces),
-        )
+        point = constraint_point(state, block)[0]
+        n = len(block.forces)
+        axes = np.zeros((block.size, 6))
         axes[:n, :3], axes[n:, 3:] = np.split(constraint_axes(state, block)[0], [n])
         ends = []
         for i, sign in ((block.body, 1.0), (block.other, -1.0)):
             if i >= 0:
-                body, offset = (
-                    robot.bodies[i],
-                    state.rotation[0, i].T @ (point - state.position[0, i]),
-                )
-                place = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
-                frame = pin.Frame(
-                    f"end {len(model.frames)}", body.joint, 0, place, pin.FrameType.OP_FRAME
-                )
+                body = robot.bodies[i]
+                offset = state.rotation[0, i].T @ (point - state.position[0, i])
+                in_joint = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
+                name = f"end {len(model.frames)}"
+                frame = pin.Frame(name, body.joint, 0, in_joint, pin.FrameType.OP_FRAME)
                 ends.append((model.addFrame(frame), sign))
         constraints.append((axes, ends))
+
+    # Pinocchio's velocity of a free base is in the axes of its joint.
     v = np.array(before.joint_rates)
     if robot.free_base:
         to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
-        v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
-    b, G = approach_speeds(state, blocks, before), landing.free_columns(state)
+        v[:3] = to_base @ before.velocity
+        v[3:6] = to_base @ before.omega
+    b = approach_speeds(state, blocks, before)
+    G = landing.free_columns(state)
     return System(landing, model, constraints, v, b[0, :, 3], None if G is None else G[0])
 
 

@@ -209,29 +209,32 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
                     f"{key} has shape {values.shape}, and name has {len(names)} joints; they have "
                     f"to be rows of as many"
                 )
-            columns |= {prefix + name: values[:, k] for k, name in enumerate(names) if values.size}
+            if values.size:
+                columns |= {prefix + name: values[:, k] for k, name in enumerate(names)}
     expanded: dict[str, Any] = {}
     numbered: dict[str, dict[int, np.ndarray]] = {}
     for name, values in columns.items():
         if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?([0-9]{1,9})\]?", name):
             numbered.setdefault(match[1], {})[int(match[2])] = values
         else:
-            expanded[
-                next(
-                    (form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))),
-                    name,
-                )
-            ] = values
+            expanded[_by_our_name(name)] = values
     for name, parts in numbered.items():
-        if (
-            sorted(parts) != list(range(len(parts)))
-            or len({part.shape for part in parts.values()}) > 1
-        ):
+        without_gaps = sorted(parts) == list(range(len(parts)))
+        shapes = {part.shape for part in parts.values()}
+        if not without_gaps or len(shapes) > 1:
             raise StudyError(
                 f"the columns of {name} have to be numbered from 0 without gaps, and of one length"
             )
         expanded[name] = np.stack([parts[k] for k in range(len(parts))], axis=1)
     return expanded
+
+
+def _by_our_name(name: str) -> str:
+    """Our name of a column of ROS; any other name as it is."""
+    for pattern, form in ROS:
+        if match := pattern.fullmatch(name):
+            return form.format(match[1])
+    return name
 
 
 def twice(what: str) -> StudyError:

@@ -120,19 +120,27 @@ def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootL
     """
     if len(t) < 2 * FEWEST:
         return [], []
-    lowest, sigma = heights.min(axis=1), max(map(noise, heights.T))
-    stops = sorted(
-        (stop.sample, p, stop) for p, height in enumerate(heights.T) for stop in _stops(t, height)
-    )
-    landings, rebounds, since = list[FootLanding](), list[int](), 0
+    lowest = heights.min(axis=1)
+    slack = NOISE * max(map(noise, heights.T))
+    stops: list[tuple[int, int, _Stop]] = []
+    for p, height in enumerate(heights.T):
+        for stop in _stops(t, height):
+            stops.append((stop.sample, p, stop))
+    stops.sort()
+
+    landings: list[FootLanding] = []
+    rebounds: list[int] = []
+    since = 0
     for sample, p, stop in stops:
         if landings and t[sample] - t[landings[-1].sample] <= together:
             landings[-1] = landings[-1]._replace(points=tuple(sorted({*landings[-1].points, p})))
             continue
         if landings and t[sample] - t[since] <= REST:
             continue
-        after = lowest[stop.kink : int(np.searchsorted(t, t[stop.kink] + REST + 1e-9))]
-        rest, slack = t[stop.kink + len(after) - 1] - t[stop.kink], NOISE * sigma
+        # A landing is a stop of a foot that was up before, and neither sinks nor bounces after it.
+        end = int(np.searchsorted(t, t[stop.kink] + REST + 1e-9))
+        after = lowest[stop.kink : end]
+        rest = t[end - 1] - t[stop.kink]
         if rest < SHORTEST:
             break  # whether it stays is not known
         up = lowest[min(since, sample) : sample + 1].max() >= after[0] + CLEARANCE + slack

@@ -154,11 +154,9 @@ class Sensors:
         """
         found, robot = dict[str, Array](), self.motion.robot
         begin, end = self.motion.around(self.log.time[last] + time, window)
-        rows = (
-            (since, first, begin, end)
-            if last < begin and end <= self.motion.run(first)[1]
-            else None
-        )
+        rows = None
+        if last < begin and end <= self.motion.run(first)[1]:
+            rows = (since, first, begin, end)
         turned = {body: self._jump(w, rows) for body, w in self.turning.items()}
         moved = {frame: self._jump(v, rows) for frame, v in self._velocities.items()}
         for body, jump in turned.items():
@@ -166,15 +164,16 @@ class Sensors:
         for frame, jump in moved.items():
             found[f"delta_v@{frame}"] = jump
         for place in self.points:
-            if place.body in turned and (
-                at := [
-                    frame for frame, one in self.accelerometers.items() if one.body == place.body
-                ]
-            ):
-                origin = self.accelerometers[at[0]]
-                found[f"delta_v@{place.name}"] = place.axes.T @ velocity_at(
-                    turned[place.body], origin.axes @ moved[at[0]], place.r - origin.r
-                )
+            if place.body not in turned:
+                continue
+            # Δv at the point = Δv + Δω × r, from the first accelerometer on its body.
+            for frame, origin in self.accelerometers.items():
+                if origin.body == place.body:
+                    delta_v = velocity_at(
+                        turned[place.body], origin.axes @ moved[frame], place.r - origin.r
+                    )
+                    found[f"delta_v@{place.name}"] = place.axes.T @ delta_v
+                    break
         return {
             f"{name.replace('@', f'.{axis}@', 1)}": float(jump[k])
             for name, jump in found.items()
