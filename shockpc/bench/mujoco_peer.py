@@ -42,13 +42,13 @@ def _model(system: System, tau: float | None = None) -> Any:
     """
     if mujoco is None:
         raise UnsuitedError("MuJoCo is not installed; install it with: pip install mujoco")
-    model, spec, data = system.model, mujoco.MjSpec(), system.model.createData()
+    model = system.model
+    data = model.createData()
     pin.forwardKinematics(model, data, system.landing.q)
-    spec.option.gravity, spec.option.solver, spec.option.tolerance = (
-        np.zeros(3),
-        mujoco.mjtSolver.mjSOL_NEWTON,
-        1e-12,
-    )
+    spec = mujoco.MjSpec()
+    spec.option.gravity = np.zeros(3)
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.tolerance = 1e-12
     # an unstable simulation ends in NaN
     spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET
     bodies = [spec.worldbody]
@@ -67,7 +67,8 @@ def _model(system: System, tau: float | None = None) -> Any:
         )
         written = body.add_joint(type=getattr(mujoco.mjtJoint, f"mjJNT_{KINDS[joint.kind]}"))
         if joint.axis is not None:
-            written.axis, written.armature = joint.axis, model.armature[joint.v.start]
+            written.axis = joint.axis
+            written.armature = model.armature[joint.v.start]
         bodies.append(body)
     for k, (carrier, point) in enumerate(system.contact_points() if tau else ()):
         bodies[carrier].add_site(name=f"foot{k}", pos=point)

@@ -60,25 +60,24 @@ def row_scenes(
         StudyError: the velocity of a contact is given in part, or for a frame that is no contact of
             any row.
     """
-    scene, (contacts, index) = (
-        landing.scene,
-        _row_contacts(landing, columns, len(friction), messages),
-    )
+    scene = landing.scene
+    contacts, index = _row_contacts(landing, columns, len(friction), messages)
     velocities = _velocities(contacts, index, given, messages)
     moving = np.asarray(np.isfinite(velocities).all(axis=2))
     stances, stance = _stances(landing, columns, len(friction), messages)
+    # Rows of one code have one scene: the same contacts, stance, and contacts that move.
     code = index * len(stances) + stance
     for moves in moving.T[moving.any(axis=0)]:
         code = np.unique(2 * code + moves, return_inverse=True)[1]
     _, rows, group = np.unique(code, return_index=True, return_inverse=True)
     scenes = []
     for i in rows.tolist():
-        of_row = tuple(
-            replace(contact, velocity=tuple(velocities[i, c].tolist()) if moving[i, c] else None)
-            for c, contact in enumerate(contacts[index[i]])
-        )
+        of_row = []
+        for c, contact in enumerate(contacts[index[i]]):
+            velocity = tuple(velocities[i, c].tolist()) if moving[i, c] else None
+            of_row.append(replace(contact, velocity=velocity))
         mu = None if np.isnan(friction[i]) else float(friction[i])
-        scenes.append(replace(scene, contact=of_row, stance=stances[stance[i]], friction=mu))
+        scenes.append(replace(scene, contact=tuple(of_row), stance=stances[stance[i]], friction=mu))
     return RowScenes(tuple(scenes), group, velocities)
 
 
