@@ -86,6 +86,7 @@ def _package(budget: float) -> Sheet:
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
         rows.append((what, cost(run, budget), target, None))
 
+    # Robots are loaded beforehand: these rows are the time of an analysis alone.
     for name, (robot, scene), target in (
         ("ANYmal B, one foot", anymal, "3 ms"),
         ("Talos, both feet", talos, "12 ms"),
@@ -100,6 +101,7 @@ def _package(budget: float) -> Sheet:
         partial(_double_percussion, resolved),
         "0.25 ms",
     )
+    # The cost of an option is the difference from the same landing without it.
     for what, scene in (
         ("finite stiffness", replace(anymal[1], contact_stiffness=1e5)),
         ("friction", replace(anymal[1], friction=0.6)),
@@ -117,6 +119,8 @@ def _package(budget: float) -> Sheet:
             f"{len(CompliantLanding(stiff).motion.events)} events",
             partial(CompliantLanding, stiff),
         )
+    # One process of each command in turn, so that a slow moment of the machine does not favour one
+    # of them; times[0] is the import of Pinocchio.
     times = np.median(
         [[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0
     )
@@ -184,12 +188,15 @@ def _sweeps(budget: float) -> Sheet:
         resolved, Q = resolve(source.scene, source.robot), source.resolved()[0][:4096]
         block, joints = Q[:256], resolved.joint_model
         equation = resolved.equation(dynamics(source.robot, block, joints), False)
+        # A row as a sweep writes it, against the maps of all bodies (Eqs. 4, 8 and 9) in the same
+        # postures.
         row = cost(partial(_written, made, None), budget, ROWS)
         maps = cost(partial(shock_maps, resolved, Q), budget, len(Q))
         few = [
             cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024)
             for wanted in (False, True)
         ]
+        # Shares of a row: Pinocchio's calls, and the solution of Eq. 4.
         calls = cost(partial(dynamics, source.robot, block, joints), budget, len(block))
         step = partial(
             solve_impact,
@@ -202,6 +209,7 @@ def _sweeps(budget: float) -> Sheet:
         eq_4 = cost(step, budget, len(block))
         size = len(source.robot.bodies) * source.robot.model.nv
         rows.append((name, size, row, maps, row / maps, few[1] / few[0], calls / row, eq_4 / row))
+    # A single process is a child too, so that only the number of processes differs.
     single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, "

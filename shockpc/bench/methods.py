@@ -117,6 +117,7 @@ def system_of(robot: Robot, scene: Scene) -> System:
         axes[:n, :3], axes[n:, 3:] = np.split(constraint_axes(state, block)[0], [n])
         ends = []
         for i, sign in ((block.body, 1.0), (block.other, -1.0)):
+            # An index of −1 is the ground or the world, which does not move.
             if i >= 0:
                 body = robot.bodies[i]
                 offset = state.rotation[0, i].T @ (point - state.position[0, i])

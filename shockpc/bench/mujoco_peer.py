@@ -59,9 +59,11 @@ def _model(system: System, tau: float | None = None) -> Any:
         # Bodies are numbered depth first in MuJoCo, as joints of a file are in Pinocchio.
         body = bodies[model.parents[i]].add_body(
             pos=place.translation,
+            # Quaternions are (x, y, z, w) in Pinocchio, and (w, x, y, z) in MuJoCo.
             quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1),
             mass=inertia.mass,
             ipos=inertia.lever,
+            # In MuJoCo's order: xx, yy, zz, xy, xz, yz.
             fullinertia=inertia.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)],
             explicitinertial=True,
         )
@@ -70,6 +72,7 @@ def _model(system: System, tau: float | None = None) -> Any:
             written.axis = joint.axis
             written.armature = model.armature[joint.v.start]
         bodies.append(body)
+    # With τ, the contact is an equality of two sites, which holds the foot where it strikes.
     for k, (carrier, point) in enumerate(system.contact_points() if tau else ()):
         bodies[carrier].add_site(name=f"foot{k}", pos=point)
         bodies[0].add_site(name=f"ground{k}", pos=data.oMi[carrier].act(point))
@@ -140,6 +143,8 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
     ((body, foot),) = system.contact_points()
     peer = _model(system)
     data, postures = mujoco.MjData(peer), np.tile(peer.qpos0, (len(Q), 1))
+    # Configurations of the two libraries differ in layout, joint velocities do not: qpos = qpos0 ⊕
+    # (q ⊖ landing.q), in which the base does not move.
     for posture, q in zip(postures, Q, strict=True):
         mujoco.mj_integratePos(
             peer, posture, pin.difference(system.model, system.landing.q, q), 1.0
@@ -155,6 +160,8 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
             point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ foot
             mujoco.mj_jac(peer, data, J, None, point, body)
             mujoco.mj_solveM(peer, data, H_J, J)
+            # Δq̇ = −H⁻¹ Jᵀ (J H⁻¹ Jᵀ)⁻¹ v (Eq. 4), for unit velocities v of the foot along each
+            # axis.
             for axis, jump in enumerate(-np.linalg.solve(J @ H_J.T, H_J)):
                 data.qvel[:] = jump
                 mujoco.mj_comVel(peer, data)
@@ -165,6 +172,7 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
         maps = []
         for q, velocities in zip(postures, raw, strict=True):
             _place(peer, data, q)
+            # Bodies' velocities are taken out of `cvel` here, because `run` is what is timed.
             for velocity in velocities:
                 data.cvel[1:] = velocity
                 maps.append(_jumps(system, peer, data))

@@ -90,6 +90,7 @@ def suite_report(
         results += measured
         tables[name] = _family_sheet(FAMILIES[name], measured)
         progress(name)
+    # The clocks run longer here, because whole analyses, commands and sweeps are timed.
     for name, table in COSTS.items():
         costs[name.replace(" ", "_")] = table(100.0 * budget)
         progress(name)
@@ -98,6 +99,7 @@ def suite_report(
     cases = len({result.case for result in results})
     seconds = time.perf_counter() - start
     run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {seconds:.0f} s for {cases} cases"
+    # Run times mean little without the machine and the versions that they were measured on.
     facts = Lines([*_surroundings(), run, REFERENCE, *NOTES])
     header = (
         "family",
@@ -122,6 +124,7 @@ def suite_report(
         )
         for result in results
     ]
+    # The table of every case is too long to print, so that it is a sheet only.
     every = {"cases": Sheet("", header, rows), **summaries}
     limits = Lines(LIMITS, "limits of the method")
     return Report(

@@ -37,6 +37,7 @@ def stiff_contacts(budget: float) -> Sheet:
     Args: budget for each clock [s].
     """
     robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
+    # What contacts tend to as they get stiffer: the foot slides here, and sticks in MuJoCo.
     slides = replace(scene, contact=(replace(scene.contact[0], directions=("z",)),))
     profile, sticks = shock_profile(slides, robot), shock_profile(scene, robot)
     rows: list[tuple[Cell, ...]] = []
@@ -51,6 +52,7 @@ def stiff_contacts(budget: float) -> Sheet:
     ) -> tuple[float, float]:
         """Add a row; its stiffness and error, from which the next row's slope is taken."""
         error = double_error(at.landing, at.proof, jumps)
+        # The order of convergence: d log(error) / d log(size) from one row to the next.
         slope: float | None = None
         if error > 0.0 < last[1]:
             slope = math.log(error / last[1]) / math.log(size / last[0])
@@ -69,6 +71,7 @@ def stiff_contacts(budget: float) -> Sheet:
             joint_model=model,
         )
         compliant = CompliantLanding(stiff)
+        # The end of compression is where an impulse with e = 0 ends.
         jumps = compliant.impact_at(compliant.compressed).jumps[0, ..., 0]
         run = partial(CompliantLanding, stiff)
         last = add(profile, f"contact of {k:.0e} N/m", k, run, jumps, last)

@@ -176,9 +176,11 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
+        # Typer gives lists, and the commands take tuples.
         for name, value in typed.items():
             if isinstance(value, list):
                 typed[name] = tuple(value)
+        # The command has one parameter for each group and each record of options.
         for name, options in grouped.items():
             typed[name] = {option: typed.pop(option, None) for option in options}
         for name, record in records.items():
@@ -193,6 +195,7 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
     vars(run)["__signature__"] = inspect.Signature(
         [_for_typer(name, *declaration) for name, declaration in declared.items()]
     )
+    # `wraps` copied the annotations of the command, which name records and not their options.
     run.__annotations__ = {}
     return run
 

@@ -154,11 +154,13 @@ def study_command(name: str, package: str) -> Command:
         if source.check is not None:
             source.check(options, arguments, result)
         with trace.stage("output"):
+            # Imported here, because neither the help nor a refused study needs the report.
             report_of = pkgutil.resolve_name(f"{package}.report:{name}_report")
             report = report_of(inputs[0], result) if source.file else report_of(result)
             emit(report, parsed["output"])
         if parsed.get("explain"):
             sys.stderr.write(trace.text())
+        # The landings of a study that may fail one by one decide the exit code.
         if not declared.fails:
             return 0
         failures = [failure for _, failure in result.failures]
