@@ -68,6 +68,7 @@ def batched_shock(
     v, restitution, v_in = _promoted(xp, v), _promoted(xp, restitution), _promoted(xp, v_in)
     B, c, d, nv = J_c.shape
     before = (J_c @ v[:, None, :, None])[..., 0]
+    # Masks, because a selection would give each state a shape of its own, which compilers refuse.
     strikes = xp.ones_like(before)
     if contacts is not None:
         strikes = strikes * contacts[..., None]
@@ -78,9 +79,11 @@ def batched_shock(
     # A = J Y with Y = M⁻¹ Jᵀ. A velocity that is locked has the row and the column of a unit
     # matrix in M, so that it stays as it is.
     response = _solve(xp, _held(xp, M, free), J.mT)
+    # Eq. 4: A f = −(1 + e) J v, with the rows of contacts that are not held left out.
     undone = ((1.0 + restitution) * strikes * before).reshape(B, c * d, 1)
     impulse, pivot = _impulses(xp, J @ response, undone, on)
 
+    # Shock |J_p Δq̇| / v_in with Δq̇ = Y f.
     jump = (J_p @ (response @ impulse)[:, None])[..., 0]
     speed = v_in
     if speed is None:
@@ -225,6 +228,7 @@ def _refuse_other_arrays(
                 f"{name} has the shape {_shape(array)}; with J_c {tuple(J_c.shape)} it has to be "
                 f"{shape}"
             )
+        # A mask of numbers would scale rows instead of selecting them.
         is_mask = name in ("locked", "contacts")
         if is_mask and _kind(array) != "bool":
             raise ValueError(f"{name} has the type {_kind(array)}; it has to be bool")

@@ -199,6 +199,7 @@ def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
     d⊥·(b_t + λ_n (a − µ T d)) = 0 follows, without λ_n, k₀ + Re(k₁ w + k₂ w²) = 0 with w = exp(iφ).
     That is a quartic in w, of which the roots of unit modulus count.
     """
+    # A = [T a; aᵀ N] and b = (b_t, −q) of one contact, T = [txx txy; txy tyy], a = (ax, ay).
     (txx, txy, ax), (_, tyy, ay), (_, _, N) = np.moveaxis(A, 0, -1)
     x, y = b.T[:2]
     q = -b[:, 2]
@@ -299,6 +300,7 @@ class _Problem:
         m = len(impulse)
         rho_v = self.mass[:, None] * (self.free + self.change(impulse))
         y = impulse - rho_v
+        # Where y_n ≤ 0 its projection is zero: R = λ and ∂R/∂λ = 1.
         R = impulse.copy()
         D = np.eye(3 * m)
         for i in np.flatnonzero(y[:, 2] > 0.0).tolist():

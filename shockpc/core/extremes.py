@@ -208,6 +208,8 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
     """
     u = images[..., 0, :]
     w = images[..., 1, :]
+    # The rows cos α u + sin α w and cos α w − sin α u are orthogonal with tan 2α = 2 u·w / (u·u −
+    # w·w).
     angle = 0.5 * np.arctan2(2.0 * _inner(u, w), _inner(u, u) - _inner(w, w))
     c = np.cos(angle)
     s = np.sin(angle)
@@ -226,6 +228,7 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
     first, second = _unit_vector(a, b, delta)
     distances = [np.hypot(x + major * first[0], y + minor * second[0])]
     if nearest:
+        # From inside of the ellipse the distance is zero.
         to_x = np.maximum(x - major * second[1], 0.0)
         to_y = np.maximum(y - minor * first[1], 0.0)
         distances.append(np.hypot(to_x, to_y))

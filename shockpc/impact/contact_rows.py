@@ -143,6 +143,7 @@ def _independent_rigid_rows(landing: PosedLanding, layout: RowLayout) -> np.ndar
 
 def row_layout(constraints: tuple[Constraint, ...], stands: bool = False) -> RowLayout:
     """The rows of contacts and standing feet. Args: as of `contact_rows`."""
+    # Feet that stay where they are, as in Eq. 4, have no rows.
     kinds = ("contact", "stop") if stands else ("contact", "stop", "stance")
     having_rows = [k for k, constraint in enumerate(constraints) if constraint.kind in kinds]
     size = sum(constraint.size for constraint in constraints)
@@ -164,6 +165,7 @@ def row_layout(constraints: tuple[Constraint, ...], stands: bool = False) -> Row
             of_forces = np.asarray(np.linalg.lstsq(constraint.forces.T, along.T, rcond=None)[0].T)
         turn = np.zeros((len(along), size))
         turn[:, forces] = of_forces
+        # What stays rigid are loops, the tilt of soles, and feet that stay where they are.
         rigid[forces] = False
         turns.append(turn)
         directions.append(along)

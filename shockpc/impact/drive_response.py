@@ -77,6 +77,7 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     """
     equation = landing.equation(landing.state)
     model = landing.joint_model
+    # A drive that is known exactly needs no response.
     columns = np.flatnonzero(model.low < model.high)
     turns, moments = _turns(landing)
     on_joints = turns[:, columns]
@@ -97,6 +98,7 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
     )
     delta_qd = equation.full(solution.delta_qd)
     rates = on_joints.T @ delta_qd[0]
+    # `less` and `more` are how far each inertia may lie below and above the modelled one.
     box = DriveBox(
         C=rates[:, 1:],
         x=rates[:, 0],
@@ -104,6 +106,7 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
         more=model.high[columns] - model.armature[columns],
         mobility=np.sum(on_joints * equation.full(unheld)[0], axis=0),
     )
+    # The first column is the strike, in which no unit impulse acts on a joint.
     of_strike = np.zeros((1, *moments.shape[:2], 1))
     return DriveResponse(
         box=box,

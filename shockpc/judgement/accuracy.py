@@ -170,6 +170,7 @@ def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
     reflected = landing.joint_model.armature / np.where(turning, landing.length**2, 1.0)
     mass = float(landing.robot.mass + np.sum(reflected))
     restitution = max(contact.restitution for contact in profile.scene.contact)
+    # m v (1 + e) stops all of the mass at the contact's speed and throws it back.
     most = mass * landing.fastest_approach * (1.0 + restitution)
 
     contacts, joints = profile.places("contact"), profile.places("joint")
@@ -306,6 +307,7 @@ def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ..
     try:
         patterns = [proof.with_last_digits_changed(changed, pattern) for pattern in range(PATTERNS)]
     except (PrecisionError, SingularError):
+        # A landing without a solution for other last digits depends on them entirely.
         return np.inf, tuple(_sensitive("the result", "", np.inf))
 
     # The jumps of the bodies: the largest change of the patterns, of the motion of each body.

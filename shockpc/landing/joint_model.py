@@ -163,6 +163,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     drives = _drives(robot, joints)
     given = _given(robot, joints)
     known = _Known(robot, joints.model == "free", joints.drives == "none")
+    # In this order, because each step replaces what earlier ones gave.
     for name, drive in drives.by_joint.items():
         known.take(name, drive, drive.status or "given", drive.source or drives.label)
     for pattern, drive in given:
@@ -178,6 +179,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     model = known.model(locked, torque, joints.model == "rigid")
     _refuse_split_followers(robot, model.locked)
 
+    # Geared joints without an inertia would be free joints under another name.
     driven = robot.actuated_dofs
     inertia = model.armature + model.rotor
     has_inertia = inertia[driven & ~model.locked].any()

@@ -128,6 +128,7 @@ def configuration(
             "length is not 1, or such a cosine and sine; correct it in the file of postures"
         )
     _set_base(robot, posture, q)
+    # The posture first, then the arguments, which go over it.
     for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
         for pattern, value in values.items():
             for joint in settable_joints(robot, pattern):
@@ -144,6 +145,7 @@ def configuration(
             for joint in settable_joints(robot, pattern):
                 refuse_beyond_turn(joint, float(number), pattern)
                 joint.set(float(number), q)
+    # Without values: only the joints that follow others get theirs.
     set_joints(robot, (), q)
     return q
 

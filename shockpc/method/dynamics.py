@@ -152,8 +152,11 @@ def dynamics(
     """
     nv = robot.model.nv
     joints = joints or NoRotors(np.zeros(nv), np.zeros(nv))
+    # Above this size the momenta F of H = Jᵀ F take less time than H.
     as_momenta = len(Q) * nv**2 >= WHOLE_ARRAYS
     too_large = nv > LARGEST_DATA or not robot.depth_first
+    # Pinocchio's `Data` of a large model takes too much memory, and its composite inertias need
+    # bodies in the order of the tree.
     if too_large and inertias is None:
         inertias = Inertias.of(robot, joints)
 
@@ -192,6 +195,7 @@ def dynamics(
     else:
         inertia = evaluated.H
         if joints.coupling.any():
+            # The coupling of the rotors alone, because H has all else already.
             none = CompositeInertia(J, np.zeros_like(J), np.zeros(nv), evaluated.before)
             inertia = matrix_of(inertia) + matrix_of(none.with_rotors(joints.coupling))
     return Dynamics(inertia, J, rotation, position, origin, robot.ancestors, Q)

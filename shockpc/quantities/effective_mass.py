@@ -258,6 +258,7 @@ def clear_resistance(impact: DoubleImpact, number: int) -> dict[str, Array]:
     strikes = number < len(landing.contacts)
     if not (landing.floating and not landing.loops and is_point and strikes):
         return dict.fromkeys(PARTS, np.full(len(impact.state.J), np.nan))
+    # All three directions count, whichever of them the contact stops.
     point = constraint._replace(forces=np.eye(3), moments=NO_AXES)
     n = constraint.normal
     A = impact.delassus(point)

@@ -182,6 +182,8 @@ def _lowest_of_shapes(
     low = height + middle - (np.abs(rising) @ boxes.half[..., None])[..., 0]
 
     sought = np.full(len(rotation), np.inf) if below is None else below.copy()
+    # Contacts come first because all of their heights are wanted; the lowest bodies next, because
+    # what they reach leaves fewer to measure.
     upwards = sorted(bodies, key=lambda one: (one.body not in carriers, low[one.body].sum()))
     for body, numbers, corners, axes in upwards:
         near = np.flatnonzero(low[body] <= sought)
@@ -189,6 +191,8 @@ def _lowest_of_shapes(
             continue
         towards = rising[body, near].T
         first = start[numbers] - start[numbers[0]]
+        # How far each shape reaches down, max(corner · −n) + √Σ (a_k · n)², with axes a_k of its
+        # rounding.
         reach = np.maximum.reduceat(corners @ -towards, first, axis=0)
         if axes.size:
             along = (axes @ towards).reshape(3, len(numbers), -1)

@@ -90,6 +90,7 @@ def forward_kinematics(
     placements: list[tuple[Matrix, Matrix]] = []
     origins: list[list[Any]] = []
     columns: list[list[Any]] = []
+    # From the base to the leaves: p ← p + R p_i and R ← R R_i for each elementary joint i.
     for i, joint in enumerate(robot.joints):
         R, p = arithmetic.eye(3), arithmetic.block(3, 1)
         if joint.parent >= 0:
@@ -108,6 +109,7 @@ def forward_kinematics(
             columns += _twists(arithmetic, p, slides, spins)
         placements.append((R, p))
 
+    # The frame of a body is fixed to that of its joint, and is not the same.
     frames = _body_frames(arithmetic, robot, data, placements)
     rotations = [R.table() for R, _ in frames]
     positions = [p.entries() for _, p in frames]
