@@ -352,6 +352,8 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
+        # The placement of a part is relative to the part before, that of the first to the whole
+        # joint.
         steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
         names = model.names[number].split("+")
         for part, step, name in zip(inner.joints, steps, names, strict=True):
@@ -363,6 +365,7 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         twist = np.asarray(data.S, dtype=float).ravel()
         linear, angular = twist[:3], twist[3:]
         axis = read_only(angular if angular.any() else linear)
+        # A joint of which q is a cosine and a sine has no limits.
         if joint.nq == 1:
             limits = (
                 float(model.lowerPositionLimit[joint.idx_q]),

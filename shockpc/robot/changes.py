@@ -203,6 +203,7 @@ def varied_bodies(
         for link in links_with_mass(robot, pattern):
             before = links.get(link) or _repeated(_frame(robot.model, link).inertia, n)
             links[link] = _changed_inertia(what, np.asarray(values, float), factor, before)
+    # Bodies without a changed link stay as they are; the others are summed anew over their links.
     mass = np.repeat(robot.masses[None], n, axis=0).astype(float)
     com = np.repeat(robot.coms[None], n, axis=0).astype(float)
     inertia = np.repeat(robot.inertias[None], n, axis=0).astype(float)

@@ -36,6 +36,8 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
     model = pin.Model(given)
     _check_joints(model)
     _complete_frames(model)
+    # Joint 0 is the world. Numbers that no robot has are refused here, because later they would
+    # give NaN or a result without meaning.
     for k in range(1, model.njoints):
         subject, inertia = f'joint "{model.names[k]}"', model.inertias[k]
         if not inertia.mass >= 0.0:
@@ -65,6 +67,7 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
     unknown = (lower == 0.0) & (upper == 0.0)
     model.lowerPositionLimit = np.where(unknown | (lower < -_UNLIMITED), -np.inf, lower)
     model.upperPositionLimit = np.where(unknown | (upper > _UNLIMITED), np.inf, upper)
+    # Armature is n² I_rotor, the inertia that a rotor reflects through its gear (paper 3.1.2).
     model.armature = np.where(
         model.armature != 0.0, model.armature, model.rotorInertia * model.rotorGearRatio**2
     )
@@ -89,6 +92,7 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
                 f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; '
                 f"it is left out",
             )
+    # A ratio without an inertia serves a rotor that the scene gives.
     ratios: dict[str, float] = {}
     for k in range(1, model.njoints):
         if model.nvs[k] != 1:

@@ -233,6 +233,7 @@ class _Walk(NamedTuple):
                     )
             elif rule.consequence and _TESTS[rule.when](value, element, key):
                 self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
+        # Elements that may stand only once are collected, and compared after the loop.
         copies: dict[str, list[Element]] = {}
         for part in element:
             tag, inner = part.tag, node.below.get(part.tag)
@@ -240,6 +241,7 @@ class _Walk(NamedTuple):
             holder = owner
             if tag not in _NAMELESS and (part.get("name") or part.get("reference")):
                 holder = part
+            # Without a rule the tag is unknown here, and what is below it is not read.
             if inner is None or inner.element is None:
                 at_top, tags = not node.path and ":" not in tag, node.tags
                 if self.reported(tag, tags, node.path, strict and node.deep is None) or (
@@ -258,6 +260,7 @@ class _Walk(NamedTuple):
                 if strict and only_text and not inner.attributes.keys() & {_ALL, _TEXT_OF}:
                     self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
                 self.read(part, inner, holder, strict or (not node.path and tag in _STRICT))
+        # Copies that agree change nothing; only differences are reported.
         for first, *others in copies.values():
             inner = node.below.get(first.tag, _NOWHERE)
             apart: list[str] = []

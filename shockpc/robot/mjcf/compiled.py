@@ -168,6 +168,8 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
 
     `parts` receives models attached.
     """
+    # Counted before MuJoCo expands them, because a few characters may stand for any number of
+    # bodies.
     size = _size(root)
     if size > _LARGEST:
         remedy = "lower the count of <replicate>, <composite> or <flexcomp>"
@@ -204,10 +206,12 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
         inner = folders._replace(file=path)
         part = read_xml(path)
         insert_includes(part, inner)
+        # Paths in an attached model are relative to its own file.
         for mesh in part.findall("asset/mesh[@file]"):
             mesh.set("file", str(path.parent / mesh.get("file", "")))
         model.attrib.setdefault("name", part.get("model", path.stem))
         key = f"part_{len(parts)}.xml"
+        # The name is taken at once, because models attached to this one take the next.
         parts[key] = b""
         parts[key] = _without_files(part, inner, parts).encode()
         model.set("file", key)
@@ -267,6 +271,7 @@ def _compile(
             spec = mujoco.MjSpec.from_string(text, include=parts)
             spec.compiler.fusestatic = False  # it would drop links
             added = freed and _free_base(mujoco, spec)
+            # Keyframes are kept apart, because with an added base they are too short for MuJoCo.
             keys = tuple(
                 (key.name or f"key_{number}", tuple(key.qpos))
                 for number, key in enumerate(spec.keys)
@@ -276,6 +281,7 @@ def _compile(
             _name(mujoco, spec)
             boxes = _load_meshes(mujoco, spec, folders)
             model = spec.compile()
+            # A keyframe without a base has it where the model starts.
             if added:
                 base = tuple(model.qpos0[:7])
                 with_base: list[tuple[str, tuple[float, ...]]] = []

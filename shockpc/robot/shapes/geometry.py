@@ -502,6 +502,7 @@ def _mjcf_shapes(
         if only not in (None, link, geom.name):
             continue
         try:
+            # A mesh without mass was compiled as a box, so that its shape is read from its file.
             if file:
                 shape = _mesh(
                     link,
@@ -513,6 +514,7 @@ def _mjcf_shapes(
                 shape = primitive(link, form, np.array(geom.size))
             else:
                 mesh = m.mesh(int(geom.dataid[0]))
+                # The compiled model has the vertices and faces of all meshes in one array each.
                 first, face = int(mesh.vertadr[0]), int(mesh.faceadr[0])
                 vertices = np.array(m.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
                 triangles = np.array(

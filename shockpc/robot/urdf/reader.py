@@ -179,6 +179,8 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
             f"computed as a ball joint, which holds its point"
         )
     model = _model(order, joints, inertias)
+    # Only the tree shows whether a joint carries the whole robot; such a joint becomes the free
+    # base.
     base = _base_joint(model, order, joints)
     if base:
         model = _model(order, joints, inertias, base)
@@ -193,6 +195,8 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
     drives = read_drives(root, joints, model)
     imus, unplaced = add_places(root, model)
     model.name = source.robot_name
+    # The placement of the first joint is where the base starts, so that q alone says where it
+    # stands.
     start = pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()

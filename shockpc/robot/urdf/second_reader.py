@@ -90,10 +90,12 @@ def second_reading(robot: Robot) -> SecondReading:
     differences = [*_names(robot, record), *_joints(robot, joints), *_inertias(robot, record)]
     largest, apart = 0.0, ""
     generator = np.random.default_rng(0)
+    # Where names or joints differ already, placements cannot be compared.
     for _ in range(0 if differences else CONFIGURATIONS):
         for link, error in _placement_errors(robot, record, generator):
             if error > largest or np.isnan(error):
                 largest, apart = error, link
+    # `not <=`, so that NaN is a difference too.
     if not largest <= TOLERANCE:
         differences.append(
             f'link "{apart}" stands {largest:.2g} elsewhere at a random configuration'

@@ -100,6 +100,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     views = _views(comparison, drawn, points)
     widest = 4.4 if len(drawn) == 1 else 7.0
     windows = windows_of(views, (0.1, 0.1), (widest, 3.6), (1.6, 1.6), arrow=0.45)
+    # Names first, because the longest one decides where the bars begin.
     labels = []
     for section, rows in sections:
         labels += [_label(row, section, views[0], points) for row in rows]
@@ -317,11 +318,13 @@ def _draw_bars(
     shares = [_shares(row)[:designs] for row in rows]
     values = np.array(shares).reshape(len(rows), designs)
     _draw_groups(axes, np.array(ticks), values, letters)
+    # The bars of a single design leave room for their numbers.
     if designs == 1:
         for tick, row, change in zip(ticks, rows, values[:, 0].tolist(), strict=True):
             _write_change(axes, tick, row, change)
     axes.axvline(0.0, color=INK, linewidth=0.8)
     low, high = float(np.nanmin(values, initial=0.0)), float(np.nanmax(values, initial=0.0))
+    # Room for these beyond the longest bars, and some width where nothing changes.
     room = 0.3 * (high - low) or 1.0
     axes.set(
         xlim=(low - room, high + room),

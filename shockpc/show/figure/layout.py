@@ -82,12 +82,14 @@ class Page:
         self.low = top - height
         up = top + 0.5 + 0.18 * len(lines)
         self.figure = Figure(figsize=(across, up))
+        # One axes in inches over the whole page, for texts anywhere on it.
         self._axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, across), ylim=(0.0, up))
         self._axes.set_axis_off()
         room = across - 2.0 * MARGIN
         self.write(MARGIN, up - 0.14, heading[0], 11.0, room, fontweight="bold")
         for k, text in enumerate(lines, start=1):
             self.write(MARGIN, up - 0.14 - 0.07 - 0.18 * k, text, 8.0, room, fontweight="normal")
+        # `_y` goes down the column as tables and notes are written.
         self._y = top
         for rows in tables:
             self._table(_cut_rows(rows))

@@ -53,6 +53,7 @@ def analyze(
     from shockpc.cli.progress import shown_trace
 
     trace = shown_trace()
+    # Imported here, so that the help of the command does not wait for it.
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
@@ -62,6 +63,7 @@ def analyze(
         from shockpc.studies.analyze.report import analyze_report
         from shockpc.text.errors import ShockError, traces
     loaded, scenes = scenes_from(robot, options, trace)
+    # Names are checked before the landings are computed, which takes longer.
     for pattern in live:
         loaded.match_joints(pattern)
     _refuse_without_effect(output, scenes, body, live, save_scene, force, spectrum, all_)

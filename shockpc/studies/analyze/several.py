@@ -106,6 +106,7 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
             of_worst = _where_text(profiles[worst], landing_text(profiles[worst]))
             texts.append(f"worst of all {named[worst]} ({of_worst})")
     names = short_names(profiles)
+    # At each further place another landing may be the worst.
     for other in others:
         values = np.array([_shock(profile, other) for profile in profiles])
         k = _worst(values)
@@ -178,6 +179,8 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     for place, values in zip(places, shocks.T.tolist(), strict=True):
         columns[f"{place.title} [-]"] = values
     columns |= _range_columns(profiles)
+    # Peaks need a contact stiffness or a pulse, and margins a part: without these there is no
+    # column.
     peaks = _peaks(profiles)
     if peaks is not None:
         columns[f"peak at {places[0].title} [g]"] = peaks

@@ -68,6 +68,7 @@ def check_budgets(
         baseline = read_baseline(Path(baseline))
     if baseline is None and not renewing:
         _refuse_without_limits(given)
+    # Filled by `plan`: the cases, with which those of the baseline are compared.
     records: dict[str, Any] = {}
     planned = list(plan(given, baseline, records))
     seconds: dict[str, float] = {}
@@ -91,6 +92,7 @@ def check_budgets(
         outcomes += _outcomes(given, baseline, landing, result, designs)
     # What holds for all landings together.
     bounds = [result.proof.bounds.max() for result in results if isinstance(result, ShockProfile)]
+    # What changed since the baseline explains numbers that moved.
     changes = _changes(baseline, records)
     notes = [
         *_change_notes(changes, outcomes),

@@ -55,6 +55,7 @@ def improve_report(study: Improvement) -> Report:
         if not full:
             yield Lines(["--out writes how the other numbers change"])
 
+    # Functions, because the printed report needs few of the sheets.
     sheets: dict[str, Callable[[], Sheet]] = {
         "variables": lambda: _variables(study),
         "quantities": lambda: _quantities(study),
@@ -65,6 +66,7 @@ def improve_report(study: Improvement) -> Report:
     if study.ends:
         sheets["drives"] = lambda: _drives(study)
 
+    # The landings at the optimum as files that other commands take.
     def scenes(folder: Path) -> dict[str, str]:
         profiles = enumerate(study.after.values(), start=1)
         return {f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in profiles}

@@ -293,11 +293,13 @@ def improve(
             f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one"
         )
 
+    # The cost again for other scenes, those with the drives at an end.
     def cost_of(scenes: Mapping[str, Scene]) -> ShockCost:
         return ShockCost(scenes, quantity, vary, robot, keep=keep, ground=not any_ground)
 
     with trace.stage("landings"):
         cost = cost_of(scenes)
+    # Without a worse value there is no worst landing to improve.
     if cost.column.selection.quantity.worse == "neither":
         raise StudyError(
             f"{cost.column.title} is neither better nor worse if it is smaller; choose another "
@@ -308,6 +310,7 @@ def improve(
     best = runs[0].value
     # What makes no difference stays as given.
     x = _set_back(cost, runs[0].x, best * (1.0 + OPTIMUM_TOLERANCE))
+    # The runs are in double precision; the numbers that are reported have a proof.
     with trace.stage("proof"):
         cases = {name: (scene, robot) for name, scene in cost.scenes.items()}
         before, after = profiles(cases), profiles(cost.cases(x))

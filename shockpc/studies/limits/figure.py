@@ -45,6 +45,7 @@ def draw_limits(study: JointLimits) -> Figure:
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
 
     n = len(study.scan.values)
+    # More postures than the figure has columns of pixels would take time and show nothing.
     drawn = np.unique(np.linspace(0, n - 1, min(SAMPLES, n)).astype(int))
     x = scale * study.scan.values[drawn]
     y, numbers = _rows(study, drawn)
@@ -59,6 +60,7 @@ def draw_limits(study: JointLimits) -> Figure:
             part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=dashes, clip_on=False)
     if ends:
         words.append("dashed: limits in the file")
+    # The scene itself may be outside the map.
     value, angle = study.present[0], math.degrees(study.present[1])
     low, high = study.range
     if low <= value <= high and y[0] <= angle <= y[-1]:

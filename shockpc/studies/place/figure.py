@@ -137,9 +137,11 @@ def draw_place(study: PlaceStudy) -> Figure:
     right = LEFT + width + GAP
     page = Page(right + depth, FOOT + height + GAP + depth, _heading(study), tables, notes, column)
 
+    # The edges of a mesh are the same in all views.
     edges: dict[int, Edges] = {}
     views = {name: _view(study, content, frame, pair, edges) for name, pair in VIEWS.items()}
     at_marks = study.fields.at(content.marks)
+    # One scale of colours for all views and marks.
     shocks = np.concatenate([at_marks, *(view.seen for view in views.values())])
     levels, colours = shock_levels(float(shocks.min()), float(shocks.max()))
 
@@ -158,6 +160,7 @@ def draw_place(study: PlaceStudy) -> Figure:
         )
         if not view.region.is_empty:
             _colour(axes, view, window, frame.detail, levels, colours)
+        # Cells of the region may overlap; their union has one outline.
         hulls = [projection(cell, view.plane) for cell in content.cells]
         if hulls:
             outlined(axes, shapely.union_all(hulls), frame.detail, **REGION_STYLE)

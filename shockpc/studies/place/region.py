@@ -56,6 +56,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
     """
     limits = None if within is None else _checked_box(within)
     name = robot.bodies[body].name
+    # Collision geometry says where the inside is, and visual geometry what surface is seen.
     kinds: tuple[GeometryKind, ...] = ("collision", "visual")
     if surface:
         kinds = ("visual", "collision")
@@ -89,6 +90,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
     for shape in solid:
         cells += [ConvexCell(corners) for corners in facets(shape)]
     parts = f"{len(cells)} facets"
+    # A box cuts the facets, and then sets the size of the region.
     if limits is not None:
         cells = _cut(cells, limits)
         extent = limits

@@ -44,6 +44,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
         for effect in effects
     ]
     axes.set_yticks(range(len(effects)), names)
+    # Rows go down, with the largest effect at the top.
     axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)
     # Room for the shares beside the longest bar, also where rounding is all that there is.
@@ -56,6 +57,8 @@ def draw_tornado(study: Sensitivity) -> Figure:
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
 
+    # The colour says better or worse, where the quantity has such a sense; the filling says which
+    # of the two opposite changes it is.
     marks = []
     if study.target.selection.quantity.worse != "neither":
         marks.append(Patch(color=COLOURS[True], label="worse"))

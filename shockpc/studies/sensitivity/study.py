@@ -326,6 +326,7 @@ def sensitivity(
     if not chosen:
         changes = _changes(robot, known, groups, percent)
     effects = tuple(_effect(change, known, slopes, compared) for change in changes)
+    # Without any derivative there is nothing to rank.
     depends = any(effect.reason or effect.derivatives.any() for effect in effects)
     if not chosen and not depends:
         raise StudyError(
@@ -334,6 +335,7 @@ def sensitivity(
         )
     modelled = Sensitivity(tuple(scenes), solved, number, compared.values, mean, percent, effects)
 
+    # The same study, with the drives of its scenes at an end of what they may be.
     def at_end(others: dict[str, Scene]) -> Sensitivity:
         return sensitivity(
             others, target, robot, mean=mean, groups=groups, vary=vary, percent=percent
