@@ -135,6 +135,7 @@ def flexible_robot(
         if segment == 0:
             built.add_body(k)
         else:
+            # Each hinge stands for the bending of one spacing: k = EI / spacing.
             springs = _springs(robot, k, flexes[k], lines[k]) / divisions[k].spacing
             built.add_segment(k, segment, flexes[k], springs)
     built.add_frames()
@@ -148,6 +149,7 @@ def flexible_robot(
         relaxed = read_only(_straight(model, q, robot.relaxed))
     bent = replace(robot, model=model, start=start, relaxed=relaxed, postures={}, loops=())
     stiffness = built.stiffness()
+    # Landings share a robot, so that its arrays must not change.
     freeze(stiffness, q, v, divisions)
     return FlexibleRobot(bent, stiffness, q, v, built.segments(), divisions)
 

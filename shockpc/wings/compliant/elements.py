@@ -109,6 +109,7 @@ def element_system(landing: PosedLanding) -> ElementSystem:
         rows.M, held.rows, before, free[geared], model.rotor[geared]
     )
     width = free.shape[1]
+    # A motor turns its joint, or the coordinate of its rotor where that is behind a spring.
     turned = np.zeros((len(motors), len(M)))
     turned[~behind, :width] = free[motors[~behind]]
     turned[behind, width + np.searchsorted(geared, motors[behind])] = 1.0
@@ -117,9 +118,11 @@ def element_system(landing: PosedLanding) -> ElementSystem:
         Elements.alike(gears, model.drive_stiffness[geared], load=torque[geared]),
         Elements.alike(turned, 0.0, load=torque[motors]),
     )
+    # Further stops may be struck later, so that the equation has their rows too.
     if stops.stops:
         stopped = replace(landing, acting=stops.stops)
         rows = replace(rows, equation=stopped.equation(landing.state))
+    # Gravity has no part along the coordinates of rotors.
     rotors = np.zeros(len(M) - width)
     gravity, fall = np.append(constant.gravity, rotors), np.append(constant.fall, rotors)
     return ElementSystem(

@@ -101,6 +101,7 @@ def draw_time(profile: ShockProfile) -> Figure:
     rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
 
     left_out = _write_events(list(rows), _events(profile, compliant))
+    # The line below the figure explains only what is drawn.
     words = ["dashed: along the normal", "dotted: what happens to a contact"]
     if any(filters):
         words.append("dash-dotted: what an accelerometer reads")
@@ -253,6 +254,7 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
     names = [*(place.name for place in profile.places("contact")), *stops]
     several = len(set(compliant.number[compliant.number >= 0].tolist())) > 1
     times = np.array([event.time for event in motion.events])
+    # Elements along the ground change often; only steps that the figure shows are named.
     least_step = STEP * float(np.abs(motion.at(times).force).max(initial=0.0))
     events: list[tuple[float, list[str]]] = []
     for event in motion.events:

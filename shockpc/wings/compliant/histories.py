@@ -40,6 +40,7 @@ def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
     moved, links = compliant.displacements(times), []
     for body, division in landing.flexible.divisions.items():
         first, *segments = landing.flexible.segments[body]
+        # Hinges are in the middle of their parts, so that the link ends half a spacing beyond them.
         half = 0.5 * division.spacing * division.axis
         points = np.vstack([division.places[0] - half, division.places, division.places[-1] + half])
         # A hinge turned by small angles α moves points behind it by α × their arms.
@@ -51,6 +52,7 @@ def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
             off += np.einsum("ta,aki->tki", moved[:, start : start + 2], arms)
         R = landing.state.rotation[0, first]
         links.append((landing.state.position[0, first] + points @ R.T, off @ R.T))
+    # The time at which the end of some link is farthest from where a straight link has it.
     ends = [np.linalg.norm(off[:, -1], axis=1) for _, off in links]
     most = int(np.argmax(np.max(ends, axis=0)))
     return [(points, off[most]) for points, off in links]

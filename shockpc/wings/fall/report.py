@@ -384,6 +384,7 @@ def _every_strike(falls: Falls) -> Sheet:
             columns[name, table.units[name]] = [
                 cell if cell != "" else None for cell in values.tolist()
             ]
+        # Texts stand beside the numbers that they explain.
         if name == "number":
             columns["strike", ""] = names
         if name == "struck":

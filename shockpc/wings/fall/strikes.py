@@ -394,8 +394,10 @@ def _strike(
     velocity = touch.before.vx * tip.forward + touch.before.vz * UP
     rotation_rate = omega * np.cross(UP, tip.forward)
     scene = rigid.scene(turn, velocity, rotation_rate, struck, stands, kind == "slides")
+    # By default landings are looked at in the plane of the fall.
     if scene.plane == "auto":
         scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
+    # On finite stiffness only what strikes is a contact.
     if scene.yields:
         scene = replace(scene, contact=scene.contact[: len(struck)], stance=())
     strike = _landing(
@@ -411,6 +413,7 @@ def _strike(
         forward=tip.forward,
         energy=section.energy(touch.before) - rigid.mass * GRAVITY * touch.before.z,
     )
+    # Later strikes are computed as if the fall stayed in its plane, so that the first is checked.
     if number > 1:
         return strike
     aside = _turns_aside(rigid, turn, (*struck, *stands), velocity, omega, tip.forward)

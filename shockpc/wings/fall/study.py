@@ -302,15 +302,18 @@ def fall(
     least = LEAST if least is None else least
     if not headings:
         raise StudyError("no heading is given; name one, such as front")
+    # A posture becomes one scene for each point of the grid of what varies.
     postures_of_grid: dict[str, Scene] = {}
     for posture, scene in scenes.items():
         postures_of_grid |= scene_grid(posture, scene, robot, pairs(vary))
     scenes = postures_of_grid
 
+    # Quantities are read before the robot falls, so that an unknown one is refused early.
     judged = _judged(scenes.values(), robot)
     texts, rank = _quantities(scenes.values(), judged, rank, quantities)
     selections = [select(text.partition("@")[0]) for text in texts]
 
+    # Both ways give strikes, which are landings like any other from here on.
     if drop is None:
         tipping = Tipping(headings, push, within_height, least)
         motion = _tipped(scenes, robot, tipping, trace)
@@ -319,6 +322,8 @@ def fall(
     if not motion.strikes:
         raise _no_strike(motion.failures, least)
 
+    # A strike without a solution is a row with its reason, which is an error only if no strike has
+    # one.
     results_by_name, refused = _results(motion.strikes, robot, selections, texts, trace)
     if not results_by_name:
         raise next(iter(refused.values()))
@@ -629,6 +634,7 @@ def _table(
     columns["rotation"] = np.degrees([strike.rotation for strike in strikes]).round(9)
     units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"}
 
+    # A strike that was refused keeps its row, so that the table has all strikes in their order.
     of_strikes = [results.get(strike.name) for strike in strikes]
     for text in texts:
         values = [math.nan if result is None else result.values[text] for result in of_strikes]
@@ -636,6 +642,7 @@ def _table(
         columns[text] = np.array(values)
         columns[f"{text} at"] = np.array(places)
         units[f"{text} at"] = ""
+    # What the joints do changes the trunk's motion most, so that each joint model has a column.
     trunk = np.array([NO_TRUNK if result is None else result.trunk for result in of_strikes])
     for k, model in enumerate(("free", "with drives", "locked")):
         columns[f"trunk {model}"] = trunk[:, k]

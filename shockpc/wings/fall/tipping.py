@@ -540,6 +540,7 @@ def _strike(
         change = _friction_change(J, weight, speeds, mu)
     after = speeds + J @ change
     vx, vz, omega = change + np.array([before.vx, before.vz, before.omega])
+    # Corners that leave the ground do not carry the next part of the fall.
     left = [k for k, up in zip(corners, after[1::2], strict=True) if up <= 10.0 * REST * scale]
     return before._replace(vx=float(vx), vz=float(vz), omega=float(omega)), left
 

@@ -46,8 +46,10 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
         for colour, mark, (name, values) in zip(CURVES, MARKS, dots.items(), strict=False):
             hollow = {"markersize": 4.0, "markerfacecolor": "none"}
             axes.plot(*values, mark, color=colour, label=name, **hollow)
+        # A curve that several panels have is named once.
         named |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.grid(True)
+    # Decades alone would be too few ticks.
     low, high = grid[0, 0].get_xbound()
     ticks = [tick for tick in TICKS if low <= tick <= high]
     for axes in grid.flat:

@@ -82,6 +82,7 @@ def frame_leg(rotor: float = ROTOR) -> FrameLeg:
             where = np.ix_([*start, *end], [*start, *end])
             K[where] += k
             M[where] += mass
+    # The leg falls with unit speed: every height of a node, and no other coordinate.
     heights = [1, *(node[1] for node in thigh[1:]), *(node[1] for node in shank[1:])]
     falling = np.zeros(n)
     falling[heights] = -1.0
@@ -112,6 +113,8 @@ def _element(angle: float) -> tuple[Array, Array]:
     scale = np.array([1.0, length, 1.0, length])
     size = np.outer(scale, scale)
     k, inertia = np.zeros((6, 6)), np.zeros((6, 6))
+    # A rod, EA / l and m / 6, and a beam of Euler and Bernoulli, EI / l³ and m / 420, times
+    # constant matrices.
     k[stretch] = EA / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
     k[bend] = EI / length**3 * size * OF_BENDING
     inertia[stretch] = mass / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])

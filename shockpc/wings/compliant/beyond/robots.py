@@ -88,6 +88,7 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
     name, foot, drives = landing
     robot, (contact, contact_law) = load_robot(name), LAWS[law]
     body, links = robot.frame(foot).body, list[str]()
+    # All links from the foot upwards bend, and the base does not.
     while robot.parents[body] >= 0:
         links.append(robot.bodies[body].name)
         body = robot.parents[body]
@@ -109,6 +110,7 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
     duration = math.pi / omega
     compared, rigid = [], _read(CompliantLanding(posed))
     for ratio in RATIOS:
+        # Tc f1 = ratio with f1 = unit √EI.
         EI = (ratio / (duration * unit)) ** 2
         bending = replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}"))
         off = np.abs(_read(CompliantLanding(resolve(bending, robot))) - rigid)

@@ -173,6 +173,7 @@ def simulate_landing(
     gravity = np.zeros(len(velocity)) if gravity is None else gravity
     elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
     _check(M, elements, velocity, until, gravity)
+    # A damper takes the energy itself, so that its element loses none by restitution.
     damped = (np.asarray(elements.damping) > 0.0) | (np.asarray(elements.relaxation) > 0.0)
     elements = elements._replace(restitution=np.where(damped, 1.0, elements.restitution))
     system = system_of(elements, *_coordinates(M, elements.rows), velocity, gravity)
@@ -194,6 +195,7 @@ def simulate_landing(
             time, simultaneous = time + segment.length, 0
         if happens is None:
             break
+        # Changes that take no time could follow one another for ever.
         if len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             raise ArithmeticError(
                 f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "

@@ -367,6 +367,7 @@ def largest_lengths(
         return _in_halves(outputs, segments, least, effort)
     rates, wave = _stacked(segments)
     modes, P = rates.shape[1], outputs.reshape(m * k, r)
+    # Vectors are P f of the forces f, and their waves are P times those of the forces.
     waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
     # What the amplitudes of a segment and a vector allow at most.
     size = np.abs(waves)
@@ -381,6 +382,7 @@ def largest_lengths(
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
     frequency = rate_of_change(rates[:, None, None], size)
     fastest = np.where(larger[..., None], frequency, 0.0).max(axis=(1, 2))
+    # Samples are 0.2 rad of the fastest rate of change apart.
     steps = np.minimum(lengths * fastest / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
     if count > 1 and steps.sum() > SAMPLES_TOGETHER:
         return _in_halves(outputs, segments, least, effort)
@@ -561,6 +563,7 @@ def _longer_between(
         i, vector, width = between.segment, between.vector, between.width / FINER
         of_vector = of.waves[i, vector]
         effort.spend(len(i) * (FINER + 1) * of_vector[0].size)
+        # Samples are FINER times denser in each interval, and the largest one is refined.
         t = between.low[:, None] + width[:, None] * np.arange(FINER + 1)
         turned = np.exp(t[..., None] * of.rates[i, None])
         sampled = _lengths((turned @ np.swapaxes(of_vector, 1, 2)).real)
@@ -644,4 +647,5 @@ def _refined(
         last, t = t, np.clip(t + step, low, high)
         if np.all(np.abs(t - last) <= 1e-6 * (high - low)):
             break
+    # Where the last time agrees with the best one it has more digits.
     return length, np.where(np.abs(t - best) <= 1e-6 * (high - low), t, best)

@@ -249,6 +249,7 @@ def divide(
         share, middle, spread = _moments(line, low, high)
         masses.append(mass * share)
         coms.append(com + slope * (middle - centre))
+        # I = tr(S) 1 − S of the second moments S, along the line of the centres and across it.
         of_segment = mass * share * (spread * np.outer(slope, slope) + across)
         inertias.append(np.trace(of_segment) * np.eye(3) - of_segment)
     places = start + along[:, None] * axis

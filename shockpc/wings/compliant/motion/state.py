@@ -236,15 +236,18 @@ class State:
             released = int(np.flatnonzero(rigid & system.elements.normal)[0])
             return None, Watch(released, EventKind.OPENS, 0.0, 0.0, 1.0)
         motion = self._motion()
+        # With a damper the force may be largest when the spring is not yet compressed.
         larger = np.maximum(self.largest, -self.slope * motion.start[TOTAL])
         self.largest = np.where(system.viscous > 0.0, larger, self.largest)
         watched = [*self._watched(), *self._watched_in(motion)]
         _, signals = self._signals(motion, watched)
+        # What is below zero already happens at once.
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
             return None, watched[int(early.argmin())]
         if may_end and self._over(motion) and not self._closes_again(motion, STAYS_OPEN * time):
             return None, None
+        # Until then no element changes, and the motion is known in closed form.
         length, first = first_crossing(motion.oscillations.rate, signals, horizon, self.effort)
         segment = self._segment(motion, time, length)
         self.jump, displacement = segment.after(np.asarray(length))
@@ -445,6 +448,7 @@ class State:
             self.slow[i] |= kind is EventKind.SLOWS
             return kind
         if kind is EventKind.UNLOADS:
+            # The force, slope · z, stays; the energy z² / 2 becomes e² times as large.
             self.phase[i], self.slope[i], self.z[i] = UNLOADING, self.slope[i] / e, self.z[i] * e
             self.peak[i] = self.z[i]
             self.largest[i] = max(self.largest[i], self.slope[i] * abs(self.z[i]))

@@ -144,11 +144,13 @@ class System:
         damper = np.where(acting, self.viscous, 0.0)[:, None] * self.W
         F = np.where(sprung, slope, 0.0)[:, None] * self.W
         G = np.sqrt(self.damping[acting])[:, None] * self.W[acting]
+        # Springs, dampers and constant forces without the part of u that held rows stop.
         free = self._held(fixed, sprung, slope, F, G)
 
         U, sigma, V = _modes(free.F, bool(relaxes.any()))
         moves, along = sigma > 0.0, V.T @ free.pull
         balanced, creep = np.zeros((2, len(sigma)))
+        # Constant forces balance springs at the deflection σ⁻¹ Vᵀ pull of each mode.
         balanced[moves] = 1.0 / sigma[moves] * along[moves]
         of_dampers = None
         if acting.any() or relaxes.any():
@@ -261,6 +263,7 @@ def system_of(
     sprung = elements.stiffness > 0.0
     damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(W))
     steady = np.where(sprung, 0.0, np.asarray(elements.load))
+    # √κ |W_i| is the frequency of element i alone.
     pull, speed, single = falling + W.T @ steady, float(np.linalg.norm(u)), slope * length
     rate, rigid_length = W @ u, length
     bends = np.broadcast_to(elements.straight, len(W))
@@ -268,6 +271,7 @@ def system_of(
         # Without the velocities of hinges: W (1 − S⁺ S), of the rows S of hinges.
         of_hinges = np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends]
         rigid_length = np.linalg.norm(W - W @ of_hinges, axis=1)
+    # A contact at rest approaches by no more than rounding.
     approaches = elements.normal & (rate < -1e-13 * length * speed)
     strike = np.max(-rate[approaches] / rigid_length[approaches], initial=0.0)
     # What single contacts come to rest at counts like the speed.
