@@ -37,12 +37,14 @@ def draw_panels(
         note: under the tables, in italics.
     """
     views, number = _numbered([view_of(profile) for profile in profiles], profiles)
+    # Panels have one scale and one height, so that lengths compare.
     windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
     under: list[list[str]] = []
     for lines, profile, view, window in zip(captions, profiles, views, windows, strict=True):
         under.append([*lines, *_outside(profile, view, window)])
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
+    # Panels may differ in their joint model; each is named once.
     models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
     bodies: TableRows = [("", "body")]
     for name, k in number.items():

@@ -381,6 +381,7 @@ def _write_joint(robot: Element, joint: Element, poses: _Poses) -> None:
         raise RobotError(
             f'joint "{name}" is of type "{kind}", which is not read; read are {listed(_JOINTS)}'
         )
+    # A URDF places a joint in the frame of the link that carries it.
     placement = poses.carried(parent).inverse() * poses.joint(name)
     out = _joint(robot, name, kind, parent, child, placement)
     if kind == "fixed":
@@ -401,6 +402,7 @@ def _write_joint(robot: Element, joint: Element, poses: _Poses) -> None:
     high = _limit(axis, "upper", subject)
     effort = _limit(axis, "effort", subject)
     limit: dict[str, str] = {}
+    # A revolute joint without limits is a continuous one in a URDF.
     if low > -_UNLIMITED or high < _UNLIMITED:
         limit = {"lower": repr(low), "upper": repr(high)}
     elif kind == "revolute":

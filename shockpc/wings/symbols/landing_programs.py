@@ -172,6 +172,7 @@ def refuse(landing: PosedLanding) -> None:
         SolveError: no inertia resists a motion.
     """
     scene = landing.scene
+    # A program is one sequence of operations: what decides, iterates or integrates has none.
     for found, what, change in (
         (
             landing.loops,
@@ -210,6 +211,8 @@ def refuse(landing: PosedLanding) -> None:
                 f"{block.name} cannot be written in symbols; name a frame as the contact",
                 blocks=[block.frame],
             )
+        # The text gives the point of this posture as an offset, which leaves the landing as it is
+        # here.
         if block.lowest:
             frame = landing.robot.frames[block.frame]
             offset = ",".join(
@@ -222,6 +225,7 @@ def refuse(landing: PosedLanding) -> None:
                 + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
                 blocks=[block.frame],
             )
+    # Rows that depend on one another in three random postures do so in all.
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
     Q = displaced(landing.robot, np.tile(landing.q, (3, 1)), steps)
     for q in Q:

@@ -214,6 +214,7 @@ def _drives_text(study: Identification, table: str) -> str:
     """
     day = datetime.date.today().isoformat()
     robot, joints = study.robot, study.scene.joints
+    # Rigid joints have no inertia that could be written, so that the drives are taken as they are.
     model = joint_model(
         robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints
     )
@@ -237,6 +238,7 @@ def _drives_text(study: Identification, table: str) -> str:
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:
         v = robot.joint(name).v.start
+        # With a spring in the drive, the inertia is that of the rotor behind it.
         behind = np.isfinite(model.drive_stiffness[v])
         values: dict[str, Any] = {
             "armature": float(model.rotor[v] if behind else model.armature[v]),
@@ -258,6 +260,7 @@ def _drives_text(study: Identification, table: str) -> str:
                 if name in sources
                 else {"source": "of the scene"}
             )
+            # Joints with the same values and source share an entry.
             drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
             drive["joint"].append(name)
     return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"

@@ -213,6 +213,7 @@ def identify(
             "the table measured no velocity after the impact, such as after_JOINT or after_vz, so "
             "nothing can be found"
         )
+    # Jumps at one time after contact are compared, by default at the first.
     times = list(dict.fromkeys(column.time for column in velocities))
     if after is not None and after not in times:
         known = listed(f"{t:g}" for t in times if t is not None)
@@ -223,6 +224,7 @@ def identify(
     chosen = tuple(
         column for column in velocities if column.time == (times[0] if after is None else after)
     )
+    # Where noises are given, a velocity without one has zero, and is not used.
     deviations = np.array([_noise(column.name, noise) for column in chosen])
     chosen = tuple(column for column, sigma in zip(chosen, deviations, strict=True) if sigma > 0.0)
     if not chosen:
@@ -230,6 +232,7 @@ def identify(
             f"--noise fits nothing that was measured; measured are "
             f"{listed(column.name for column in velocities)}"
         )
+    # A jump without a time is that of an impulse, on which stiffness has no effect.
     stiff = [
         one.subject for one in unknowns if one.kind.word in ("contact-stiffness", "contact-damping")
     ]

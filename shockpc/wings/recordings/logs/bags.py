@@ -136,12 +136,15 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
     if unknown := [topic for topic in topics if topic not in names]:
         raise UnknownName("topic", unknown[0], names, "this bag, of the types that are read", "")
     chosen = list(topics)
+    # Without topics that were asked for, one for each kind of content.
     contents = dict.fromkeys(kind.gives for kind in KINDS.values())
     for gives in () if topics else contents:
         usable = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
         kinds_of_topics = sorted({(c.topic, c.msgtype) for c in usable})
+        # Usual names come first; topics of the same rank are ambiguous.
         order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in kinds_of_topics}
         best = [topic for topic, place in order.items() if place == min(order.values())]
+        # A pose holds the attitude already.
         if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
             if best:
                 remarks.append(
@@ -183,12 +186,14 @@ def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.nda
     clock = np.unique(np.array(series[0].stamps) - start)
     columns: dict[str, np.ndarray] = {}
     for record in series:
+        # `np.unique` sorts, and keeps the first of the messages of one time.
         stamps, first = np.unique(np.array(record.stamps) - start, return_index=True)
         if series[0] is record and (np.diff(np.array(record.stamps)) < 0).any():
             remarks.append("messages are not in the order of their times, and are sorted")
         values = np.array(record.numbers).reshape(-1, len(record.names))[first]
         if len(stamps) < 2:
             continue
+        # q and −q are one rotation, but the line between them is none.
         turned = [record.names.index(name) for name in QUATERNION if name in record.names]
         values[:, turned] = continuous(values[:, turned])
         # Each sample stands at the nearest time of the clock that lies between samples.

@@ -66,8 +66,10 @@ def numbers(
         else values.astype(float)
     )
     found, cells = found.reshape(len(values), -1), values.reshape(len(values), -1)
+    # An empty cell that may be missing is known to be NaN; infinity never is a number here.
     known = np.isfinite(found) | (np.isnan(found) & empty_cells(cells) if missing else False)
 
+    # A message is written only for rows that are refused.
     def reason(i: int) -> str:
         cell = cells[i, int(np.argmin(known[i]))]
         if isinstance(cell, str):
@@ -84,6 +86,7 @@ def numbers(
         )
 
     messages.refuse(~known.all(axis=1), reason)
+    # Such a number is a mistake in any unit.
     far = np.abs(found) > LARGEST_NUMBER
     messages.refuse(
         (known & far).any(axis=1),

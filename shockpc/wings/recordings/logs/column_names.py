@@ -200,6 +200,7 @@ def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[
 def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
     """The columns with those of ROS by our names, and numbered ones of qpos and qvel as arrays."""
     columns = dict(columns)
+    # As in ROS's JointState: names of the joints, and arrays with a column for each.
     if {"name", "position"} <= columns.keys() and columns["position"].ndim == 2:
         names = [str(name) for name in columns.pop("name").ravel()]
         for key, prefix in (("position", "q_"), ("velocity", "before_"), ("effort", "effort_")):
@@ -213,6 +214,7 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
                 columns |= {prefix + name: values[:, k] for k, name in enumerate(names)}
     expanded: dict[str, Any] = {}
     numbered: dict[str, dict[int, np.ndarray]] = {}
+    # qpos0, qpos_0, qpos.0 and qpos[0] all are the first number of qpos.
     for name, values in columns.items():
         if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?([0-9]{1,9})\]?", name):
             numbered.setdefault(match[1], {})[int(match[2])] = values

@@ -132,6 +132,7 @@ def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootL
     rebounds: list[int] = []
     since = 0
     for sample, p, stop in stops:
+        # Points of a foot that stop together are one landing.
         if landings and t[sample] - t[landings[-1].sample] <= together:
             landings[-1] = landings[-1]._replace(points=tuple(sorted({*landings[-1].points, p})))
             continue
@@ -178,6 +179,7 @@ def _stops(t: Array, height: Array) -> Iterator[_Stop]:
     kink = np.where(stops, kink, -np.inf)
     for k in np.flatnonzero(stops).tolist():
         first = max(k - n, 0)
+        # Of kinks nearer than the length of the lines the largest one is the stop.
         if kink[k] < kink[first : k + n + 1].max():
             continue
         fall = float(np.nanmin(behind[first : k + 1]))

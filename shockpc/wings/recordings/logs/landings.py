@@ -199,9 +199,11 @@ class RecordedLandings:
         n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.extra_headings}
         yield from (Refusal(np.array([i]), StudyError(text)) for i, text in data.messages.items())
         known = np.array([i for i in range(n) if i not in data.messages], dtype=int)
+        # NaN is not equal to itself: rows without friction would never be one group.
         friction = np.nan_to_num(data.friction if self.by_friction else np.zeros(n), nan=-1.0)[
             known
         ]
+        # Rows with the same contacts and friction share a landing, and are computed together.
         _, first, group = np.unique(
             np.stack([data.scene[known], friction]), axis=1, return_index=True, return_inverse=True
         )
@@ -212,6 +214,7 @@ class RecordedLandings:
             except ShockError as error:
                 yield Refusal(chosen, error)
                 continue
+            # A loop that cannot be closed refuses its own row alone.
             closed = []
             for row in chosen.tolist():
                 try:
@@ -351,6 +354,7 @@ class RecordedLandings:
     def _written(self, landing: PosedLanding) -> PosedLanding:
         """A landing with the scene of its row, in which loops are closed already."""
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
+        # Rates of a closed loop depend on one another, so that all are written if any is not zero.
         loops_move = bool(landing.loops) and before.joint_rates.any()
         moving = [
             joint
@@ -362,6 +366,7 @@ class RecordedLandings:
             for joint in robot.single_joints
             if joint.kind == "ball" and (landing.loops or joint.name in self.table.joints)
         ]
+        # Values of the row go over those of the scene, in whichever way that gives them.
         posture = replace(
             scene.posture,
             joints={joint.name: joint.value(q) for joint in robot.independent_joints},
@@ -391,6 +396,7 @@ class RecordedLandings:
             replace(c, velocity=velocity)
             for c, velocity in zip(scene.contact, velocities, strict=True)
         )
+        # Torques have an effect on finite stiffness only.
         joints, torque = scene.joints, landing.joint_model.torque
         if np.isfinite(torque).any() and scene.yields:
             of_axes = {

@@ -88,6 +88,7 @@ class LoggedMotion:
         self.interval = float(np.median(np.diff(log.time)))
         self.joints = tuple(name for name in self.robot.joint_names if name in rows.joints)
         self.warnings = list(rows.warnings)
+        # No slope is taken across a gap.
         self.runs = self._parts_without_gaps(log)
         self.free = self.robot.free_base and landing.base != "fixed"
 
@@ -373,6 +374,7 @@ class LoggedMotion:
 
         The lag is the one at which both correlate best.
         """
+        # The longest part without gaps has most to correlate.
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
         last, lags = min(last, first + MOST_SAMPLES), dict[str, float]()
         most = min(round(LAG / self.interval), (last - first) // 4)
@@ -383,6 +385,8 @@ class LoggedMotion:
             rate = self._rows.before.joint_rates[first : last + 1, self.robot.joint(name).v.start]
             values = self.positions["joints"][first : last + 1, self.joints.index(name)]
             slope = np.gradient(values, self.time[first : last + 1])[inner]
+            # The rate moved by −most to most samples: where it is most like the slope, the shift is
+            # the lag.
             shifted = np.lib.stride_tricks.sliding_window_view(rate, len(slope))
             if np.std(slope) > 0.0 and (np.std(shifted, axis=1) > 0.0).all():
                 r = [np.corrcoef(slope, one)[0, 1] for one in shifted]

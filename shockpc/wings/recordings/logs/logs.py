@@ -141,10 +141,12 @@ def read_log(
         )
     time, rows = time[whole], rows[whole]
     state = state.rows(whole)
+    # Rates are not needed, so that gaps leave out the rate and not the samples.
     broken = [name for name, x in state.rates.items() if not _known(x).all()]
     if broken:
         remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
         state = state._replace(rates=state.without(broken).rates)
+    # The number of gaps before each sample tells the parts between them apart.
     gaps = np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time))
     return Log(
         start + time[0],

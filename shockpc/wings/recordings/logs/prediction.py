@@ -386,6 +386,8 @@ class Predictor:
                     continue
                 block = postures(group.landing.without_stops, group.Q, ())
                 equation, unclear = block.equation, list(block.solution.row_spaces)
+                # Postures share a problem where no row is held rigidly; each of the others has its
+                # own.
                 if shared := friction_problems(block.landing, equation, equation.b[:, None, :, 3]):
                     clear = np.delete(np.arange(len(rows)), unclear)
                     problems.append(

@@ -133,9 +133,11 @@ def _rows(landing: PosedLanding, columns: Mapping[str, np.ndarray]) -> RecordedR
     scenes, index, velocities = row_scenes(
         landing, columns, read.contact_velocities, friction, messages
     )
+    # A table of which every row is refused is an error.
     if len(messages) == n:
         mark = "," if messages[0].startswith("column") else ":"
         raise StudyError(f"row 0{mark} {messages[0]}", rows=list(range(n)))
+    # NaN where the table gives no torque, because zero is a torque.
     effort = np.full((n, robot.model.nv), np.nan)
     for name, values in read.efforts.items():
         effort[:, robot.joint(name).v] = values[:, None]

@@ -49,6 +49,7 @@ class Sensors:
     def __init__(self, log: Log, motion: LoggedMotion) -> None:
         self.log, self.motion, robot = log, motion, motion.robot
         kinds: dict[str, dict[str, Place]] = {"a": {}, "w": {}}
+        # The columns of accelerometers are called ax@FRAME, and those of gyros wx@FRAME.
         for name in log.sensors:
             kind, frame = name[0], name[3:]
             place = point_place(robot, Point(frame=frame))
@@ -81,6 +82,7 @@ class Sensors:
             for place in point_places(robot, motion.landing.scene.point)
             if place.name not in self.accelerometers
         ]
+        # From one accelerometer the motion of another point of its body follows only with a gyro.
         measured = {place.body for place in self.accelerometers.values()}
         self.warnings = [
             f'the accelerometer at "{frame}" has {rate:.0f} samples a second: its integral is '

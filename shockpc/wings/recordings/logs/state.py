@@ -107,6 +107,7 @@ def read_columns(
             raise StudyError(
                 f"column {name} has shape {values.shape}; it has to be one number a row"
             )
+        # A joint may have the name of a remark, and then is meant.
         if name in REMARKS and name not in joints:
             continue
         meaning = column_name(name, robot)
@@ -127,6 +128,7 @@ def read_columns(
         elif meaning.target in joints or meaning.base or "@" in meaning.target:
             _read_state(name, meaning, values, robot, read, messages)
         elif values.dtype.kind in "fiub":  # else it is a remark
+            # An example of each kind of name, from which the message proposes the nearest.
             known = (
                 *joints,
                 "qw",

@@ -111,6 +111,7 @@ def recorded(
             defects = [defect.trace]
     with computed(evaluation, "landings", output.out, rows, run) as results:
         ranked = None if rank is None else results.column(rank)
+        # The page has room for the worst landings only.
         worst = {}
         for i in results.worst(PAGE_LANDINGS, ranked) if output.out is not None else ():
             name = str(rows_in_table.names[i])

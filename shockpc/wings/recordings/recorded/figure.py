@@ -81,6 +81,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     Joint models are columns, times are rows.
     """
     groups = [agreement for agreement in validation.agreements if agreement.name != ALL]
+    # The figure has room for one group.
     largest = max(groups, key=lambda agreement: agreement.measured.shape[1])
     shown = [agreement for agreement in validation.agreements if agreement.name == largest.name]
     models = list(dict.fromkeys(agreement.model for agreement in shown))
@@ -89,6 +90,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     title = f"{robot_name(study.robot)}: {subject} in {count(study.rows, 'landing')}"
     figure = new_chart(2.4 + 1.75 * len(models), 0.7 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
+    # One frame for all panels, so that they compare; what is predicted exactly is on its diagonal.
     reach = _reach(shown)
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)

@@ -239,6 +239,7 @@ def _closing(
         yield from without_value((column.name, column.selection.quantity) for column in empty)
     if study.first.scene.yields:
         yield LEFT_OUT
+    # Of the rows without a proof in the table, those that were compared with one.
     compared = columns["double_error"][
         ~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])
     ]
@@ -246,6 +247,7 @@ def _closing(
     yield from proof_lines(
         int(np.sum(columns["proven"])), number, compared.max(initial=0.0), results.computed
     )
+    # A quantity that some landings lack; those without any value are named above.
     computed = np.array([i not in results.messages for i in range(study.rows)])
     for column in results.computed:
         if (

@@ -291,6 +291,7 @@ def _random(
             steps[joint.v.stop - 3 : joint.v.stop] = rng.uniform(-TURN, TURN, 3)
     Q = displaced(robot, landing.q[None], steps[None])
     set_many(robot, values, Q)
+    # The code is given the velocity of the strike, or all joint velocities.
     if before == "strike":
         velocity = landing.before.velocity + 0.3 * np.linalg.norm(
             landing.before.velocity
@@ -299,6 +300,7 @@ def _random(
     qd = rng.uniform(-1.0, 1.0, nv)
     if not robot.free_base:
         return Q[0], Motion(np.zeros(3), np.zeros(3), qd), qd
+    # A free base has its joint velocities in the axes of its joint, and its motion in the world's.
     turn = landing.at(Q[0]).state.rotation[0, 0] @ robot.bodies[0].rotation.T
     return Q[0], Motion(turn @ qd[:3], turn @ qd[3:6], np.concatenate([np.zeros(6), qd[6:]])), qd
 
