@@ -324,7 +324,7 @@ def _draw_bars(
             _write_change(axes, tick, row, change)
     axes.axvline(0.0, color=INK, linewidth=0.8)
     low, high = float(np.nanmin(values, initial=0.0)), float(np.nanmax(values, initial=0.0))
-    # Room for these beyond the longest bars, and some width where nothing changes.
+    # Room for numbers beyond the longest bars, and some width where nothing changes.
     room = 0.3 * (high - low) or 1.0
     axes.set(
         xlim=(low - room, high + room),
