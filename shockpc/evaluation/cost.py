@@ -259,6 +259,7 @@ class ShockCost:
             changes.append({name: change for name, (_, change) in numbers.items()})
             unclear |= prove
         of_terms, change_of_terms = self._of_terms(values), self._of_terms(changes)
+        # Where double precision is not enough, the values are those of the evaluation.
         if unclear.any():
             of_terms[unclear] = self._numbers(X[unclear])
         # A posture that is singular has no derivatives by formulas.

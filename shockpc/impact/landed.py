@@ -397,8 +397,8 @@ def _refuse_singular(
     Args: rank, number of independent rows.
     """
     robot = landing.robot
-    # The turning of joints counts as a speed at the largest radius of gyration.
     times, body = greatest_motion(landing, proof.jumps[..., 3], _lengths(landing))
+    # The turning of joints counts as a speed at the largest radius of gyration.
     rates = np.abs(proof.delta_qd[:, 3])
     turning = float(rates.max() * robot.gyration.max()) / landing.fastest_approach
 

@@ -182,8 +182,8 @@ def _lowest_of_shapes(
     low = height + middle - (np.abs(rising) @ boxes.half[..., None])[..., 0]
 
     sought = np.full(len(rotation), np.inf) if below is None else below.copy()
-    # Contacts come first because all of their heights are wanted; the lowest bodies next, because
-    # what they reach leaves fewer to measure.
+    # Contacts come first, because they do not lower what is sought; the lowest bodies next, because
+    # they do, which leaves fewer to measure.
     upwards = sorted(bodies, key=lambda one: (one.body not in carriers, low[one.body].sum()))
     for body, numbers, corners, axes in upwards:
         near = np.flatnonzero(low[body] <= sought)

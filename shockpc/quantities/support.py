@@ -78,6 +78,7 @@ def support(landing: Landing, state: Dynamics) -> Support:
     start = points[:, :, None]
     along = points[:, None] - start
     to_com = com[:, None, None, :2] - start
+    # A foot with itself has no length; it is its own nearest point.
     square = np.maximum(np.sum(along**2, axis=3), 1e-300)
     share = np.clip(np.sum(to_com * along, axis=3) / square, 0.0, 1.0)
     away = (to_com - share[..., None] * along).reshape(len(com), -1, 2)

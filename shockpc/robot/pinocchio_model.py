@@ -92,7 +92,7 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
                 f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; '
                 f"it is left out",
             )
-    # A ratio without an inertia serves a rotor that the scene gives.
+    # A ratio without an inertia tells that the joint has a motor whose rotor is not known.
     ratios: dict[str, float] = {}
     for k in range(1, model.njoints):
         if model.nvs[k] != 1:

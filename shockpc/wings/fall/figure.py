@@ -35,6 +35,7 @@ def draw_falls(falls: Falls) -> Figure:
     kinds: dict[tuple[object, ...], list[StrikeResult]] = {}
     for result in falls.results:
         kinds.setdefault(_kind(result), []).append(result)
+    # Strikes of one kind are drawn once, by the worst of them.
     alike = list(kinds.values())[:PICTURES]
     views = [view_of(results[0].profile) for results in alike]
 

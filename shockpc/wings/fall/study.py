@@ -322,8 +322,7 @@ def fall(
     if not motion.strikes:
         raise _no_strike(motion.failures, least)
 
-    # A strike without a solution is a row with its reason, which is an error only if no strike has
-    # one.
+    # A strike without a solution is a row with its reason; without any solution it is an error.
     results_by_name, refused = _results(motion.strikes, robot, selections, texts, trace)
     if not results_by_name:
         raise next(iter(refused.values()))

@@ -416,6 +416,7 @@ def _pivot(
     if below.size:
         k = int(below[0])
         end = float(theta[k])
+        # It slips after sample k, or at the start already.
         if margin(theta[k]) > 0.0:
             end = float(brentq(margin, theta[k], theta[k + 1], xtol=1e-13))
         struck = None
@@ -473,6 +474,8 @@ def _slide(
         )
     theta, omega, x, vx = solution.y[:, -1].tolist()
     event = next(k for k, times in enumerate(solution.t_events) if len(times))
+    # At a strike the angle is that of the side, and where the corner sticks v_x = −ω b: both
+    # without the error of the integration.
     theta = (section.side(on), section.side(on - 1), theta, theta)[event]
     a, b = section.at(on, theta)
     if event == 2:

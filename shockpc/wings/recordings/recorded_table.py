@@ -103,6 +103,7 @@ def refuse_overridden(
     if "friction" in options.fields(Scene):
         ignored += [("--friction", name) for name in FRICTION if name in table.others]
     ignored += _overridden_vectors(typed, forward, positions, rates)
+    # A glob loses its effect only if the table has each joint that it fits.
     for option, settings, known in (
         ("--set", options.set, positions),
         ("--joint-velocity", options.joint_velocity, rates),

@@ -411,6 +411,7 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     if times.dtype.kind == "M":
         times, unit = times.astype("datetime64[ns]").astype(np.int64), "ns"
     first = times[0]
+    # Without a unit in the column's name the size of the first time tells it.
     if unit is None:
         unit = _likely_unit(float(first))
     start = float(first) * UNITS[unit]
