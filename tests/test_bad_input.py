@@ -250,7 +250,7 @@ recorded log.csv stick.urdf --contact foot:: --contact-stiffness 1e5 => a contac
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
 SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, but a cluster computes
-recorded log.csv stick.urdf --contact foot:: --command 1 --out out | --command 1 --format json => prints the scene of one landing
+recorded log.csv stick.urdf --contact foot:: --command 1 --out out | --command 1 --format json => prints only the scene of one landing
 robots:: --xacro mass:=3 | --meshes . | --package dog=dog => are for the files of one robot; name it
 schema:: landing.toml => 'landing.toml' is not one of 'scene', 'budgets'
 robots:: --posture x => no such option: --posture. To see what is valid: shockpc robots --help

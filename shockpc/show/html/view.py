@@ -25,7 +25,7 @@ MODELS = ("free", "with drives", "locked")
 SWITCHES = (
     ("bodies", "bodies", True),
     ("through", "transparent", False),
-    ("marks", "contacts, contact velocity, sensors", True),
+    ("marks", "contacts, velocity, sensors", True),
     ("axes", "CoPc and screw axes", False),
 )
 """Key and text of each switch, and whether it is on."""

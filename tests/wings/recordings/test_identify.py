@@ -429,9 +429,12 @@ def test_noise_weighs_what_was_measured_and_tells_a_wrong_model():
     wrong = identify(
         table, TOSSED, GROUND, noise={name: 0.5 * sigma for name, sigma in noise.items()}
     )
-    assert any(
-        "what is left is 2" in text or "what is left is 1.9" in text for text in wrong.statements
-    )
+    ratios = [
+        float(ratio)
+        for text in wrong.statements
+        for ratio in re.findall(r"the remaining error is (\S+) times the given noise", text)
+    ]
+    assert ratios == [pytest.approx(2.0, abs=0.3)]
 
 
 def test_a_model_that_is_wrong_beyond_the_scatter(here):

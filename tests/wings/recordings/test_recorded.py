@@ -1452,7 +1452,7 @@ def test_rows_in_parts_are_continued(here, capfd):
     written(here / "log.csv", table(seed=2))
     outcome = run(capfd, "recorded", here / "log.csv", *words, "--resume")
     assert outcome.code == 2
-    assert "differs in: table" in outcome.err
+    assert "which differs in table, so it cannot be continued" in outcome.err
     before = {path: path.read_bytes() for path in (here / "out").rglob("*") if path.is_file()}
     outcome = run(capfd, "recorded", here / "log.csv", *words[:-2])
     assert outcome.code == 2
