@@ -3,6 +3,8 @@ values of a second program.
 """
 
 import json
+import re
+from pathlib import Path
 
 import frame_leg
 import numpy as np
@@ -12,6 +14,7 @@ from commands import good, run
 from scipy.sparse.linalg import eigsh
 from skfem.helpers import ddot, dot, eye, sym_grad, trace
 
+import shockpc
 from shockpc.wings.compliant.beyond.beam import (
     RATIOS,
     Beam,
@@ -171,6 +174,30 @@ def test_robots(robot):
     assert elastic[5:, 3].max() < 0.1
     assert damper[-1, 3] < 0.13  # 10 is 7 by half the time until its largest force
     assert hysteresis[-1, 3] > 0.14
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("row", "number"),
+    [
+        ("jumps of velocity", "jump"),
+        ("accelerometer, raw or below 1 kHz", "acceleration"),
+        ("force of the contact", "force"),
+        ("largest torque of a joint", "torque"),
+    ],
+)
+def test_rigid_links_agree_from_the_ratios_of_the_guide_on(row, number):
+    """Within 10 and 20 %, on contacts without loss, with the legs of three robots."""
+    page = Path(shockpc.__file__).parent / "guide" / "bending.md"
+    cells = re.search(rf"\| {row} \| (\S+) \| (\S+) \|", page.read_text(encoding="utf-8"))
+    for least_ratio, bound in zip(map(float, cells.groups()), (0.1, 0.2), strict=True):
+        errors = [
+            getattr(compared.errors, number)
+            for compared in robot_study()
+            if compared.law == "elastic" and compared.ratio >= least_ratio
+        ]
+        assert len(errors) >= 6
+        assert max(errors) < bound
 
 
 @pytest.mark.slow
