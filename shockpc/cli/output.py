@@ -89,10 +89,10 @@ def emit(
             cannot be written.
     """
     pdf = output.format == "pdf"
-    if pdf and output.out is None:
-        raise OutputError("--format pdf writes figures into a folder; name it with --out DIR")
     if pdf and not report.has_figures():
         raise OutputError("this result has no figure to write as PDF; leave --format pdf out")
+    if pdf and output.out is None:
+        raise OutputError("--format pdf writes figures into a folder; name it with --out DIR")
     text = report.text("table" if pdf else output.format)
     if output.out is not None:
         write_report(report, output.out, pdf)
