@@ -260,11 +260,11 @@ def _one_contact(A: Array, b: Array, mu: float) -> list[Array]:
 
 
 def _smallest_solution(A: Array, b: Array) -> Array:
-    """The smallest x (..., n) with A x = b, for positive semidefinite matrices A (..., n, n)."""
+    """The smallest x (N, n) with A x = b, for positive semidefinite matrices A (N, n, n)."""
     s, Q = np.linalg.eigh(A)
-    positive = s > RANK * s[..., -1:]
+    positive = s > RANK * s[:, -1:]
     inverse = np.where(positive, 1.0 / np.where(positive, s, 1.0), 0.0)
-    along = Q.swapaxes(-1, -2) @ b[..., None]
+    along = Q.swapaxes(1, 2) @ b[..., None]
     return np.asarray((Q @ (inverse[..., None] * along))[..., 0])
 
 
@@ -370,6 +370,16 @@ class _Problem:
                 impulse[i] = solutions[steps.argmin()]
         return impulse
 
+    def all_stick(self) -> Array:
+        """The smallest impulses (m, 3) with which no contact moves, or moves least."""
+        s, Q = np.linalg.eigh(self.A)
+        # Directions without mobility are left out, not multiplied by zero: with dependent contacts,
+        # last digits of the start decide which of several solutions the search finds.
+        mobile = s > RANK * s[-1]
+        Q = Q[:, mobile]
+        velocity = self.free.ravel()
+        return -np.asarray(Q @ ((Q.T @ velocity) / s[mobile])).reshape(-1, 3)
+
     def starts(self, count: int) -> Iterator[tuple[Array, list[int]]]:
         """Impulses (m, 3) to start from, and orders of the contacts.
 
@@ -377,7 +387,7 @@ class _Problem:
         """
         m = len(self.mu)
         rng = np.random.default_rng(0)
-        stick = -_smallest_solution(self.A, self.free.ravel()).reshape(m, 3)
+        stick = self.all_stick()
         size = np.abs(stick).max()
         for k in range(count):
             impulse = stick * (k == 0)
