@@ -198,6 +198,7 @@ def test_an_angle_beyond_limits_and_a_whole_turn_is_refused_wherever_it_is_given
         lambda: configuration(robot, Posture(joints={"hinge": math.radians(value)})),
         lambda: configuration(robot, Posture(joints_deg={"hin*": value})),
         lambda: configuration(robot, joints={"hinge": math.radians(value)}),
+        lambda: configuration(robot, joints={"hinge": [math.radians(value)]}),
         lambda: variation(robot, "hinge", [0.0, value]),
     ):
         with pytest.raises(
@@ -331,6 +332,16 @@ def test_joints_of_several_coordinates_are_set_by_name():
 )
 def test_coordinates_that_cannot_be_set_are_refused(given, kind, parts):
     refused(kind, parts, lambda: configuration(MIXED, **given))
+
+
+def test_a_follower_is_not_set_by_a_list_either():
+    """One number in a list is refused as the number alone is, and not silently overwritten."""
+    for value in (0.1, [0.1]):
+        refused(
+            SceneError,
+            ['"slide" follows', '"wheel"'],
+            lambda given=value: configuration(CHAIN, joints={"slide": given}),
+        )
 
 
 # Limits

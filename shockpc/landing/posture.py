@@ -136,10 +136,10 @@ def configuration(
                 refuse_beyond_turn(joint, number, pattern)
                 joint.set(number, q)
     for ball, turned in posture.joint_quaternions.items():
-        _set_several(robot.joint(ball), turned, "xyzw", q)
+        _set_several(robot, robot.joint(ball), turned, "xyzw", q)
     for pattern, given in (joints or {}).items():
         if np.ndim(given):
-            _set_several(robot.joint(pattern), given, quaternion, q)
+            _set_several(robot, robot.joint(pattern), given, quaternion, q)
         else:
             (number,) = _numbers([given], (1,), f'joint "{pattern}"')
             for joint in settable_joints(robot, pattern):
@@ -291,8 +291,10 @@ def _xyzw(values: Array, order: Quaternion | None, subject: str) -> Array:
     return np.roll(values, -1 if order == "wxyz" else 0) / length
 
 
-def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -> None:
-    """Set a joint of several degrees of freedom."""
+def _set_several(
+    robot: Robot, joint: Joint, given: Any, order: Quaternion | None, q: Array
+) -> None:
+    """Set a joint by a list of numbers: one of several degrees of freedom, or by a single one."""
     subject = f'joint "{joint.name}" ({joint.kind})'
     values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), subject)
     if joint.kind == "planar":
@@ -300,6 +302,9 @@ def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -
     elif joint.axis is None:
         q[joint.q] = (*values[:-4], *_xyzw(values[-4:], order, subject))
     else:
+        # One number in a list says what the number says alone.
+        settable_joints(robot, joint.name)
+        refuse_beyond_turn(joint, float(values[0]), joint.name)
         joint.set(float(values[0]), q)
 
 
