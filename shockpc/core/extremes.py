@@ -20,7 +20,6 @@ TINY = 1e-300
 
 MOST_NUMBERS = 1_000_000
 """Points times landings that are computed at once."""
-"""Divisors are at least this."""
 
 
 class Pieces(NamedTuple):
@@ -154,7 +153,7 @@ def maximum_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
 
 
 def _maximum(omega: Array, v: Array, pieces: Pieces) -> Array:
-    """The maximum (n,) of `maximum` for jumps (n, 3), all at once."""
+    """The maximum (n,) of `maximum_shock` for jumps (n, 3), all at once."""
     along, offset, turning = _across(omega, v)
     p = np.swapaxes(offset[..., None] + turning @ pieces.points.T, 0, 1)
     farthest = np.sqrt(_dot(p, p).max(axis=-1))

@@ -84,7 +84,7 @@ def derivatives(
     """
     state = equation.state
     robot = landing.robot
-    turning = _Turning.of(robot, state)
+    turning = _Turning.of(state)
     n, nv = turning.J.shape[:2]
     delta_qd = equation.full(solution.delta_qd[..., :3])
     impulse = solution.independent_impulse[..., :3]
@@ -118,7 +118,7 @@ class _Turning(NamedTuple):
     J_cross: Array
 
     @staticmethod
-    def of(robot: Robot, state: Dynamics) -> "_Turning":
+    def of(state: Dynamics) -> "_Turning":
         """Those of a robot in N postures."""
         J = np.ascontiguousarray(state.J.swapaxes(1, 2))
         return _Turning(J, motion_cross(J))
@@ -211,7 +211,7 @@ def _momentum_rates(
     Args:
         robot: the robot.
         joints: what they do.
-        state: the same in N postures.
+        state: the robot in N postures.
         turning: how joint velocities turn bodies.
         delta_qd: (N, nv, 3) the jump.
     """

@@ -163,9 +163,9 @@ class Impact:
 
     @property
     def _strike_change(self) -> Array:
-        """(N, S, 3) by how much the velocity of the base differs from the landing's [m/s]."""
+        """(N or 1, S or 1, 3) velocity of the base less the landing's [m/s]."""
         if self.strikes is None:
-            return np.zeros(3)
+            return np.zeros((1, 1, 3))
         return self.strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property

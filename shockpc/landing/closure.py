@@ -18,7 +18,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.landing.movable import free_columns
 from shockpc.landing.scenes.directions import unit_directions
 from shockpc.landing.scenes.scene import Closure
-from shockpc.method.constraints import Constraint, row_jacobian, world_point
+from shockpc.method.constraints import NO_AXES, Constraint, row_jacobian, world_point
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.bodies_and_joints import Loop
 from shockpc.robot.robot import Robot
@@ -124,7 +124,7 @@ def closure_constraint(loop: Loop) -> Constraint:
         body=b,
         point=loop.points[1],
         forces=loop.axes @ frame.T,
-        moments=frame.T if loop.holds_orientation else np.zeros((0, 3)),
+        moments=frame.T if loop.holds_orientation else NO_AXES,
         other=a,
         axes_body=a,
     )

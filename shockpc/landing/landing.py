@@ -75,10 +75,7 @@ class Landing:
     pulse: Pulse | None
 
     def __repr__(self) -> str:
-        held = [
-            f'{constraint.kind} "{constraint.frame}"'
-            for constraint in (*self.contacts, *self.stance)
-        ]
+        held = [constraint.name for constraint in (*self.contacts, *self.stance)]
         return f"{type(self).__name__}({self.robot.label}: {', '.join(held)})"
 
     @property

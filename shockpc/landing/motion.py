@@ -38,17 +38,15 @@ def motion_of(
         SceneError: the base, a rail or a loop does not allow it.
     """
     rates, given = rates_of(robot, scene, joints)
-    velocity, rail = scene.strike.vector(plane), _rail(robot, scene, contacts, state)
+    velocity = scene.strike.vector(plane)
+    rail = _rail(robot, scene, contacts, state)
     if rail is not None:
-        velocity, rates[rail], given[rail] = (
-            np.zeros(3),
-            _fall_along(robot, scene, rail, state),
-            True,
-        )
+        velocity = np.zeros(3)
+        rates[rail] = _fall_along(robot, scene, rail, state)
+        given[rail] = True
     if loops and rates.any():
-        rates = with_loops(
-            robot, state, [closure_constraint(loop) for loop in loops], rates, given, plane
-        )
+        closures = [closure_constraint(loop) for loop in loops]
+        rates = with_loops(robot, state, closures, rates, given, plane)
     return Motion(velocity, _rotation(scene, plane), rates)
 
 

@@ -322,10 +322,8 @@ def settable_joints(
     Raises:
         UnknownName: no joint fits.
     """
-    names, followers = (
-        robot.match_joints(pattern),
-        {mimic.joint: mimic.led for mimic in robot.mimics},
-    )
+    names = robot.match_joints(pattern)
+    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
     joints = tuple(robot.joint(name) for name in names if name not in followers)
     if not joints:
         raise error(

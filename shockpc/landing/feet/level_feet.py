@@ -46,8 +46,8 @@ class FootPoints(NamedTuple):
     Attributes:
         names: of the n feet.
         bodies: (n,) which they belong to.
-        points: (N, n, 3) their lowest points, or the origins of their frames where a foot has no
-            geometry, from the base [m].
+        points: (N, n, 3) their lowest points, or the origins of all their frames if one of the feet
+            has no geometry, so that heights compare, from the base [m].
     """
 
     names: tuple[str, ...]

@@ -162,10 +162,10 @@ def entries(M: Matrix) -> Numbers:
 
 
 def solve(A: Matrix, B: Matrix, of_inertia: bool = False) -> Any:
-    """The solution X of A X = B, by elimination.
+    """The solution X of A X = B, by elimination. Args: of_inertia, whether A is an inertia.
 
     Raises:
-        SingularError: a pivot may be zero. Args: of_inertia, whether A is an inertia.
+        SingularError: a pivot may be zero.
     """
     try:
         return A.solve(B, algorithm="lu")
