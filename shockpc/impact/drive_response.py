@@ -112,7 +112,7 @@ def drive_response(landing: PosedLanding) -> DriveResponse:
         box=box,
         columns=columns,
         solution=solution,
-        jumps=jumps_in_body_axes(landing, delta_qd, equation.state),
+        jumps=jumps_in_body_axes(equation, solution.delta_qd),
         moments=np.append(of_strike, moments[None, ..., columns], axis=3),
     )
 

@@ -326,9 +326,7 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
     problem, to_contacts = problems
     n = len(problem.A)
     rows, size = to_contacts.shape
-    jumps = jumps_in_body_axes(
-        landing, equation.full(problem.by_impulse), equation.state, impact.bodies
-    )
+    jumps = jumps_in_body_axes(equation, problem.by_impulse, impact.bodies)
     # Of the solution of Eq. 4 only these are read: columns of unit impulses of the contacts.
     solution = Solution(
         delta_qd=problem.by_impulse,
@@ -442,7 +440,7 @@ def _impact(
     sticking = solution_in_doubles(unstopped)
     impulses = _last_column(impulse)
     delta = _last_column(delta_y)
-    jumps = jumps_in_body_axes(landing, equation.full(delta), equation.state)
+    jumps = jumps_in_body_axes(equation, delta)
     freeze(impulses, delta, jumps)
     solution = sticking._replace(delta_qd=delta, impulse=impulses, row_spaces={}, independent={})
     impact = DoubleImpact(landing, equation, solution, jumps)

@@ -16,9 +16,9 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
-from shockpc.core.spatial import Array, body_jumps, cross, in_body_axes, velocity_at
+from shockpc.core.spatial import Array, cross, in_body_axes, velocity_at
 from shockpc.landing.end_stops import velocity_at_stop
-from shockpc.landing.landing import Landing, PosedLanding
+from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import twist_before
 from shockpc.method.constraints import (
     Constraint,
@@ -30,6 +30,7 @@ from shockpc.method.constraints import (
 )
 from shockpc.method.dynamics import Dynamics, Inertias, geared_bodies, spatial_inertias
 from shockpc.method.equation import Equation
+from shockpc.method.shock import jumps_of
 
 
 class Impact:
@@ -450,14 +451,13 @@ class ColumnImpact(DoubleImpact):
 
 
 def jumps_in_body_axes(
-    landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None
+    equation: Equation, delta: Array, bodies: Sequence[int] | None = None
 ) -> Array:
-    """Jumps (N, nb, 6, k) of some bodies in body axes, for jumps of the joint velocities.
+    """Jumps (N, nb, 6, k) of some bodies in body axes, by those of the free velocities (N, ny, k).
 
-    The jumps of the joint velocities are (N, nv, k); the bodies are all by default.
+    The bodies are all by default.
     """
-    robot = landing.robot
-    S = [joint.v for joint in robot.joints]
-    jumps = body_jumps(state.J, S, robot.parents, state.position, delta_qd, bodies)
-    rotation = state.rotation if bodies is None else state.rotation[:, list(bodies)]
-    return in_body_axes(jumps, rotation)
+    rotation = equation.state.rotation
+    if bodies is not None:
+        rotation = rotation[:, list(bodies)]
+    return in_body_axes(jumps_of(equation, delta, bodies), rotation)

@@ -156,7 +156,7 @@ class CompliantLanding:
         solution = Solution(
             delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {}
         )
-        jumps = jumps_in_body_axes(self.moving, equation.full(delta), self.moving.state)
+        jumps = jumps_in_body_axes(equation, delta)
         return ColumnImpact(replace(self.moving, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property
