@@ -23,6 +23,7 @@ from commands import STICK, STICK_WITH_IMU, good, run, says
 import shockpc
 from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock, shock_profile
 from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
+from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.landing.scenes.scene_file import plane_of
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
@@ -429,22 +430,24 @@ def test_undecided_in_every_format(capfd, here):
     ]
     deciding = "the drives of FL_calf_joint, FL_thigh_joint, FL_hip_joint decide"
     assert out.out.count(deciding) == 1
+    assert out.out.count(DRIVES_REMEDY) == 1
     assert all(
         word in out.out for word in ("--drives", "--rotor", "--armature", 'joints.model = "free"')
     )
     failure = ET.parse(here / "j.xml").getroot().find(".//failure")
     assert failure.get("type") == "undecided"
-    assert failure.get("message").startswith(
-        "from 0.000866 to 0.715 over the drives, so max 0.01 may be met or not; " + deciding
-    )
+    reason = "from 0.000866 to 0.715 over the drives, so max 0.01 may be met or not; " + deciding
+    assert failure.get("message") == reason
+    # What to do is the same for all rows: it is a note, and in annotations, which stand alone.
+    assert DRIVES_REMEDY in failure.text
     ((kind, properties, text),) = commands((here / "g.txt").read_text())
     assert (kind, properties["title"]) == ("error", "shockpc: undecided: shock at trunk")
     assert deciding in text
-    (row,) = (
-        row
-        for row in json.loads((here / "c.json").read_text())["tables"]["check"]
-        if row["status"] == "undecided"
-    )
+    assert DRIVES_REMEDY in text
+    stated = json.loads((here / "c.json").read_text())
+    assert f"where drives decide, {DRIVES_REMEDY}" in stated["notes"]
+    (row,) = (row for row in stated["tables"]["check"] if row["status"] == "undecided")
+    assert row["reason"] == reason
     assert (row["smallest"], row["largest"]) == (
         pytest.approx(8.66e-4, rel=1e-3),
         pytest.approx(0.7145, rel=1e-3),

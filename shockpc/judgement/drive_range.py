@@ -103,14 +103,22 @@ class Range(NamedTuple):
         return None
 
 
+DRIVES_REMEDY = (
+    "give narrower intervals with --drives, --rotor or --armature (in files joints.drives, "
+    "joints.rotor and joints.armature), or state that there are none: "
+    'joints.model = "free" (--joints free)'
+)
+"""What to do where drives decide, whichever they are."""
+
+
+def deciding_text(joints: Sequence[str]) -> str:
+    """Words on the joints, as of `deciding_joints`, whose drives decide."""
+    return f"the drives of {few([printable(name) for name in joints], 4)} decide"
+
+
 def drives_advice(joints: Sequence[str]) -> str:
     """Advice where the drives of some joints, as of `deciding_joints`, decide."""
-    names = few([printable(name) for name in joints], 4)
-    return (
-        f"the drives of {names} decide: give narrower intervals with --drives, --rotor or "
-        "--armature (in files joints.drives, joints.rotor and joints.armature), or state that "
-        'there are none: joints.model = "free" (--joints free)'
-    )
+    return f"{deciding_text(joints)}: {DRIVES_REMEDY}"
 
 
 def has_range(landing: PosedLanding) -> bool:

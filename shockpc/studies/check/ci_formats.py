@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
+from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.studies.check.outcome import Check, Outcome
 from shockpc.studies.check.study import MOST_CHANGES
 from shockpc.studies.check.texts import joint_model, order, place_text, strike_text
@@ -120,9 +121,12 @@ def _severity(outcome: Outcome) -> str:
 def _explained(check: Check, outcome: Outcome) -> str:
     """An explanation, on one line, of a budget that is not met.
 
-    It gives the reason, the joint model, the changes, and how to compute the number anew.
+    It gives the reason, what to do where drives decide, the joint model, the changes, and how to
+    compute the number anew.
     """
     parts = [f"{place_text(outcome)}: {outcome.reason}"]
+    if outcome.status == "undecided":
+        parts.append(DRIVES_REMEDY)
     model = joint_model(check, outcome.case)
     if model:
         parts.append(f"joint model {model}")

@@ -44,7 +44,7 @@ class Outcome:
         largest: likewise.
         range_kind: how these are found, as in `Range`: "corners", "exact" or "samples"; empty
             without them.
-        advice: what to give where the drives decide; empty if they do not.
+        deciding: the joints whose drives decide, of the largest effect first; empty if they do not.
     """
 
     case: str
@@ -60,7 +60,7 @@ class Outcome:
     smallest: float | None = None
     largest: float | None = None
     range_kind: str = ""
-    advice: str = ""
+    deciding: tuple[str, ...] = ()
 
     @property
     def record(self) -> dict[str, Any]:

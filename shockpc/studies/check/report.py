@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import get_args
 
 from shockpc.evaluation.budgets import Budget
+from shockpc.judgement.drive_range import deciding_text
 from shockpc.show.document import record
 from shockpc.show.report import Report, Section
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
@@ -136,13 +137,13 @@ def _row(outcome: Outcome, for_terminal: bool) -> Row:
 
 
 def _cause_notes(outcomes: Sequence[Outcome]) -> list[str]:
-    """Reasons why numbers were not computed, and remedies where the drives decide, each once."""
+    """Reasons why numbers were not computed, and the joints whose drives decide, each once."""
     missing, undecided = [], []
     for outcome in outcomes:
         if outcome.status == "not computed":
             missing.append((place_text(outcome), outcome.reason))
-        if outcome.advice:
-            undecided.append((place_text(outcome), outcome.advice))
+        if outcome.status == "undecided":
+            undecided.append((place_text(outcome), deciding_text(outcome.deciding)))
     notes = []
     for name, named in (("not computed", missing), ("undecided", undecided)):
         for line in cause_lines(causes(named), "numbers", MOST_CAUSES):

@@ -18,6 +18,7 @@ from shockpc.evaluation.budgets import Budget, Budgets, read_budgets
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.table import Table
+from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.landing.places import Place
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.studies.check.baseline import Baseline, OutcomeKey, read_baseline
@@ -96,6 +97,7 @@ def check_budgets(
     changes = _changes(baseline, records)
     notes = [
         *_change_notes(changes, outcomes),
+        *_remedies(outcomes),
         *_omissions(given, records, compared=baseline is not None or renewing),
         *warnings,
     ]
@@ -245,6 +247,12 @@ def _omissions(given: Budgets, records: Mapping[str, Any], compared: bool) -> It
             "without a baseline no baseline_tolerance was checked; name it with --baseline, or in "
             "the budgets' file"
         )
+
+
+def _remedies(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """What to do where drives decide, which is the same for all outcomes."""
+    if any(outcome.status == "undecided" for outcome in outcomes):
+        yield f"where drives decide, {DRIVES_REMEDY}"
 
 
 def _warning(case: str, text: str) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from shockpc.evaluation.budgets import Budget, DesignVariation
-from shockpc.judgement.drive_range import Range, deciding_joints, drives_advice, range_of
+from shockpc.judgement.drive_range import Range, deciding_joints, deciding_text, range_of
 from shockpc.landing.places import Place
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.studies.check.baseline import Baseline
@@ -39,7 +39,7 @@ class Verdict(NamedTuple):
     smallest: float | None = None
     largest: float | None = None
     range_kind: str = ""
-    advice: str = ""
+    deciding: tuple[str, ...] = ()
 
 
 def verdict_of(
@@ -68,10 +68,8 @@ def verdict_of(
         only_limits = reasons == beyond_limits
         if only_limits and over_drives.meets(budget.min, budget.max) is None:
             joints = deciding_joints(profile, budget.selection, compared.place)
-            advice = drives_advice(joints)
-            return Verdict(
-                "undecided", f"{_undecided(budget, over_drives)}; {advice}", *ends, advice
-            )
+            reason = f"{_undecided(budget, over_drives)}; {deciding_text(joints)}"
+            return Verdict("undecided", reason, *ends, tuple(joints))
     if reasons:
         return Verdict("exceeded", "; ".join(reasons), *ends)
     if limited or baseline is not None:
