@@ -553,12 +553,16 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
         "0.5",
         "--seed",
         "1",
+        "--feasible",
+        "--prove",
+        "2",
         "--out",
         out,
         "--resume",
     )
     assert other.code == 2
-    assert "which differs in scene, seed," in other.err
+    # What differs has the names of options, with which it is mended.
+    assert "which differs in scene, seed, feasible, prove," in other.err
     assert files(out) == before
     assert good(capfd, "sweep", stick, *SMALL, "--out", out, "--resume")
     assert files(out) == before

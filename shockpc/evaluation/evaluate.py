@@ -90,8 +90,8 @@ class Evaluation(Generic[L]):
         """The inputs on which the rows depend, besides scene and robot."""
         return {
             **self.landings.description,
-            "feasible rows only": self.feasible,
-            "rows proven for comparison": self.prove,
+            "feasible": self.feasible,
+            "prove": self.prove,
         }
 
     def __iter__(self) -> Iterator[Table]:

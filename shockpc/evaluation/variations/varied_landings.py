@@ -176,7 +176,7 @@ class VariedLandings:
         return {
             "vary": vary,
             "sample": self.sample,
-            "latin hypercube": self.lhs,
+            "lhs": self.lhs,
             "seed": self.seed,
         }
 
