@@ -406,7 +406,7 @@ def test_the_table_names_the_gain_and_the_gap(capfd):
     text = good(capfd, "place", "anymal_b")
     assert re.search(r"landings +9: .*4 edges.*single feet", text)
     assert re.search(
-        r"imu_link sees 0\.0487, the best place \(.*\) 0\.0468; a factor of 1\.04", text
+        r"imu_link sees 0\.0487; the best place, at \(.*\) m, sees 0\.0468, a factor of 1\.04", text
     )
     assert re.search(r"optimum: .*\(9 convex pieces\) is below 0\.0463\d+ \(gap", text)
 

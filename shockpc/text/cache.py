@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import hashlib
+import itertools
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -29,7 +30,8 @@ def version_of_code(rooms: tuple[str, ...] = (".",)) -> str:
     import shockpc
 
     root, code = Path(shockpc.__file__).parent, hashlib.sha256()
-    for file in sorted(file for room in rooms for file in (root / room).rglob("*.py")):
+    files = itertools.chain.from_iterable((root / room).rglob("*.py") for room in rooms)
+    for file in sorted(files):
         code.update(file.read_bytes())
     return f"{shockpc.__version__} {code.hexdigest()}"
 

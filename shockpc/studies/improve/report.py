@@ -22,7 +22,7 @@ from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import at_place, proof_text, size_at_place
+from shockpc.show.wording import at_place, proof_text
 from shockpc.studies.improve.study import Improvement
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import count, few
@@ -172,11 +172,8 @@ def _moves(study: Improvement) -> bool:
 def _drives(study: Improvement) -> Sheet:
     """The number and the optimum, as modelled and at both ends of the drives."""
     cost, (given, after) = study.cost, study.values
-    unit = size_at_place(cost.quantity, cost.column).partition(" [")[2]
-    names = [
-        f"{what} [{unit}"
-        for what in ("as given", "at the optimum as modelled", "at the best found")
-    ]
+    whats = ("as given", "at the optimum as modelled", "at the best found")
+    names = [f"{what} [{cost.column.unit}]" for what in whats]
     columns: dict[str, Sequence[str | float | None]] = {
         "number or variable": [*names, *cost.names],
         "as modelled": [given, after, after, *study.x.tolist()],

@@ -296,7 +296,7 @@ def _postures(study: JointLimits, most: int | None = None) -> Sheet:
     if most is not None:
         every = _every(len(scan.values), most)
     if every > 1:
-        notes.append(f"every {every}th value of the scan; --out writes all")
+        notes.append(f"one in {every} values of the scan is shown; --out writes all")
     worst, at = scan.worst(study.strikes)
     rows: list[Row] = []
     for k in range(0, len(scan.values), every):

@@ -197,7 +197,7 @@ def _margins(study: PlaceStudy) -> Sheet:
 def _gains(study: PlaceStudy) -> list[str]:
     """The gain of the best place over each present sensor, in words."""
     position = study.places[0].position.round(3) + 0.0
-    best = "the best place ({:g}, {:g}, {:g})".format(*position)
+    best = "the best place, at ({:g}, {:g}, {:g}) m,".format(*position)
     if not study.today:
         return [f"{best} sees {study.combined:.3g}"]
     lines = []
@@ -208,10 +208,10 @@ def _gains(study: PlaceStudy) -> list[str]:
                 f"than 1 %; {best} sees {study.combined:.3g}"
             )
             continue
-        line = f"{sensor.name} sees {sensor.combined:.3g}, {best} {study.combined:.3g}"
+        line = f"{sensor.name} sees {sensor.combined:.3g}; {best} sees {study.combined:.3g}"
         factor = sensor.combined / study.combined if study.combined > 0.0 else np.inf
         if factor < 1e6:
-            line += f"; a factor of {factor:.3g}"
+            line += f", a factor of {factor:.3g}"
         lines.append(line)
     return lines
 
