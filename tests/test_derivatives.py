@@ -13,6 +13,7 @@ from shockpc.impact.derivatives import derivatives
 from shockpc.impact.landed import solved
 from shockpc.method.dynamics import dynamics
 from shockpc.profile import profile_of
+from shockpc.robot.load import load_robot
 
 STRIKE = (0.3, 0.1, -1.0)
 
@@ -327,3 +328,24 @@ def test_derivatives_that_do_not_fit_name_another_way(monkeypatch):
     monkeypatch.setattr("shockpc.profile.np.empty", full)
     with pytest.raises(StudyError, match=r"2 postures take .*GiB.*shockpc\.symbolic"):
         shock_maps(landing, [landing.q] * 2, derivatives=True)
+
+
+def test_maps_refuse_points_that_nothing_moves_and_what_is_no_body(tmp_path):
+    """A site of the world is of no body, and maps do not take it for one of the last body's."""
+    file = tmp_path / "flag.xml"
+    file.write_text(
+        '<mujoco model="flag"><worldbody><site name="flag" pos="1 0 0"/>'
+        '<body name="base"><freejoint/><geom type="box" size=".2 .1 .1" mass="3"/>'
+        '<site name="foot" pos="0 0 -.1"/></body></worldbody></mujoco>'
+    )
+    contact = Contact(frame="foot", at="frame", kind="point")
+    robot = load_robot(str(file))
+    landing = resolve(Scene(robot=str(file), contact=(contact,)), robot)
+    maps = shock_maps(landing, robot.start[None], derivatives=True)
+    for read in (maps.at, maps.derivatives_at, maps.shock):
+        with pytest.raises(StudyError, match='"flag" is fixed to the world'):
+            read("flag")
+        for place in (True, 0.0, -1, 1, None):
+            with pytest.raises(SceneError, match="there is no body"):
+                read(place)
+    np.testing.assert_array_equal(maps.at(np.int64(0)), maps.at(0))

@@ -10,7 +10,7 @@ from shockpc.core.number import numbers_from
 from shockpc.core.spatial import Array, cross, jump_at
 from shockpc.core.threads import one_thread
 from shockpc.landing.landing import Landing
-from shockpc.landing.places import point_place
+from shockpc.landing.places import moving_point
 from shockpc.landing.scenes.scene_file import point_at
 from shockpc.method.approach import speeds_undone
 from shockpc.method.constraints import constraint_axes, slices_of
@@ -101,6 +101,8 @@ class ShockMaps(NamedTuple):
 
         Raises:
             UnknownName: the robot has no frame of that name.
+            StudyError: the frame is fixed to the world, so no impact moves it.
+            SceneError: there is no body of that index, or the point is not three numbers.
         """
         body, r = self._where(place, point)
         return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ r))
@@ -112,7 +114,8 @@ class ShockMaps(NamedTuple):
 
         Raises:
             UnknownName: the robot has no frame of that name.
-            StudyError: the maps have no derivatives, or a posture is singular.
+            StudyError: the maps have no derivatives, a posture is singular, or as for `at`.
+            SceneError: as for `at`.
         """
         if self.derivatives is None:
             raise StudyError(
@@ -148,9 +151,8 @@ class ShockMaps(NamedTuple):
                 of the landing by default.
 
         Raises:
-            UnknownName: the robot has no frame of that name.
-            SceneError: before the landing the robot also rotates, or joints or contacts move: that
-                is no strike along one vector.
+            ShockError: as for `at`; or before the landing the robot also rotates, or joints or
+                contacts move: that is no strike along one vector.
         """
         return np.asarray((self.at(place) @ self._strike(strike)[..., None])[..., 0])
 
@@ -172,8 +174,7 @@ class ShockMaps(NamedTuple):
             has a kink.
 
         Raises:
-            StudyError: it is another quantity, or a posture has no derivatives.
-            UnknownName, SceneError: as for `delta_v`.
+            ShockError: it is another quantity, a posture has no derivatives, or as for `delta_v`.
         """
         key, _, place = quantity.partition("@")
         if key not in GRADIENTS or not place:
@@ -276,9 +277,10 @@ class ShockMaps(NamedTuple):
 
     def _where(self, place: str | int, point: Array | None) -> tuple[int, Array]:
         if isinstance(place, str):
-            where = point_place(self.robot, point_at(self.robot, place))
+            where = moving_point(self.robot, point_at(self.robot, place))
             return where.body, where.r
-        if place not in range(self.maps.shape[1]):
+        is_index = isinstance(place, int | np.integer) and not isinstance(place, bool)
+        if not is_index or place not in range(self.maps.shape[1]):
             raise SceneError(
                 f"there is no body {place}; give a frame, or the index of a body below "
                 f"{self.maps.shape[1]}"
