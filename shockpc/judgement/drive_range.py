@@ -18,12 +18,11 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, in_body_axes, read_only
 from shockpc.impact.drive_response import drive_response, extreme_changes, with_inertias
 from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.landed import proven, solution_in_doubles, solved
+from shockpc.impact.landed import proven, solved
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.scenes.scene import Contact
 from shockpc.method.exact.arithmetic import SingularError
-from shockpc.quantities.contact_mass import mass_of_contacts
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, quantity, select
 from shockpc.quantities.shock_profile import ShockProfile
@@ -162,28 +161,6 @@ def ranges_of(
             every = [float(values[k]), *(value for _, value in ends)]
             ranges[k] = Range(min(every), max(every), kind)
     return ranges
-
-
-def effective_mass_range(profile: ShockProfile) -> Range | None:
-    """The range of the effective mass of all contacts together [kg].
-
-    That mass is `ShockProfile.effective_mass`. None as for `range_of`.
-    """
-    landing, value = profile.landing, profile.effective_mass
-    if not has_range(landing) or np.isnan(value):
-        return None
-    masses = [value]
-    changes = extreme_changes(landing)
-    for change in changes:
-        end = with_inertias(landing, change)
-        if end is not None:
-            impulse = solution_in_doubles(end).impulse[0]
-            masses.append(mass_of_contacts(end, impulse))
-    known = [mass for mass in masses if np.isfinite(mass)]
-    kind: Kind = "exact"
-    if landing.scene.stops or _other_faces(landing, changes):
-        kind = "samples"
-    return Range(min(known), max(known), kind)
 
 
 def deciding_joints(profile: ShockProfile, selection: Selection, place: Place) -> tuple[str, ...]:
