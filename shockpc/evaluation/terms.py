@@ -133,10 +133,7 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
             f"{selection.name} ({entry.title}) cannot be followed here; choose another quantity"
         )
     if not entry.of_ground(landing.scene):
-        refuse_ground(
-            landing.scene,
-            others="name a quantity that depends on it, such as shock_friction or peak_force",
-        )
+        refuse_ground(landing.scene)
     return [Column(selection, place) for place in places]
 
 

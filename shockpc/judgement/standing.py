@@ -14,7 +14,14 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.method.constraints import NO_AXES, row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.quantities.support import most_beside, standing_feet, stands, support
+from shockpc.quantities.support import (
+    centre_of_mass,
+    most_beside,
+    places_of_feet,
+    standing_feet,
+    stands,
+    support,
+)
 from shockpc.robot.feet_and_sensors import BENT
 from shockpc.robot.shapes.geometry import body_outline
 from shockpc.robot.shapes.lowest import height_of_lowest
@@ -64,7 +71,7 @@ def lying(profile: ShockProfile) -> Iterator[Diagnostic]:
     feet = standing_feet(robot)
     over = support(landing, landing.state)
     beside, above = float(over.beside[0]), float(over.above[0])
-    com = _centre_of_mass(profile)
+    (com,) = centre_of_mass(robot, landing.state)
     ground = float(com[2]) - above
     belly = _belly(profile)
     on_a_rig = len(feet) == 1 and bool(posture.joints or posture.joints_deg)
@@ -88,25 +95,14 @@ def lying(profile: ShockProfile) -> Iterator[Diagnostic]:
     yield Diagnostic("standing", robot.bodies[0].name, max(ground - belly, beside), text)
 
 
-def _centre_of_mass(profile: ShockProfile) -> Array:
-    """The centre of mass (3,) of the robot, world axes, from the base [m]."""
-    robot, state = profile.robot, profile.landing.state
-    centres = []
-    for body, R, p in zip(robot.bodies, state.rotation[0], state.position[0], strict=True):
-        centres.append(R @ body.com + p)
-    return np.asarray(robot.masses @ centres / robot.masses.sum())
-
-
 def _turn_to_feet(profile: ShockProfile, com: Array) -> str | None:
     """The roll, pitch and yaw of the base that turn the feet downward [deg].
 
     Returns: None for legs that sprawl both ways, as no turn brings all of them below.
     """
-    robot, state = profile.robot, profile.landing.state
-    places = []
-    for foot in standing_feet(robot):
-        places.append(state.rotation[0, foot.body] @ foot.offset + state.position[0, foot.body])
-    towards = (np.array(places) - com) @ state.rotation[0, 0]
+    landing = profile.landing
+    (places,) = places_of_feet(landing, landing.state)
+    towards = (places - com) @ landing.state.rotation[0, 0]
     axis = int(np.abs(towards.mean(axis=0)).argmax())
     sides = set(np.sign(towards[:, axis]).tolist())
     if len(sides) > 1:

@@ -69,9 +69,9 @@ def support(landing: Landing, state: Dynamics) -> Support:
         position=state.position.astype(float, copy=False),
     )
     feet = standing_feet(landing.robot)
-    com = _centre_of_mass(landing.robot, state)
+    com = centre_of_mass(landing.robot, state)
     low, _ = _lowest_of_feet(landing, state)
-    points = _places(landing, state)[..., :2]
+    points = places_of_feet(landing, state)[..., :2]
 
     # The nearest points of the segments between all feet, (N, k, k, 2): p_i + s (p_j − p_i) with
     # s = (c − p_i) · (p_j − p_i) / |p_j − p_i|² within [0, 1].
@@ -153,7 +153,7 @@ def overhang_rates(landing: Landing, state: Dynamics, twists: Array) -> tuple[Ar
     velocities = _velocities(_centres(robot, state), twists)
     com = np.einsum("b,nbxd->nxd", robot.masses / robot.masses.sum(), velocities)
     of_feet = twists[:, [foot.body for foot in feet]]
-    moving = _velocities(_places(landing, state), of_feet)
+    moving = _velocities(places_of_feet(landing, state), of_feet)
     first = moving[every, over.ends[:, 0]]
     second = moving[every, over.ends[:, 1]]
     nearest = first + over.share[:, None, None] * (second - first)
@@ -177,7 +177,7 @@ def _velocities(points: Array, twists: Array) -> Array:
     return np.asarray(twists[..., 3:, :] + np.cross(twists[..., :3, :], points[..., None], axis=2))
 
 
-def _places(landing: Landing, state: Dynamics) -> Array:
+def places_of_feet(landing: Landing, state: Dynamics) -> Array:
     """The frames (N, k, 3) of the feet, world axes, from the base [m]."""
     frames = []
     for foot in standing_feet(landing.robot):
@@ -192,7 +192,7 @@ def _centres(robot: Robot, state: Dynamics) -> Array:
     return np.asarray(state.position + (state.rotation @ centres[..., None])[..., 0])
 
 
-def _centre_of_mass(robot: Robot, state: Dynamics) -> Array:
+def centre_of_mass(robot: Robot, state: Dynamics) -> Array:
     """The centre of mass (N, 3) of the robot, world axes, from the base [m]."""
     shares = robot.masses / robot.masses.sum()
     return np.asarray(np.einsum("b,nbx->nx", shares, _centres(robot, state)))
@@ -204,7 +204,7 @@ def _lowest_of_feet(landing: Landing, state: Dynamics) -> tuple[Array, np.ndarra
     A foot without shapes is a point.
     """
     feet = standing_feet(landing.robot)
-    frames = _places(landing, state)
+    frames = places_of_feet(landing, state)
     of_feet = [foot.body for foot in feet]
     low = lowest_points(landing, state, of_feet)
     of_shapes = body_outline(landing.robot).pieces.body
