@@ -261,6 +261,11 @@ def test_pairs_go_before_places_and_names(dog):
         compare([dog, other], pairs=[("FL_hipp", "lf_hip")])
 
 
+def test_designs_without_a_body_in_common_have_no_shock_of_bodies_to_compare(dog):
+    with pytest.raises(StudyError, match="the designs have no bodies in common: of "):
+        compare([dog, design("hyq", "lf_foot")], quantities=["shock_com"])
+
+
 def test_what_has_no_partner_is_listed(dog):
     """What has another name has no partner, unless that is given."""
     found = compare([dog, design("solo8", "FL_FOOT")], pairs=[("base", "base_link")])

@@ -17,7 +17,7 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
-from shockpc.text.printed import listed
+from shockpc.text.printed import listed, plural
 from shockpc.text.shown import brief, shown_by
 
 STANDARD = (
@@ -105,10 +105,10 @@ class Differences(NamedTuple):
 
 
 class Unmatched(NamedTuple):
-    """A body, point or joint that some designs lack.
+    """A body, point, joint or part that some designs lack.
 
     Attributes:
-        kind: "body", "point" or "joint".
+        kind: "body", "point", "joint" or "part".
         name: its name.
         designs: indices of those that have it.
     """
@@ -127,7 +127,7 @@ class Comparison:
         profiles: of their landings.
         quantities: what was compared, of what all designs have.
         unmatched: what has no partner in every other design.
-        partners: of the first design's bodies, points and joints, in each of the others.
+        partners: of the first design's bodies, points, joints and parts, in each of the others.
         ends: the comparison with all drives of all designs at the smallest inertias that what is
             known allows, and at the largest, or why there is none; empty where all drives are known
             exactly.
@@ -267,8 +267,8 @@ def _nothing(
         for design, some in zip(designs, names, strict=True)
     ]
     return (
-        f'"{text}" cannot be compared, because the designs have no {quantity.of}s in common: '
-        f"{', '.join(of_designs)}; {rule}"
+        f'"{text}" cannot be compared, because the designs have no '
+        f"{plural(quantity.of)} in common: {', '.join(of_designs)}; {rule}"
     )
 
 
@@ -393,7 +393,7 @@ def _reciprocal(value: float | None) -> float | None:
 def _unmatched(
     profiles: Sequence[ShockProfile], matched: Sequence[Partners]
 ) -> tuple[Unmatched, ...]:
-    """Bodies, points and joints that are not partners of one of every other design."""
+    """Bodies, points, joints and parts without a partner in every other design."""
     first, *others = profiles
     unmatched = []
     for kind in KINDS:
