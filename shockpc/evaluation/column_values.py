@@ -203,9 +203,11 @@ def columns(
 
 
 def stops_act(impact: DoubleImpact) -> np.ndarray:
-    """True (N, S) where a stop acts: a joint moves beyond it, or hits it without reaching it.
+    """True (N, S) where a stop acts, or one that is to strike does not.
 
-    A joint moves beyond a stop that it is at. It is never true for a scene that leaves stops out.
+    A stop acts where its joint is at it and would move beyond it; a scene that leaves stops out has
+    none that act. One that is to strike is missed where its joint is not at it, or does not move
+    towards it.
     """
     landing = impact.landing
     robot = landing.robot

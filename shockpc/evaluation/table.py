@@ -56,7 +56,7 @@ class Table:
         return brief(self, count(len(self), "row"), f"{', '.join(names[:8])}{more}")
 
     def __call__(self) -> "Table":
-        """Itself: `.table` of a study is the same as `.table`."""
+        """Itself: `.table()` of a study is the same as `.table`."""
         return self
 
     def __len__(self) -> int:
