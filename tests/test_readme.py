@@ -46,7 +46,7 @@ OPTIONAL = ("import casadi", "import crocoddyl")
 SCENE = 'robot = "robot.urdf"\n[[contact]]\nframe = "foot"\n'
 
 
-class Constraint(NamedTuple):
+class Block(NamedTuple):
     """A fenced block: its language and its text."""
 
     language: str
@@ -61,7 +61,7 @@ class Typed(NamedTuple):
 
 
 BLOCKS = [
-    Constraint(*found)
+    Block(*found)
     for found in re.findall(r"^```(\w*)[^\n]*\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
 ]
 
