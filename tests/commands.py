@@ -1,5 +1,6 @@
 """Commands run as a user types them, in this process, with what they print on either stream."""
 
+import json
 import os
 import shutil
 import signal
@@ -78,6 +79,11 @@ def good(capfd: pytest.CaptureFixture[str], *words: object) -> str:
     outcome = run(capfd, *words)
     assert outcome._replace(out="") == Outcome(0, "", ""), outcome.err
     return outcome.out
+
+
+def document(capfd: pytest.CaptureFixture[str], *words: object) -> Any:
+    """The JSON document of an analysis."""
+    return json.loads(good(capfd, "analyze", *words, "--format", "json"))
 
 
 def says(texts: str | Iterable[str], *parts: str) -> bool:

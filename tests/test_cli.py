@@ -13,7 +13,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from commands import STICK, good, run, vector
+from commands import STICK, document, good, run, vector
 from identify_draws import BLOCKS, csv_text, leg
 from test_readme import commands, words_of
 from test_scene_file import EVERY_KEY, by_key
@@ -35,11 +35,6 @@ DOG = ("dog/dog.urdf.xacro", "--package", "dog_description=dog")
 LEVEL = ("--ground-tolerance", 0.01)
 """In the posture of its file, the dog's front feet are 7.4 mm above its hind feet."""
 FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
-
-
-def document(capfd, *words):
-    """The JSON document of an analysis."""
-    return json.loads(good(capfd, "analyze", *words, "--format", "json"))
 
 
 def on_a_foot(capfd, *words):

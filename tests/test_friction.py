@@ -1,11 +1,10 @@
 """Landings with friction, from the command line: closed forms, consistency and refusals."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, run, vector
+from commands import document, good, run, vector
 from panels import scene as paper_scene
 from robot_texts import BOX
 
@@ -20,10 +19,6 @@ from shockpc import (
 
 FOOT = (Contact(frame="LF_FOOT"),)
 ANYMAL = Scene(robot="anymal_b", contact=FOOT, strike=Strike(strike_angle_deg=10.0))
-
-
-def document(capfd, *words):
-    return json.loads(good(capfd, "analyze", *words, "--format", "json"))
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])

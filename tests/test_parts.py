@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import STICK_WITH_IMU, good, run, says
+from commands import STICK_WITH_IMU, document, good, run, says
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import BOX, COLUMN
@@ -47,10 +47,6 @@ def here(tmp_path, monkeypatch):
     for name, text in {"box": BOX, "column": COLUMN, "stick": STICK_WITH_IMU}.items():
         (tmp_path / f"{name}.urdf").write_text(text)
     return tmp_path
-
-
-def document(capfd, *words):
-    return json.loads(good(capfd, "analyze", *words, "--format", "json"))
 
 
 # The damage boundary

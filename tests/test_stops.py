@@ -1,13 +1,12 @@
 """End stops: which act, with what impulse, what they change, and what they leave as it is."""
 
 import itertools
-import json
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, says
+from commands import document, good, says
 from random_landings import random_landing
 from robot_texts import BOX, COLUMN, floating, joint, mjcf, urdf
 from scipy.integrate import solve_ivp
@@ -544,7 +543,7 @@ def test_a_stop_of_finite_stiffness_that_is_not_reached(here):
 def test_a_joint_that_is_driven_beyond_its_limit_is_a_warning(capfd, here):
     """With the option that counts its stop; and no such warning with it, but what the stop does."""
     words = ("column.urdf", "--contact", "foot", "--slide", "--speed", "2")
-    found = json.loads(good(capfd, "analyze", *words, "--format", "json"))
+    found = document(capfd, *words)
     (warned,) = [one for one in found["health"]["warnings"] if one["kind"] == "limits"]
     assert says(warned["text"], "slide", "2 m/s", "--stops")
     assert found["tables"]["joints"][0]["stop_acts"] is False
@@ -553,7 +552,7 @@ def test_a_joint_that_is_driven_beyond_its_limit_is_a_warning(capfd, here):
     assert "the end stop of slide at its minimum value acts with 6 N s" in text
     assert "beyond" not in text
     assert "stops = true" in (here / "s.toml").read_text()
-    found = json.loads(good(capfd, "analyze", "s.toml", "--format", "json"))
+    found = document(capfd, "s.toml")
     (joint,) = found["tables"]["joints"]
     assert (joint["stop_impulse"], joint["stop_acts"]) == (pytest.approx(6.0), True)
     assert "no end stop acts" in good(capfd, "analyze", "s.toml", "--set", "slide=0.2")

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, run, says, vector
+from commands import document, good, run, says, vector
 from panels import scene as paper_scene
 from robot_texts import BOX, COLUMN, body, floating, mjcf
 from test_lifetime import STIFF, solved_once
@@ -48,10 +48,6 @@ ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origi
 <joint name="pivot" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="0 1 0"/></joint></robot>"""
 
 
-def document(capfd, *words):
-    return json.loads(good(capfd, "analyze", *words, "--format", "json"))
-
-
 def loaded(e):
     """ω T of a mass on a spring, T the time of 99 % of its impulse: (1 − cos ωt) of it while
     loaded, then e sin (ωt/e).
@@ -60,26 +56,19 @@ def loaded(e):
     return math.pi / 2.0 + e * math.asin(rest / e) if rest > 0.0 else math.acos(-rest)
 
 
+def box_on_a_spring(folder, speed, e):
+    """Words of a point mass that lands with a speed [m/s] and a restitution; its file is written."""
+    (folder / "box.urdf").write_text(BOX)
+    landing = ("--contact", "box", "--speed", speed, "--restitution", e)
+    return ("box.urdf", *landing, "--contact-stiffness", K, "--at", "box")
+
+
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.005, 0.0])
 def test_a_point_mass_on_a_spring(capfd, here, e):
     """Force v √(k m) after a quarter of a period; unloaded in e quarters of it, and not at all with
     e = 0.
     """
-    (here / "box.urdf").write_text(BOX)
-    words = (
-        "box.urdf",
-        "--contact",
-        "box",
-        "--speed",
-        3,
-        "--restitution",
-        e,
-        "--contact-stiffness",
-        K,
-        "--no-gravity",
-        "--at",
-        "box",
-    )
+    words = (*box_on_a_spring(here, 3, e), "--no-gravity")
     found = document(capfd, *words)["tables"]
     omega = math.sqrt(K / 2.0)
     assert found["landing"][0]["stiffness_difference"] < 1e-9
@@ -125,20 +114,7 @@ def test_a_point_mass_falls_on_a_spring(capfd, here, e, speed):
     """Under gravity: F = √(k m v² + (m g)²) + m g, first at (π − atan(ω v / g)) / ω; it leaves at e
     v, or stands with m g.
     """
-    (here / "box.urdf").write_text(BOX)
-    words = (
-        "box.urdf",
-        "--contact",
-        "box",
-        "--speed",
-        speed,
-        "--restitution",
-        e,
-        "--contact-stiffness",
-        K,
-        "--at",
-        "box",
-    )
+    words = box_on_a_spring(here, speed, e)
     found = document(capfd, *words)["tables"]
     omega, weight = math.sqrt(K / 2.0), 2.0 * GRAVITY
     (contact,), (point,) = found["contacts"], found["points"]
@@ -726,16 +702,8 @@ def test_files_over_time(capfd, here):
         / GRAVITY
     )
     assert spectra["points"][0]["response"][0][0] == pytest.approx(expected, rel=1e-3)
-    assert (
-        json.loads(good(capfd, "analyze", *words, "--format", "json"))["stiffness"]["spectra"]
-        is None
-    )
-    assert (
-        json.loads(good(capfd, "analyze", *words, "--spectrum", "--format", "json"))["stiffness"][
-            "spectra"
-        ]
-        == spectra
-    )
+    assert document(capfd, *words)["stiffness"]["spectra"] is None
+    assert document(capfd, *words, "--spectrum")["stiffness"]["spectra"] == spectra
 
 
 @pytest.mark.parametrize("stiffness", ["1e-3", "1e-30"])

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 from commands import good
+from log_file import written
 
 import shockpc
 from shockpc.bench.found_touchdowns import FEET, quadruped
@@ -126,15 +127,7 @@ def test_the_experiment_of_the_guide(here, capfd):
     """
     columns = drops(16)
     (here / "rig.urdf").write_text(rig())
-    with (here / "drops.csv").open("w") as file:
-        np.savetxt(
-            file,
-            np.stack(list(columns.values()), axis=1),
-            delimiter=",",
-            header=",".join(columns),
-            comments="",
-            fmt="%.9g",
-        )
+    written(here / "drops.csv", columns)
     find, compare = re.findall(
         r"^    shockpc (.*(?:drops\.csv|drops/touchdowns\.csv) .*)$",
         GUIDE.read_text("utf-8"),

@@ -18,6 +18,7 @@ import pinocchio as pin
 import pyarrow.parquet
 import pytest
 from commands import good, run, says, vector
+from log_file import written
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
@@ -1255,15 +1256,6 @@ def test_names_that_are_numbers_keep_their_digits():
 
 
 # The command
-
-
-def written(path, columns):
-    """A table as CSV."""
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows(zip(*(values.tolist() for values in columns.values()), strict=True))
-    return path
 
 
 def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):

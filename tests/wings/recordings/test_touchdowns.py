@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from commands import good, run, says
+from log_file import written
 from robot_texts import LIMITS, SOLID, STEPPER, joint, link, urdf
 from rosbags.rosbag1 import Writer as WriterOfRos1
 from rosbags.rosbag2 import StoragePlugin
@@ -489,14 +490,7 @@ def test_a_log_without_touchdowns_and_its_ends(here, capfd):
         "time": 0,
         "contact": 0,
     }
-    with (here / "swing.csv").open("w") as file:
-        np.savetxt(
-            file,
-            np.stack(list(swing.values()), axis=1),
-            delimiter=",",
-            header=",".join(swing),
-            comments="",
-        )
+    written(here / "swing.csv", swing)
     assert "no touchdowns" in good(capfd, "touchdowns", "swing.csv", "robot.urdf", "--out", "none")
     late = stepped(
         here, {name: values[:250] for name, values in stepping().items()}, after=(6.0, 45.0, 60.0)
