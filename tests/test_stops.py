@@ -369,6 +369,7 @@ def test_a_stop_and_the_ground_at_once(here):
             "takes only a restitution",
         ),
         ({"contact": Contact(frame="stop:slid")}, 'no joint "slid"'),
+        ({"contact": Contact(frame="stop:sl*")}, r'no joint "sl\*"'),
         ({"friction": 0.5}, "is an end stop, and friction is for"),
         ({"contact_stiffness": 1e5}, "give the stops a stop_stiffness too"),
     ],

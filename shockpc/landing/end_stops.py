@@ -84,7 +84,10 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
     """
     frame = contact.frame
     name = frame.removeprefix(STOP)
-    joint = robot.joint(name if name in robot.joint_names else robot.match_joints(name)[0])
+    # Not a glob, as for the frame of any contact: several joints would be several stops.
+    if name not in robot.joint_names:
+        raise robot.unknown("joint", name, robot.joint_names)
+    joint = robot.joint(name)
     refused = partial(SceneError, blocks=[frame], joints=[name])
     bare = replace(contact, restitution=0.0, restitution_along="normal")
     if bare not in (Contact(frame=frame), Contact(frame=frame, at="frame", kind="point")):
