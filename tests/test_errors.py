@@ -10,7 +10,18 @@ import pytest
 from commands import run
 
 import shockpc
-from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Rotor, Scene, Strike, shock_profile
+from shockpc import (
+    Closure,
+    Contact,
+    Joints,
+    LoopEnd,
+    Point,
+    Posture,
+    Rotor,
+    Scene,
+    Strike,
+    shock_profile,
+)
 from shockpc.text import errors
 from shockpc.text.errors import (
     DefectError,
@@ -144,6 +155,13 @@ def test_refusals_carry_what_they_name(scene, data):
 def test_unknown_names_help_on(known, where, text):
     """The nearest names; all of them where they are few; and always the command that lists them."""
     assert str(UnknownName("frame", "LF_fot", known, where, "shockpc robots hyq")) == text
+
+
+def test_a_point_that_is_not_known_is_refused_with_its_scene():
+    """Not only where its shock is read."""
+    scene = Scene(robot="go2", contact="FL_foot", point=(Point(frame="FL_fot"),))
+    with pytest.raises(UnknownName, match='no frame "FL_fot"'):
+        shockpc.resolve(scene, shockpc.load_robot("go2"))
 
 
 def test_names_in_messages_are_printable_and_not_longer_than_a_line():

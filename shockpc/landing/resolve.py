@@ -329,7 +329,9 @@ def _without_effect(scene: Scene, robot: Robot, loops: tuple[Loop, ...]) -> Iter
 
 
 def _check_landing(landing: PosedLanding) -> None:
-    """Refuse parts without a strength, points that coincide, and what wings refuse."""
+    """Refuse points that are not known or coincide, parts without a strength, and what wings do."""
+    for point in landing.scene.point:
+        landing.robot.frame(point.frame)
     parts = landing.scene.part
     check_parts(parts)
     torque_limits(landing.robot, parts)
