@@ -142,11 +142,13 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     Raises:
         RobotError: a link cannot be divided.
     """
-    contact, mass = _lightest_contact(landing, masses)
-    if landing.scene.flex or contact < 0:
+    yielding = _yielding(landing, masses)
+    if landing.scene.flex or not yielding:
         return None
-    if stiffness is not None:
-        mass = min(mass, _shared_mass(landing, masses))
+    # Of contacts with equal masses the last.
+    mass, contact = min(yielding, key=lambda one: (one[0], -one[1]))
+    if stiffness is not None and len(yielding) > 1:
+        mass = min(mass, _shared_mass(landing))
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     # Tc = π √(m/k)
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
@@ -172,34 +174,17 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     return Bending(time, math.nan, modes, step)
 
 
-def _yielding(landing: PosedLanding, masses: Array) -> dict[float, int]:
-    """The contacts that can yield, their numbers by effective mass [kg]; of equal ones the last."""
-    yielding: dict[float, int] = {}
+def _yielding(landing: PosedLanding, masses: Array) -> list[tuple[float, int]]:
+    """The contacts that can yield: the effective mass [kg] and the number of each."""
+    yielding = []
     for k, (mass, constraint) in enumerate(zip(masses.tolist(), landing.contacts, strict=False)):
         if constraint.kind != "stop" and math.isfinite(mass):
-            yielding[mass] = k
+            yielding.append((mass, k))
     return yielding
 
 
-def _lightest_contact(landing: PosedLanding, masses: Array) -> tuple[int, float]:
-    """The number of the contact with the smallest effective mass, and that mass [kg].
-
-    The number is −1 if none yields.
-    """
-    yielding = _yielding(landing, masses)
-    if not yielding:
-        return -1, math.nan
-    mass = min(yielding)
-    return yielding[mass], mass
-
-
-def _shared_mass(landing: PosedLanding, masses: Array) -> float:
-    """The mass that the contacts stop together, m = 1/ω² [kg]; infinite of a single one.
-
-    Each contact has a stiffness of 1.
-    """
-    if len(_yielding(landing, masses)) < 2:
-        return math.inf
+def _shared_mass(landing: PosedLanding) -> float:
+    """The mass that the contacts stop together, m = 1/ω² [kg], each with a stiffness of 1 N/m."""
     from shockpc.impact.contact_rows import contact_rows
 
     rows = contact_rows(landing, stands=True)

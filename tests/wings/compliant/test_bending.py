@@ -218,6 +218,16 @@ def test_contacts_stop_the_mass_of_the_landing(contact, model):
     assert mass < 0.9 * profile.value("effective_mass_sticking", "contact").min()
 
 
+def test_contacts_of_equal_masses_share_the_mass_too():
+    """Two contacts whose masses are the same to the last digit are two."""
+    contacts = tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR"))
+    landing = shock_profile(replace(GO2, contact=contacts)).landing
+    equal, other = np.array([50.0, 50.0]), np.array([50.0, 51.0])
+    shared = bending(landing, other, 1e5).mass
+    assert shared < 50.0
+    assert bending(landing, equal, 1e5).mass == shared
+
+
 @pytest.mark.parametrize(("stiffness", "bent"), [("1e4,1e5", False), ("1e5,1e7", True)])
 def test_many_landings_say_that_links_bend(capfd, stiffness, bent):
     """A sweep warns of the row in which rigid links are the least right, and batch of the robots,
