@@ -2,8 +2,6 @@
 
 From there on the mode makes no difference.
 
-From some frequency on, the mode makes no difference.
-
 A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as
 the pulse. Several contacts share the mass that they stop, so that they last less than each alone.
 What counts is Tc f1, of the first bending mode f1 of the free robot with its rotors. On legs of
@@ -127,8 +125,6 @@ def _hertz(frequency: float) -> str:
 
 def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Bending | None:
     """Requirement on the links of a landing to be taken as rigid.
-
-    The links are those between the base and the contact with the smallest effective mass.
 
     The links are those between the base and the contact with the smallest effective mass.
 

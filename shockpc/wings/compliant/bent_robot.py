@@ -22,12 +22,7 @@ from shockpc.text.errors import RobotError
 from shockpc.wings.compliant.motion.segments import FINE, Division, Flex, bending_stiffness, divide
 
 SHORT = 0.5
-"""Share of a body's radius of gyration up to which two joints do not give its axis.
-
-Up to it their distance is too small.
-
-Up to it the distance of two joints does not give the axis.
-"""
+"""Distance from a body's joint to its end, in radii of gyration, up to which it gives no axis."""
 
 ROUNDING = 1e-9
 """Distance of a point before a hinge with which it still moves with the segment behind [m]."""

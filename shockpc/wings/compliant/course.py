@@ -52,13 +52,10 @@ What follows may be a tiny force that lasts long.
 """
 
 GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
-"""Shares from which on the model without gravity, or with frozen geometry, is doubtful.
+"""Shares from which on a landing without gravity, or with frozen geometry, is doubtful.
 
 The first is that of the approach speed that gravity adds during the contact; the second is that of
 the robot's size by which a contact is compressed.
-
-The first is that of the approach speed that gravity adds during the contact; the second is that of
-the robot's size by which a contact is compressed. The model has no gravity, or frozen geometry.
 """
 
 DAMPED_SHARE = 0.01

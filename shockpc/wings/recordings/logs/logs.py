@@ -301,7 +301,7 @@ def _gyro_of_base(
 ) -> dict[str, np.ndarray]:
     """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it.
 
-    None where the log has some.
+    There are none where the log has a rate of rotation of the base already, and of a fixed base.
     """
     of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
     if not robot.free_base or of_base & {"wx", "wy", "wz"}:
