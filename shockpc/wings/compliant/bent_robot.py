@@ -19,6 +19,7 @@ from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import inertia_fault
 from shockpc.text.errors import RobotError
+from shockpc.wings.compliant.flexes import flexes_by_body
 from shockpc.wings.compliant.motion.segments import FINE, Division, Flex, bending_stiffness, divide
 
 SHORT = 0.5
@@ -107,9 +108,7 @@ def flexible_robot(
         RobotError: a link has no mass, or an inertia that no body has, or not that of the rotors
             that it carries.
     """
-    flexes = dict[int, Flex]()
-    for pattern, flex in links:
-        flexes |= dict.fromkeys(robot.match_bodies(pattern), flex)
+    flexes = flexes_by_body(robot, links)
     _refuse(robot, flexes)
     lines = {}
     for body in flexes:

@@ -9,7 +9,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
-from shockpc.wings.compliant.flexes import flexes_of
+from shockpc.wings.compliant.flexes import flexes_by_body, flexes_of
 from shockpc.wings.compliant.motion.segments import Flex
 
 
@@ -44,7 +44,7 @@ class BendingStiffness(Kind):
         Raises:
             ShockError: factors are given, and none of the links bends.
         """
-        present = _flexes(scene, robot)
+        present = flexes_by_body(robot, flexes_of(scene.flex))
         bodies = robot.match_bodies(varied.target)
         if varied.factor:
             bodies = tuple(body for body in bodies if body in present)
@@ -65,21 +65,13 @@ class BendingStiffness(Kind):
         return replace(scene, flex=kept | texts)
 
     def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
-        flexes = _flexes(landing.scene, landing.robot)
+        flexes = flexes_by_body(landing.robot, flexes_of(landing.scene.flex))
         bodies = landing.robot.match_bodies(varied.target)
         return [flexes.get(body, Flex()).EI for body in bodies]
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         changed = [name for name, text in scene.flex.items() if base.flex.get(name) != text]
         return [("--flex", f"{name}={scene.flex[name]}") for name in changed]
-
-
-def _flexes(scene: Scene, robot: Robot) -> dict[int, Flex]:
-    """Bending of the bodies that bend."""
-    flexes: dict[int, Flex] = {}
-    for pattern, flex in flexes_of(scene.flex):
-        flexes |= dict.fromkeys(robot.match_bodies(pattern), flex)
-    return flexes
 
 
 KINDS = (BendingStiffness("flex", "N m²"),)

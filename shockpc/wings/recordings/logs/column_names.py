@@ -116,13 +116,13 @@ def column_name(name: str, robot: Robot) -> ColumnName | None:
 
 
 def named_columns(
-    columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]
+    columns: Mapping[str, np.ndarray], rename: Mapping[str, str]
 ) -> dict[str, np.ndarray]:
     """Columns by the names that are used here.
 
     Those of ROS and numbered ones are expanded, then renamed as for `rows_of`.
     """
-    return _renamed(_expanded(columns, robot), rename)
+    return _renamed(_expanded(columns), rename)
 
 
 class StateColumns(NamedTuple):
@@ -145,7 +145,7 @@ def state_columns(
     robot.
     """
     sorted_out, joints = StateColumns({}, {}, {}), set(robot.joint_names)
-    for name, values in named_columns(columns, robot, rename).items():
+    for name, values in named_columns(columns, rename).items():
         column, kind = column_name(name, robot), sorted_out.others
         if name in ("qpos", "qvel") and name not in joints:
             kind = sorted_out.positions if name == "qpos" else sorted_out.rates
@@ -197,7 +197,7 @@ def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[
     return renamed
 
 
-def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
+def _expanded(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The columns with those of ROS by our names, and numbered ones of qpos and qvel as arrays."""
     columns = dict(columns)
     # As in ROS's JointState: names of the joints, and arrays with a column for each.

@@ -456,7 +456,7 @@ def rows_of_table(
     Where the scene has no contact, every row has to have its own: one without any is refused, and
     has not those of another.
     """
-    columns = named_columns(columns, robot, rename or {})
+    columns = named_columns(columns, rename or {})
     if not scene.contact and "contact" in columns:
         texts = np.where(empty_cells(columns["contact"]), " ", columns["contact"].astype(str))
         text, columns = first_contact(robot, texts.ravel().tolist()), {**columns, "contact": texts}

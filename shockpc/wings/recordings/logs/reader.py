@@ -63,7 +63,7 @@ def rows_of(
             the reason is its message: a cell is empty or no finite number, a quaternion's length is
             not 1.
     """
-    columns = named_columns(columns, landing.robot, rename or {})
+    columns = named_columns(columns, rename or {})
     if _is_series(columns, landing.robot):
         rows = max(map(len, columns.values()))
         raise StudyError(
