@@ -52,10 +52,21 @@ SEPARATORS = "_-. /:"
 """Characters at which names of contacts are shortened."""
 
 
-def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> list[str]:
-    """Short names of landings, such as "all four feet" and "FL + FR".
+def landing_name(contacts: Sequence[str], feet: Sequence[str]) -> str:
+    """A short name of a landing, such as "all four feet" and "FL + FR".
 
-    They are without what all names of feet begin or end with.
+    Args:
+        contacts: names of its contacts.
+        feet: names of the feet of the robot.
+    """
+    if len(feet) > 1 and set(contacts) == set(feet):
+        return "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
+    short = short_contact_names([contacts], feet)
+    return " + ".join(short[name] for name in contacts)
+
+
+def short_contact_names(landings: Iterable[Sequence[str]], feet: Sequence[str]) -> dict[str, str]:
+    """Names of feet and contacts without what all of them begin or end with, by the whole names.
 
     Args:
         landings: names of the contacts of each.
@@ -64,18 +75,10 @@ def landing_names(landings: Sequence[Sequence[str]], feet: Sequence[str]) -> lis
     names = dict.fromkeys(feet)
     for contacts in landings:
         names |= dict.fromkeys(contacts)
-    short = dict(zip(names, without_common(list(names)), strict=True))
-    on_all_feet = "both feet" if len(feet) == 2 else f"all {number_text(len(feet))} feet"
-    texts = []
-    for contacts in landings:
-        if len(feet) > 1 and set(contacts) == set(feet):
-            texts.append(on_all_feet)
-        else:
-            texts.append(" + ".join(short[name] for name in contacts))
-    return texts
+    return dict(zip(names, _without_common(list(names)), strict=True))
 
 
-def without_common(names: list[str]) -> list[str]:
+def _without_common(names: list[str]) -> list[str]:
     """Names without what all of them begin or end with, up to a separator.
 
     They stay as they are where nothing would be left of one.

@@ -20,7 +20,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.show.header import landing_text
 from shockpc.show.tables import rounded
-from shockpc.show.wording import contact_name, without_common
+from shockpc.show.wording import contact_name, short_contact_names
 
 STATUS = {"unknown": "drives unknown", "simulation model": "drives of a simulation"}
 """Words for how well drives are known."""
@@ -118,10 +118,8 @@ def short_names(landings: Sequence[ShockProfile]) -> list[str]:
 
     What all contacts' names begin or end with is left out.
     """
-    names = dict.fromkeys(each_foot(landings[0].robot))
-    for profile in landings:
-        names |= dict.fromkeys(contact.frame for contact in profile.scene.contact)
-    short = dict(zip(names, without_common(list(names)), strict=True))
+    contacts = [[contact.frame for contact in profile.scene.contact] for profile in landings]
+    short = short_contact_names(contacts, each_foot(landings[0].robot))
     texts = []
     for profile in landings:
         text = landing_text(profile)

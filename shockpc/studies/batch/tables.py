@@ -4,7 +4,7 @@ from pathlib import Path
 
 from shockpc.quantities.selection import select
 from shockpc.show.tables import Column, Row, Sheet
-from shockpc.show.wording import landing_names
+from shockpc.show.wording import landing_name
 from shockpc.studies.batch.rows import Batch, BatchRow
 from shockpc.studies.batch.study import STANDARD
 from shockpc.text.printed import count
@@ -188,8 +188,7 @@ def _titled(sheet: Sheet, titles: dict[str, str]) -> Sheet:
 
 def landing_text(row: BatchRow) -> str:
     """The contacts that strike, in short words, such as "all four feet" or "FL + FR"."""
-    (name,) = landing_names([row.contact.split("+")], row.feet)
-    return name
+    return landing_name(row.contact.split("+"), row.feet)
 
 
 def _unit(name: str) -> str:
