@@ -12,12 +12,14 @@ from standing import quadruped, soles
 from shockpc import Scene, shock_profile
 from shockpc.core.corners import corner_impulse, nonnegative_least_squares
 from shockpc.landing.contact import contact_constraint
+from shockpc.landing.feet import faces
 from shockpc.landing.feet.auto_contact import with_own_faces
 from shockpc.landing.feet.level_feet import default_landings
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Contact, Posture
 from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.load import load_robot
+from shockpc.text.errors import SolveError
 
 SOLE = np.array([(x, y, -0.09) for x in (-0.08, 0.14) for y in (-0.045, 0.045)])
 """Corners of the soles of the biped of `standing.soles`, in the frame of the foot [m]."""
@@ -197,6 +199,28 @@ def test_a_foot_that_the_others_lift_is_left_out_with_a_warning(biped):
     assert profile.landing.asked[1].frame == "right_foot"
     alone = unilateral(biped, profile.q, {"left_foot": SOLE}, np.array(velocity), LEGS)
     np.testing.assert_allclose(profile.delta_qd, alone, rtol=0, atol=1e-8 * np.abs(alone).max())
+
+
+@pytest.mark.parametrize("endless", [1, 3])
+def test_corners_that_are_not_found_are_refused_whenever_they_are_sought(
+    biped, endless, monkeypatch
+):
+    """At first, and for the speed at which a lifted foot enters the ground without an impulse."""
+    calls = iter(range(1, endless + 1))
+
+    def ends_no_search(*given):
+        if next(calls) == endless:
+            raise ArithmeticError("the search for the corners that push does not end")
+        return corner_impulse(*given)
+
+    monkeypatch.setattr(faces, "corner_impulse", ends_no_search)
+    with pytest.raises(SolveError, match=r"does not end; say what of the sole carries"):
+        landed(
+            biped,
+            ("left_foot", "right_foot"),
+            joints=Joints(locked=LEGS),
+            strike=Strike(velocity=(0.0, 2.0, -1.0)),
+        )
 
 
 def test_a_warning_says_that_a_foot_which_is_left_out_enters_the_ground(biped):

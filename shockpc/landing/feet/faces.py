@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.corners import corner_impulse
+from shockpc.core.corners import CornerImpulse, corner_impulse
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.constraints import Constraint, constraint_point, slices_of, world_point
@@ -66,11 +66,7 @@ def carrying_faces(landing: PosedLanding) -> dict[int, np.ndarray]:
         return {number: np.arange(len(corners)) for number, corners in soles.items()}
     generators = _generators(landing.state, equation.constraints)
     X = np.linalg.solve(to_metric, equation.J_c[0].T)
-    try:
-        speed = corner_impulse(X, b, generators.free, generators.pushes).speed
-    except ArithmeticError as refusal:
-        remedy = "say what of the sole carries, by the kind of the contact (--contact-kind)"
-        raise SolveError(f"{refusal}; {remedy}") from None
+    speed = _corner_impulse(X, b, generators.free, generators.pushes).speed
     still = speed <= STILL * np.abs(b).max(initial=0.0)
     return {number: np.flatnonzero(still[generators.contact == number]) for number in soles}
 
@@ -84,6 +80,9 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
     Args:
         landing: its contacts with a `sole` are flat.
         lifted: numbers of these contacts, which take no impulse.
+
+    Raises:
+        SolveError: the corners that carry are not found.
     """
     equation = landing.equation(landing.state)
     b, rows = equation.b[0, :, 3], slices_of(equation.constraints)
@@ -93,7 +92,7 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
     of_lifted = np.concatenate([numbers[rows[number]] for number in lifted])
     free = generators.free[:, ~generators.free[of_lifted].any(axis=0)]
     pushes = generators.pushes[:, ~np.isin(generators.contact, lifted)]
-    impulse = corner_impulse(X, b, free, pushes).impulse
+    impulse = _corner_impulse(X, b, free, pushes).impulse
     speed = generators.pushes.T @ (X.T @ (X @ impulse) + b)
     speed = speed / np.abs(b).max(initial=0.0)
     largest = []
@@ -101,6 +100,19 @@ def entering_speeds(landing: PosedLanding, lifted: Sequence[int]) -> list[float]
         of_contact = speed[generators.contact == number]
         largest.append(-float(of_contact.min()))
     return largest
+
+
+def _corner_impulse(X: Array, b: Array, free: Array, pushes: Array) -> CornerImpulse:
+    """As `corner_impulse`.
+
+    Raises:
+        SolveError: the search does not end.
+    """
+    try:
+        return corner_impulse(X, b, free, pushes)
+    except ArithmeticError as refusal:
+        remedy = "say what of the sole carries, by the kind of the contact (--contact-kind)"
+        raise SolveError(f"{refusal}; {remedy}") from None
 
 
 def _generators(state: Dynamics, constraints: Sequence[Constraint]) -> Generators:
