@@ -305,6 +305,21 @@ def test_flags_and_forces(here):
         stepped(here, columns, flags={"right_foot": "sensr"})
 
 
+def test_a_column_without_a_number_says_nothing_of_when_a_foot_touches(here):
+    """The heights do then, or the foot is not looked for; a column that is named is refused."""
+    columns = stepping()
+    empty = {"left_foot_contact": np.full(len(columns["time"]), np.nan)}
+    by_heights, found = stepped(here, columns), stepped(here, columns | empty)
+    assert not found.flagged
+    assert found.landings
+    assert len(found.landings) == len(by_heights.landings)
+    del columns["z"]
+    with pytest.raises(StudyError, match="is not in this log"):
+        stepped(here, columns | empty)
+    with pytest.raises(StudyError, match="left_foot_contact has no number"):
+        stepped(here, columns | empty, flags={"left_foot": "left_foot_contact"})
+
+
 def test_an_option_that_the_log_overrides_is_refused(here, capfd):
     """As with a table of landings.
 

@@ -84,24 +84,32 @@ def flags_of(
 
     Raises:
         UnknownName: no contact, or no column of numbers, has such a name.
-        StudyError: a threshold is given, and there are no forces.
+        StudyError: a threshold is given, and there are no forces, or a column that is named has no
+            number.
     """
     numbers = {
         name: values
         for name, values in columns.items()
         if values.dtype.kind in "fiub" and values.ndim == 1
     }
+    # A column without any number says nothing, so that the heights of the foot do.
+    told = [name for name, values in numbers.items() if np.isfinite(values).any()]
     threshold = max(1.0, FORCE * weight) if force is None else force
     if unknown := [frame for frame in named if frame not in frames]:
         raise UnknownName("contact", unknown[0], frames, "those that are looked at", "")
     flags: dict[int, Flag] = {}
     for c, frame in enumerate(frames):
-        name = named.get(frame) or _named_like(frame, numbers)
+        name = named.get(frame) or _named_like(frame, told)
         if name is None:
             continue
         if name not in numbers:
             raise UnknownName(
                 "column", name, numbers, "this log, of numbers that are no state of the robot", ""
+            )
+        if name not in told:
+            raise StudyError(
+                f'column {name} has no number, so it does not say when "{frame}" touches; name '
+                f"another column with --flag, or leave --flag out"
             )
         flags[c] = _flag(name, numbers[name], threshold)
     if force is not None and all(flag.force is None for flag in flags.values()):
