@@ -77,10 +77,8 @@ def _package(budget: float) -> Sheet:
     Raises:
         SolveError: a process failed; the text is the last line of its output.
     """
-    anymal, talos = (
-        landing(known_robot("anymal_b"), "LF_FOOT"),
-        landing(known_robot("talos"), "left_sole_link", "right_sole_link"),
-    )
+    anymal = landing(known_robot("anymal_b"), "LF_FOOT")
+    talos = landing(known_robot("talos"), "left_sole_link", "right_sole_link")
     rows: list[tuple[Cell, ...]] = []
 
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:

@@ -221,11 +221,8 @@ def _in_c(bodies: int | None, system: System, Q: Array) -> Prepared:
     """The code that `shockpc export` writes, compiled."""
     if not shutil.which("cc"):
         raise UnsuitedError("cc is not installed")
-    program, nq, strike = (
-        _symbols(bodies, system).program,
-        Q.shape[1],
-        system.landing.before.velocity,
-    )
+    program = _symbols(bodies, system).program
+    nq, strike = Q.shape[1], system.landing.before.velocity
     m = len(program.outputs) - len(ACCURACY)
     names = [f"number_{k}" for k in range(m + len(ACCURACY))]
     untested = Samples(np.zeros((1, nq + 3)), np.zeros((1, m)), np.ones(m))

@@ -42,8 +42,8 @@ class Result(NamedTuple):
         case: what was landed.
         method: its name.
         outcome: a key of `OUTCOMES`.
-        error: largest over the bodies, relative to the body's motion [1]; the proven bound for the
-            package's printed numbers; None without numbers or without a reference.
+        error: largest over the bodies, relative to the body's motion [1]; for the package's printed
+            numbers the bound on rounding; None without numbers or without a reference.
         seconds: run time of each run [s]; none if it failed.
         message: why it failed.
     """
@@ -124,17 +124,11 @@ def _solved(
         return "not finite", None, seconds
     if proof is None:
         return "unfounded", None, seconds
-    error = (
-        float(proof.bounds.max())
-        if isinstance(raw, ShockProfile)
-        else double_error(system.landing, proof, jumps)
-    )
-    return (
-        "accurate"
-        if error <= ACCURATE
-        else "approximate"
-        if prepared.approximates
-        else "inaccurate",
-        error,
-        seconds,
-    )
+    if isinstance(raw, ShockProfile):
+        error = float(proof.bounds.max())
+    else:
+        error = double_error(system.landing, proof, jumps)
+    outcome = "approximate" if prepared.approximates else "inaccurate"
+    if error <= ACCURATE:
+        outcome = "accurate"
+    return outcome, error, seconds
