@@ -349,3 +349,21 @@ def test_maps_refuse_points_that_nothing_moves_and_what_is_no_body(tmp_path):
             with pytest.raises(SceneError, match="there is no body"):
                 read(place)
     np.testing.assert_array_equal(maps.at(np.int64(0)), maps.at(0))
+    with pytest.raises(SceneError, match="write foot:x,y,z"):
+        maps.at("foot", [0.0, 0.0, 0.1])
+    with pytest.raises(StudyError, match="quantity is 3"):
+        maps.gradient(3)
+
+
+def test_a_shock_is_asked_for_at_points_of_a_named_frame():
+    robot = load_robot("go2")
+    profile = profile_of(resolve(Scene(robot="go2", contact=(Contact(frame="FL_foot"),)), robot))
+    for r in ([0.0, 0.0], ["a", "b", "c"], [[0.0], [1.0, 2.0]]):
+        with pytest.raises(SceneError, match="give points of three numbers"):
+            profile.shock_at("imu", r)
+    for r in ("a", 1.0, None):
+        with pytest.raises(StudyError, match="r is "):
+            profile.shock_at("imu", r)
+    with pytest.raises(StudyError, match="frame is 3"):
+        profile.shock_at(3, [0.0, 0.0, 0.0])
+    assert profile.shock_at("imu", [[0, 0, 0]] * 2).shape == (2,)

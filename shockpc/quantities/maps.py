@@ -18,6 +18,7 @@ from shockpc.method.dynamics import dynamics
 from shockpc.method.equation import Equation
 from shockpc.method.shock import solution_of
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError, StudyError
 from shockpc.text.printed import count
 
@@ -102,7 +103,8 @@ class ShockMaps(NamedTuple):
         Raises:
             UnknownName: the robot has no frame of that name.
             StudyError: the frame is fixed to the world, so no impact moves it.
-            SceneError: there is no body of that index, or the point is not three numbers.
+            SceneError: there is no body of that index, or the point is not three numbers, or
+                given besides a frame.
         """
         body, r = self._where(place, point)
         return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ r))
@@ -162,6 +164,7 @@ class ShockMaps(NamedTuple):
         v_in = np.linalg.norm(self._strike(strike), axis=-1)
         return np.asarray(speed / v_in)
 
+    @checked
     def gradient(self, quantity: str, strike: Array | Sequence[float] | None = None) -> Array:
         """The derivatives of a quantity of a point by the tangent of q [its unit per m and rad].
 
@@ -277,6 +280,11 @@ class ShockMaps(NamedTuple):
 
     def _where(self, place: str | int, point: Array | None) -> tuple[int, Array]:
         if isinstance(place, str):
+            if point is not None:
+                raise SceneError(
+                    f"point is given besides the frame {place}; write {place}:x,y,z, or give the "
+                    "index of a body"
+                )
             where = moving_point(self.robot, point_at(self.robot, place))
             return where.body, where.r
         is_index = isinstance(place, int | np.integer) and not isinstance(place, bool)

@@ -1,6 +1,7 @@
 """The result of an analysis: a landing and its proof; all other numbers are quantities."""
 
 import pkgutil
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from shockpc.core.frozen import frozen
 from shockpc.core.most_severe import ExtremeDirections
+from shockpc.core.number import numbers_from
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.core.threads import one_thread
@@ -43,7 +45,9 @@ from shockpc.quantities.records import (
 from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.trust import Unknown
 from shockpc.quantities.values import LandingValues
+from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import SceneError
 from shockpc.text.shown import brief, show_page, shown_by
 
 if TYPE_CHECKING:
@@ -333,7 +337,8 @@ class ShockProfile(LandingValues):
         first = self.robot.movable(self.landing.base).start
         return [place for place in self.landing.points if place.body >= first]
 
-    def shock_at(self, frame: str, r: Array) -> Array:
+    @checked
+    def shock_at(self, frame: str, r: Array | Sequence[Any]) -> Array:
         """Shock at points of a body, |Δv + Δω × r| / v_in [1].
 
         Args:
@@ -342,11 +347,30 @@ class ShockProfile(LandingValues):
 
         Raises:
             UnknownName: the robot has no such frame.
+            SceneError: r is not made of points of three numbers.
+            StudyError: an argument is of another type.
         """
         place = self.robot.frame(frame)
-        points = place.offset + np.asarray(r, dtype=float) @ place.rotation.T
+        points = place.offset + _points(r) @ place.rotation.T
         if place.body < 0:
             return np.zeros(points.shape[:-1])
         return np.asarray(
             shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in)
         )
+
+
+def _points(r: Any) -> Array:
+    """Points (..., 3) as they are given.
+
+    Raises:
+        SceneError: they are not of three numbers each.
+    """
+    try:
+        points = numbers_from(r)
+    except (TypeError, ValueError):
+        points = np.array(np.nan)
+    if points.shape[-1:] != (3,):
+        raise SceneError(
+            f"r has shape {points.shape} or no numbers; give points of three numbers, (..., 3)"
+        )
+    return np.asarray(points)
