@@ -242,6 +242,17 @@ def test_contacts_that_leave_a_stop_no_way_have_no_verdict(here):
         shock_profile(scene)
 
 
+def test_a_search_for_stops_that_does_not_end_is_refused(here, monkeypatch):
+    """SciPy raises RuntimeError at its limit of iterations."""
+
+    def endless(*_):
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr("scipy.optimize.nnls", endless)
+    with pytest.raises(SolveError, match="search for the end stops that push does not end"):
+        shock_profile(column())
+
+
 # A joint that runs into its stop
 
 

@@ -131,6 +131,10 @@ def _with_stops(landing: PosedLanding) -> PosedLanding:
             f"({names}): the mechanism cannot move as they ask; leave a direction or a contact "
             "out, or the stops"
         ) from None
+    except RuntimeError as failure:
+        raise SolveError(
+            "no verdict: the search for the end stops that push does not end; leave the stops out"
+        ) from failure
     acts = _acting(stops, impulse, missing, fastest)
     if not acts.any():
         return bare
@@ -235,6 +239,7 @@ def least_push(rows: Array, missing: Array) -> Array:
 
     Raises:
         ArithmeticError: no x meets the inequalities.
+        RuntimeError: the search for p does not end.
     """
     from scipy.optimize import nnls  # takes longer to import than a landing to compute
 
