@@ -415,3 +415,8 @@ def test_cells_without_a_number_are_named():
 def test_quantities_of_a_profile_that_do_not_exist_are_named():
     with pytest.raises(shockpc.UnknownName, match=r'no quantity "point.shok"'):
         shockpc.shock_profile(SCENE).value("shok", "point")
+
+
+def test_places_of_an_unknown_kind_are_refused():
+    with pytest.raises(shockpc.UnknownName, match='no kind of place "pint"; nearest: "point"'):
+        shockpc.shock_profile(SCENE).places("pint")

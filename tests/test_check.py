@@ -29,7 +29,8 @@ from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.studies.check.command import EPILOG
 from shockpc.studies.check.design_record import design_changes, design_record
-from shockpc.studies.check.report import check_report
+from shockpc.studies.check.outcome import Outcome
+from shockpc.studies.check.report import cause_notes, check_report
 from shockpc.studies.check.study import check_budgets
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.printed import printable
@@ -1650,3 +1651,29 @@ def test_a_case_may_give_a_drop_height(capfd, here):
     (case,) = read_budgets(here / "budgets.toml").cases
     assert case.landings[0][1].strike.drop_height == 0.2
     assert document(capfd)["tables"]["check"]
+
+
+def test_numbers_that_the_same_joints_decide_have_one_note():
+    """Whichever of these decides most, which for equal legs is rounding."""
+    budget = Budget(metric="shock", max=0.1)
+    outcomes = []
+    for number, deciding in enumerate([("hip", "knee"), ("knee", "hip"), ("ankle",)]):
+        outcomes.append(
+            Outcome(
+                case=f"case {number}",
+                strike_angle_deg=None,
+                at="trunk",
+                budget=budget,
+                line=None,
+                value=0.1,
+                baseline=None,
+                status="undecided",
+                reason="",
+                deciding=deciding,
+            )
+        )
+    notes = cause_notes(outcomes)
+    assert [note.partition(" (first")[0] for note in notes] == [
+        "undecided: 2 numbers: the drives of hip, knee decide",
+        "undecided: case 2: shock at trunk: the drives of ankle decide",
+    ]

@@ -242,7 +242,7 @@ class Budget:
         """
         text = self.baseline_tolerance or ""
         share, comma, change = (part.strip() for part in text.partition(","))
-        unit = self.selection.quantity.unit.replace("1", "-")
+        unit = self.selection.quantity.unit_text
         relative = share.endswith("%")
         units = {unit: 1.0}
         if relative or comma:

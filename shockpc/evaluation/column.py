@@ -51,7 +51,7 @@ class Column(NamedTuple):
     @property
     def unit(self) -> str:
         """The unit of its numbers, as headings give it."""
-        return self.selection.quantity.unit.replace("1", "-")
+        return self.selection.quantity.unit_text
 
     @property
     def shock(self) -> bool:

@@ -164,7 +164,7 @@ class Comparison:
         first, *others = self.letters
         rows = []
         for differences in self.quantities:
-            unit = differences.selection.quantity.unit.replace("1", "-")
+            unit = differences.selection.quantity.unit_text
             for row in differences.rows:
                 head = (differences.selection.name, unit, row.place)
                 rows.append((*head, *row.values, *row.changes, *row.shares))

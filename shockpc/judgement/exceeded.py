@@ -39,8 +39,10 @@ def saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
     share = select("range_share")
     moving = [place for place in profile.places("point") if place.body >= 0]
     peaks = sensor_peaks(profile.landing, profile.proof, moving)
+    if not peaks:
+        return
     ranges = ranges_of(profile, share, moving)
-    for place, peak, shares in zip(moving, peaks, ranges, strict=False):
+    for place, peak, shares in zip(moving, peaks, ranges, strict=True):
         if shares is not None and shares.meets(None, 1.0) is None:
             advice = drives_advice(deciding_joints(profile, share, place))
             low, high = limit * shares.smallest, limit * shares.largest

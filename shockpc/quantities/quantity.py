@@ -123,6 +123,11 @@ class Quantity(NamedTuple):
     relations: Relations = Relations()
 
     @property
+    def unit_text(self) -> str:
+        """The unit as tables and texts have it, with "-" for a ratio."""
+        return "-" if self.unit == "1" else self.unit
+
+    @property
     def vector(self) -> bool:
         """True if a value is a vector (3,)."""
         return self.form == "vector"

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from shockpc.landing.places import Place, PlaceKind
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.quantities.trust import Health, Judge
+from shockpc.text.errors import UnknownName
 from shockpc.text.trace import Trace
 
 
@@ -35,7 +36,14 @@ class LandingValues(OfLanding):
     judge: Judge
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
-        """The places of one kind, as those of the landing."""
+        """The places of one kind, as those of the landing.
+
+        Raises:
+            UnknownName: there is no such kind.
+        """
+        kinds = get_args(PlaceKind)
+        if kind not in kinds:
+            raise UnknownName("kind of place", str(kind), kinds, "", "")
         return self.landing.places(kind)
 
     def value(self, key: str, kind: PlaceKind) -> Array:

@@ -169,7 +169,7 @@ def _numbers(comparison: Comparison) -> list[_Number]:
                     at_ends[end][entry.selection.name, row.place] = row.values
     numbers = []
     for entry in comparison.quantities:
-        unit = entry.selection.quantity.unit.replace("1", "-")
+        unit = entry.selection.quantity.unit_text
         for row in entry.rows:
             key = entry.selection.name, row.place
             ends = {end: values[key] for end, values in at_ends.items() if key in values}
@@ -325,7 +325,7 @@ def _sheet(comparison: Comparison, differences: Differences, most: int | None) -
     selection, quantity = differences.selection, differences.selection.quantity
     sheet = sheet_of(comparison.table).where(lambda row: row["quantity"] == selection.name)
     sheet = sheet.without("quantity", "unit")
-    unit = quantity.unit.replace("1", "-")
+    unit = quantity.unit_text
     columns = [column._replace(unit=column.unit or unit) for column in sheet.columns[1:]]
     title = f"{quantity.title} ({selection.name})"
     sheet = sheet._replace(title=title, header=[Column("place", quantity.of), *columns])

@@ -165,10 +165,12 @@ def _range_text(profile: ShockProfile) -> str:
         return ""
     sensors = [place for place in profile.places("point") if place.body >= 0]
     peaks = sensor_peaks(profile.landing, profile.proof, sensors)
+    if not peaks:
+        return ""
     texts = []
-    for sensor, peak in zip(sensors, peaks, strict=False):
+    for sensor, peak in zip(sensors, peaks, strict=True):
         texts.append(f"{sensor.name} {rounded(peak.peak)} of {limit:g} g ({peak})")
-    return few(texts, MOST, "; ") if texts else ""
+    return few(texts, MOST, "; ")
 
 
 def _joint_text(profile: ShockProfile) -> str:

@@ -193,7 +193,7 @@ def landing_text(row: BatchRow) -> str:
 
 def _unit(name: str) -> str:
     """The unit of a quantity, as people read it."""
-    return select(name.partition("@")[0]).quantity.unit.replace("1", "-")
+    return select(name.partition("@")[0]).quantity.unit_text
 
 
 def _posture(row: BatchRow) -> str:

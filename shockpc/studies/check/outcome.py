@@ -71,7 +71,7 @@ class Outcome:
             "strike_angle_deg": self.strike_angle_deg,
             "at": self.at,
             "metric": budget.metric,
-            "unit": budget.selection.quantity.unit.replace("1", "-"),
+            "unit": budget.selection.quantity.unit_text,
             "value": self.value,
             "smallest": self.smallest,
             "largest": self.largest,

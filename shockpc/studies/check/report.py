@@ -96,7 +96,7 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
     shown = sorted(check.outcomes, key=order)[:most]
     notes = []
     if for_terminal:
-        notes += _cause_notes(shown)
+        notes += cause_notes(shown)
     cases = dict.fromkeys(outcome.case for outcome in shown if outcome.reason)
     for case in cases:
         model = joint_model(check, case)
@@ -125,7 +125,7 @@ def _row(outcome: Outcome, for_terminal: bool) -> Row:
         f"{outcome.case}{strike_text(outcome)}",
         outcome.at,
         budget.metric,
-        budget.selection.quantity.unit.replace("1", "-"),
+        budget.selection.quantity.unit_text,
         outcome.value,
         outcome.smallest,
         outcome.largest,
@@ -136,14 +136,18 @@ def _row(outcome: Outcome, for_terminal: bool) -> Row:
     )
 
 
-def _cause_notes(outcomes: Sequence[Outcome]) -> list[str]:
+def cause_notes(outcomes: Sequence[Outcome]) -> list[str]:
     """Reasons why numbers were not computed, and the joints whose drives decide, each once."""
     missing, undecided = [], []
+    # Numbers that the same joints decide have one note, whichever of these decides most.
+    texts = dict[frozenset[str], str]()
     for outcome in outcomes:
         if outcome.status == "not computed":
             missing.append((place_text(outcome), outcome.reason))
         if outcome.status == "undecided":
-            undecided.append((place_text(outcome), deciding_text(outcome.deciding)))
+            joints = frozenset(outcome.deciding)
+            text = texts.setdefault(joints, deciding_text(outcome.deciding))
+            undecided.append((place_text(outcome), text))
     notes = []
     for name, named in (("not computed", missing), ("undecided", undecided)):
         for line in cause_lines(causes(named), "numbers", MOST_CAUSES):
