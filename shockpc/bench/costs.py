@@ -40,7 +40,7 @@ from shockpc.show.row_files import RowFiles
 from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.study import sweep
-from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT")
 COMMANDS = {

@@ -19,7 +19,7 @@ from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.core.spatial import Array
 from shockpc.judgement.accuracy import double_error
 from shockpc.show.tables import Cell, Column, Sheet
-from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
 """Stiffnesses of the contact [N/m]."""

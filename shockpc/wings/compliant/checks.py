@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.wings.compliant.bending import BENDS, Bending, bends, rings
+from shockpc.wings.compliant.links.bending import BENDS, Bending, bends, rings
 from shockpc.wings.compliant.of_profile import rigid_links
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3

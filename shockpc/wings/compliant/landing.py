@@ -13,7 +13,7 @@ from shockpc.text.errors import SceneError
 from shockpc.text.printed import printable
 
 if TYPE_CHECKING:
-    from shockpc.wings.compliant.course import CompliantLanding
+    from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 
 class _Idle(NamedTuple):
@@ -62,7 +62,7 @@ def check_options(scene: Scene, constraints: tuple[Constraint, ...]) -> None:
 def check_landing(landing: PosedLanding) -> None:
     """Refuse links that cannot bend. Raises: ShockError: one of the scene's cannot."""
     if landing.scene.flex:
-        from shockpc.wings.compliant.bent_landing import flexible_landing
+        from shockpc.wings.compliant.links.bent_landing import flexible_landing
 
         flexible_landing(landing)
 
@@ -75,7 +75,10 @@ def motion(landing: PosedLanding, until: float | None) -> "CompliantLanding | No
     """
     if landing.scene.contact_stiffness is None:
         return None
-    from shockpc.wings.compliant.course import CompliantLanding, compliant_landing
+    from shockpc.wings.compliant.over_time.compliant_landing import (
+        CompliantLanding,
+        compliant_landing,
+    )
 
     return compliant_landing(landing) if until is None else CompliantLanding(landing, until)
 

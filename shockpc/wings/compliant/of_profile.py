@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING
 from shockpc.core.memo import memoized
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import RobotError
-from shockpc.wings.compliant.bending import Bending, bending
+from shockpc.wings.compliant.links.bending import Bending, bending
 
 if TYPE_CHECKING:
-    from shockpc.wings.compliant.course import CompliantLanding
+    from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 
 def compliant_of(profile: ShockProfile) -> "CompliantLanding | None":
     """The landing over time; None where the scene gives no stiffness of the contacts."""
     if profile.scene.contact_stiffness is None:
         return None
-    from shockpc.wings.compliant.course import compliant_landing
+    from shockpc.wings.compliant.over_time.compliant_landing import compliant_landing
 
     return compliant_landing(profile.landing)
 

@@ -18,10 +18,10 @@ from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
 from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, cached, evaluate
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
 from shockpc.text.errors import RobotError
-from shockpc.wings.compliant.bending import FOR_JUMPS, FOR_TORQUES, bending
+from shockpc.wings.compliant.links.bending import FOR_JUMPS, FOR_TORQUES, bending
 
 if TYPE_CHECKING:
-    from shockpc.wings.compliant.course import CompliantLanding
+    from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 (EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
 
@@ -33,7 +33,7 @@ JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.relations
 
 def _solved(landing: PosedLanding) -> "CompliantLanding":
     """The landing over time; what solves it is imported where a scene gives a stiffness."""
-    from shockpc.wings.compliant.course import compliant_landing
+    from shockpc.wings.compliant.over_time.compliant_landing import compliant_landing
 
     return compliant_landing(landing)
 

@@ -9,8 +9,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
-from shockpc.wings.compliant.flexes import flexes_by_body, flexes_of
-from shockpc.wings.compliant.motion.segments import Flex
+from shockpc.wings.compliant.links.flexes import Flex, flexes_by_body, flexes_of
 
 
 @dataclass(frozen=True)

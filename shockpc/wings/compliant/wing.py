@@ -6,6 +6,6 @@ WING = Wing(
     landing="landing",
     quantities="quantities",
     checks="checks",
-    report="report",
+    report="show.report",
     variations="variations",
 )

@@ -15,10 +15,10 @@ from shockpc.landing.resolve import landing_of
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Contact
 from shockpc.quantities.of_points import point_velocity
-from shockpc.wings.compliant.bending import RINGS, bending, bends
-from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.leg_modes import SPECIFIC_STIFFNESS, leg_modes
+from shockpc.wings.compliant.links.bending import RINGS, bending, bends
+from shockpc.wings.compliant.links.leg_modes import SPECIFIC_STIFFNESS, leg_modes
 from shockpc.wings.compliant.of_profile import rigid_links
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 TWO_HINGES = 1.1079
 """First frequency of a uniform beam, free at both ends, on two hinges, over the exact one."""
@@ -125,7 +125,7 @@ def test_rotors_lower_the_first_bending_mode(go2):
 
 def test_the_modes_are_those_of_the_links_that_bend(go2):
     """The same frequency as of the landing whose scene lets these links bend."""
-    from shockpc.wings.compliant.bent_landing import flexible_landing
+    from shockpc.wings.compliant.links.bent_landing import flexible_landing
 
     modes = leg_modes(go2.landing, 0)
     bends = landing_of(replace(GO2, flex=dict.fromkeys(modes.links, "EI:674")), go2.robot)

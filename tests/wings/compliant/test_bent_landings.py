@@ -9,7 +9,7 @@ from test_soles import ROLLS
 from trees import known_robot
 
 from shockpc import Contact, Joints, RobotError, Rotor, Scene, load_robot, resolve
-from shockpc.wings.compliant.bent_landing import flexible_landing
+from shockpc.wings.compliant.links.bent_landing import flexible_landing
 
 
 def test_links_that_bend_carry_rotors():

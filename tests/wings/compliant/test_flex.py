@@ -26,21 +26,20 @@ from shockpc.robot.load import load_robot
 from shockpc.studies.analyze.report import document
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
-from shockpc.wings.compliant.bent_landing import flexible_landing
-from shockpc.wings.compliant.bent_robot import flexible_robot
 from shockpc.wings.compliant.beyond.frame_leg import urdf as tubes_urdf
 from shockpc.wings.compliant.beyond.leg import leg_scene
-from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.histories import bent_links
-from shockpc.wings.compliant.motion.segments import (
+from shockpc.wings.compliant.links.bent_landing import flexible_landing
+from shockpc.wings.compliant.links.bent_robot import flexible_robot
+from shockpc.wings.compliant.links.flexes import Flex, flex_from
+from shockpc.wings.compliant.links.segments import (
     FINE,
-    Flex,
     bending_frequency,
     bending_stiffness,
     chain_inertia,
     divide,
-    flex_from,
 )
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
+from shockpc.wings.compliant.show.histories import bent_links
 
 ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)
@@ -538,7 +537,7 @@ def test_a_landing_on_rigid_contacts_imports_no_motion(tmp_path):
     (tmp_path / "robot.urdf").write_text(STICK)
     code = (
         "import sys; from shockpc.cli.entry import main; main(sys.argv[1:]); "
-        "sys.exit('shockpc.wings.compliant.course' in sys.modules)"
+        "sys.exit('shockpc.wings.compliant.over_time.compliant_landing' in sys.modules)"
     )
     words = ("analyze", str(tmp_path / "robot.urdf"), "--contact", "foot", "--format", "json")
     done = python(code, *words)

@@ -31,9 +31,9 @@ from shockpc import (
 )
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.selection import quantity
-from shockpc.wings.compliant import course
-from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.figure import draw_time
+from shockpc.wings.compliant.over_time import compliant_landing
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
+from shockpc.wings.compliant.show.figure import draw_time
 
 K = 1e5
 FOOT = (Contact(frame="LF_FOOT"),)
@@ -901,4 +901,4 @@ def test_a_fixed_base_holds_a_robot_against_gravity(here):
 
 
 def test_every_landing_is_solved_once(monkeypatch):
-    solved_once(STIFF, course, "simulate_landing", monkeypatch)
+    solved_once(STIFF, compliant_landing, "simulate_landing", monkeypatch)

@@ -15,11 +15,11 @@ from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report
-from shockpc.wings.compliant.figure import draw_time
 from shockpc.wings.compliant.motion.contacts import simulate_landing
 from shockpc.wings.compliant.motion.filtered import filtered
 from shockpc.wings.compliant.motion.motion import Elements
-from shockpc.wings.compliant.spectra import spectrum
+from shockpc.wings.compliant.over_time.spectra import spectrum
+from shockpc.wings.compliant.show.figure import draw_time
 
 LANDING = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6, joints=Joints(carried=False))
 FILTERS = [LowPass(200.0, 1), LowPass(60.0, 2), LowPass(900.0, 2)]

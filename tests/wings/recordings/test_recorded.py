@@ -33,7 +33,7 @@ from shockpc.landing.scenes.scene_file import robot_of, scene_text
 from shockpc.method.approach import Motion
 from shockpc.quantities.selection import quantity
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
-from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 from shockpc.wings.recordings.logs import table_files as files
 from shockpc.wings.recordings.logs.landings import CLOSED_BY, recorded_landings
 from shockpc.wings.recordings.logs.reader import rows_of

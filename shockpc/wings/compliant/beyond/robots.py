@@ -16,9 +16,9 @@ from shockpc.landing.resolve import resolve
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
-from shockpc.wings.compliant.bent_landing import flexible_landing
-from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.motion.segments import Flex
+from shockpc.wings.compliant.links.bent_landing import flexible_landing
+from shockpc.wings.compliant.links.flexes import Flex
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 LANDINGS = (
     ("go2", "FL_foot", "go2"),

@@ -18,10 +18,10 @@ from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
 from shockpc.wings.compliant.of_profile import compliant_of, rigid_links
-from shockpc.wings.compliant.texts import stiffness_text
+from shockpc.wings.compliant.show.texts import stiffness_text
 
 if TYPE_CHECKING:
-    from shockpc.wings.compliant.course import CompliantLanding
+    from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 TITLES: dict[PlaceKind, dict[str, str]] = {
     "point": {
@@ -49,7 +49,7 @@ def tables(profile: ShockProfile) -> dict[str, Callable[[ShockProfile], Sheet]]:
     """Tables of a landing, by name."""
     if not profile.scene.yields:
         return {}
-    from shockpc.wings.compliant.sheets import modes_sheet
+    from shockpc.wings.compliant.show.sheets import modes_sheet
 
     return {"modes": modes_sheet}
 
@@ -58,7 +58,7 @@ def views(profile: ShockProfile) -> dict[str, View]:
     """Views of the tables that people read, by name."""
     if not profile.scene.yields:
         return {}
-    from shockpc.wings.compliant.sheets import VIEWS
+    from shockpc.wings.compliant.show.sheets import VIEWS
 
     return VIEWS
 
@@ -76,13 +76,13 @@ def pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
     over_time = Picture(
         "time",
         f"forces, accelerations and torques of {name} over time",
-        "wings.compliant.figure:draw_time",
+        "wings.compliant.show.figure:draw_time",
         (profile,),
     )
     of_points = Picture(
         "spectrum",
         f"shock response spectrum of points of {name}",
-        "wings.compliant.figure:draw_spectrum",
+        "wings.compliant.show.figure:draw_spectrum",
         (profile,),
     )
     points_move = any(place.body >= 0 for place in profile.places("point"))
@@ -107,7 +107,7 @@ def charts(profile: ShockProfile) -> list[dict[str, Any]]:
     compliant = compliant_of(profile)
     if compliant is None:
         return []
-    from shockpc.wings.compliant.page import force_and_acceleration
+    from shockpc.wings.compliant.show.page import force_and_acceleration
 
     return force_and_acceleration(profile, compliant)
 
@@ -120,7 +120,7 @@ def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
     compliant = compliant_of(profile)
     if compliant is None or not profile.scene.flex:
         return [], ""
-    from shockpc.wings.compliant.drawing import bent_axes
+    from shockpc.wings.compliant.show.drawing import bent_axes
 
     return bent_axes(profile, compliant)
 
@@ -180,7 +180,7 @@ def _bending_lines(profile: ShockProfile) -> list[str]:
 
 def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
-    from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum
+    from shockpc.wings.compliant.over_time.spectra import DAMPING, SPECTRUM, spectrum
 
     points = [place for place in profile.places("point") if place.body >= 0]
     filters = low_passes(profile.landing, points)

@@ -19,8 +19,8 @@ from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import inertia_fault
 from shockpc.text.errors import RobotError
-from shockpc.wings.compliant.flexes import flexes_by_body
-from shockpc.wings.compliant.motion.segments import FINE, Division, Flex, bending_stiffness, divide
+from shockpc.wings.compliant.links.flexes import Flex, flexes_by_body
+from shockpc.wings.compliant.links.segments import FINE, Division, bending_stiffness, divide
 
 SHORT = 0.5
 """Distance from a body's joint to its end, in radii of gyration, up to which it gives no axis."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.html.charts import history
-from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.histories import contact_forces, point_accelerations
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
+from shockpc.wings.compliant.show.histories import contact_forces, point_accelerations
 
 SAMPLES = 400
 """Times of a curve."""

@@ -18,7 +18,7 @@ from shockpc.studies.analyze.views import (
     readings_notes,
 )
 from shockpc.wings.compliant.of_profile import compliant_of
-from shockpc.wings.compliant.texts import stiffness_text
+from shockpc.wings.compliant.show.texts import stiffness_text
 
 MOTORS = {"standing": ", motors hold the weight", "none": ", motors give no torque"}
 """Torques of motors, in words."""

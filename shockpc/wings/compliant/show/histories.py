@@ -8,8 +8,8 @@ from shockpc.core.spatial import Array
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import point_velocity
-from shockpc.wings.compliant.bent_landing import FlexibleLanding
-from shockpc.wings.compliant.course import CompliantLanding
+from shockpc.wings.compliant.links.bent_landing import FlexibleLanding
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 SAMPLES = 400
 """Times at which the largest deflection is sought."""

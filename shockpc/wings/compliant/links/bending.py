@@ -27,7 +27,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few
-from shockpc.wings.compliant.leg_modes import LegModes, leg_modes
+from shockpc.wings.compliant.links.leg_modes import LegModes, leg_modes
 
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
 """Smallest Tc f1 with which jumps, and with which torques, are within 10 %.

@@ -20,9 +20,9 @@ from shockpc.method.constraints import Constraint, slices_of
 from shockpc.method.dynamics import dynamics, geared_bodies
 from shockpc.robot.bodies_and_joints import Loop
 from shockpc.text.errors import SceneError
-from shockpc.wings.compliant.bent_robot import LEAVE_OUT, FlexibleRobot, flexible_robot
-from shockpc.wings.compliant.flexes import flexes_of
-from shockpc.wings.compliant.motion.segments import Flex, elastic_frequencies
+from shockpc.wings.compliant.links.bent_robot import LEAVE_OUT, FlexibleRobot, flexible_robot
+from shockpc.wings.compliant.links.flexes import Flex, flexes_of
+from shockpc.wings.compliant.links.segments import elastic_frequencies
 
 
 @frozen(kw_only=True)

@@ -25,10 +25,11 @@ from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.tolerances import inertia_fault
-from shockpc.wings.compliant.motion.segments import Division, Flex
+from shockpc.wings.compliant.links.flexes import Flex
+from shockpc.wings.compliant.links.segments import Division
 
 if TYPE_CHECKING:
-    from shockpc.wings.compliant.bent_landing import FlexibleLanding
+    from shockpc.wings.compliant.links.bent_landing import FlexibleLanding
 
 THIN, UNKNOWN = 1e-9, 1e9
 """Share of a moment of inertia that says nothing of a section, and EI then [N m²].
@@ -83,7 +84,7 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     names = _slender_links(landing, contact)
     if not names:
         return None
-    from shockpc.wings.compliant.bent_landing import (
+    from shockpc.wings.compliant.links.bent_landing import (
         flexible_landing,  # which short runs do not need
     )
 

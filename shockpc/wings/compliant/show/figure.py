@@ -23,9 +23,9 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import count, printable
-from shockpc.wings.compliant.course import CompliantLanding, compliant_landing
 from shockpc.wings.compliant.of_profile import compliant_of
-from shockpc.wings.compliant.spectra import DAMPING, SPECTRUM, spectrum
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding, compliant_landing
+from shockpc.wings.compliant.over_time.spectra import DAMPING, SPECTRUM, spectrum
 
 CURVES_SHOWN, SMALL = 6, 0.05
 """Most curves of a panel, and smallest peak of them as a share of the largest.

@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.landing.places import Place
 from shockpc.text.errors import SolveError
-from shockpc.wings.compliant.course import CompliantLanding, Compute
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding, Compute
 
 SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
 """Natural frequencies of the shock response spectrum [Hz]."""

@@ -34,11 +34,11 @@ from shockpc.method.exact.proof import motion as size_of
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
-from shockpc.wings.compliant.bent_landing import flexible_landing
-from shockpc.wings.compliant.elements import element_system
+from shockpc.wings.compliant.links.bent_landing import flexible_landing
 from shockpc.wings.compliant.motion.contacts import damper_restitution, simulate_landing
 from shockpc.wings.compliant.motion.filtered import filtered
 from shockpc.wings.compliant.motion.motion import History, StiffMotion
+from shockpc.wings.compliant.over_time.element_system import element_system
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 

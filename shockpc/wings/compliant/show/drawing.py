@@ -5,8 +5,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.wings.compliant.course import CompliantLanding
-from shockpc.wings.compliant.histories import bent_links
+from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
+from shockpc.wings.compliant.show.histories import bent_links
 
 BENT = 0.2
 """Largest deflection of a link that bends as it is drawn, as a share of its length, about."""

@@ -1,0 +1,1 @@
+"""Links that bend, and when links can be taken as rigid."""

@@ -1,0 +1,1 @@
+"""A landing on contacts of finite stiffness over time."""

@@ -1,0 +1,1 @@
+"""Reports and figures of a landing on contacts of finite stiffness."""
