@@ -17,9 +17,16 @@ from shockpc.method.constraints import Constraint
 from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.method.equation import Equation
 from shockpc.profile import needs_proof
-from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, height_rates, reach_rates
+from shockpc.quantities.ground.heights import (
+    CLEARANCE,
+    HEIGHTS,
+    REACH,
+    SPREAD,
+    height_rates,
+    reach_rates,
+)
+from shockpc.quantities.ground.support import OVERHANG, overhang_rates
 from shockpc.quantities.quantity import evaluate
-from shockpc.quantities.support import OVERHANG, overhang_rates
 
 OF_POSTURE = (*HEIGHTS, OVERHANG)
 """Quantities that do not depend on the strike."""

@@ -15,12 +15,19 @@ from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.landing.feet.soles import most_inside
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
+from shockpc.quantities.ground.heights import (
+    CLEARANCE,
+    HEIGHTS,
+    REACH,
+    SPREAD,
+    on_ground,
+    without_shapes,
+)
+from shockpc.quantities.ground.support import OVERHANG, standing_feet, stands
 from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING
 from shockpc.quantities.quantity import Quantity, Relations, Scope
 from shockpc.quantities.selection import Selection
-from shockpc.quantities.support import OVERHANG, standing_feet, stands
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

@@ -6,8 +6,8 @@ from shockpc.judgement.drive_range import Range, deciding_joints, drives_advice,
 from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.places import Place
 from shockpc.landing.ratings import TorqueStrength
-from shockpc.quantities.of_parts import REMEDIES
-from shockpc.quantities.ranges import sensor_peaks
+from shockpc.quantities.parts.of_parts import REMEDIES
+from shockpc.quantities.parts.ranges import sensor_peaks
 from shockpc.quantities.records import PartMargin
 from shockpc.quantities.selection import select
 from shockpc.quantities.shock_profile import ShockProfile

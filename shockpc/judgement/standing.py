@@ -13,8 +13,7 @@ from shockpc.landing.posture import reference_name, set_joints
 from shockpc.landing.scenes.scene import Scene
 from shockpc.method.constraints import NO_AXES, row_jacobian
 from shockpc.method.dynamics import dynamics
-from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.quantities.support import (
+from shockpc.quantities.ground.support import (
     centre_of_mass,
     most_beside,
     places_of_feet,
@@ -22,6 +21,7 @@ from shockpc.quantities.support import (
     stands,
     support,
 )
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import BENT
 from shockpc.robot.shapes.geometry import body_outline
 from shockpc.robot.shapes.lowest import height_of_lowest

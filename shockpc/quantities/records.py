@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
-from shockpc.quantities.of_parts import not_judged
+from shockpc.quantities.parts.of_parts import not_judged
 from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import quantities_of, quantity
 from shockpc.quantities.values import LandingValues

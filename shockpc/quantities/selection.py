@@ -12,11 +12,11 @@ from shockpc.landing.places import PlaceKind
 from shockpc.quantities.of_bodies import BODIES
 from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.of_joints import JOINTS
-from shockpc.quantities.of_parts import PARTS
 from shockpc.quantities.of_points import POINTS
 from shockpc.quantities.of_robot import ROBOT
+from shockpc.quantities.parts.of_parts import PARTS
+from shockpc.quantities.parts.ranges import RANGES
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.ranges import RANGES
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.with_friction import WITH_FRICTION
 from shockpc.text.arguments import checked

@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc.landing.places import PlaceKind
 from shockpc.method.constraints import Constraint
-from shockpc.quantities.ranges import sensor_peaks
+from shockpc.quantities.parts.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import other_warnings, unknown_lines

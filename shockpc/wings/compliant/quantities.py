@@ -14,7 +14,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_contacts import CONTACTS
-from shockpc.quantities.peaks import contact_peaks, joint_peaks, point_peaks
+from shockpc.quantities.parts.peaks import contact_peaks, joint_peaks, point_peaks
 from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, cached, evaluate
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
 from shockpc.text.errors import RobotError

@@ -17,7 +17,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, low_passes
-from shockpc.quantities.peaks import ALONG
+from shockpc.quantities.parts.peaks import ALONG
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers

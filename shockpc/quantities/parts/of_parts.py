@@ -31,7 +31,7 @@ from shockpc.quantities.of_points import (
     pulse_peak,
     readings,
 )
-from shockpc.quantities.peaks import ALONG, joint_peaks, point_peaks
+from shockpc.quantities.parts.peaks import ALONG, joint_peaks, point_peaks
 from shockpc.quantities.quantity import EXACT_IF_RIGID, Places, Quantity, Scope, largest_jump
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
