@@ -193,13 +193,30 @@ def _sliding(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
 
 
 def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
-    """Angles φ (N, 4) of the final slip, and which of them are such.
+    """Angles φ (N, 4) of the final slip, and a mask of those that are.
 
     Friction along −d, d = (cos φ, sin φ), leaves no slip across d. From λ_n (N − µ a·d) = q and
     d⊥·(b_t + λ_n (a − µ T d)) = 0 follows, without λ_n, k₀ + Re(k₁ w + k₂ w²) = 0 with w = exp(iφ).
-    That is a quartic in w, of which the roots of unit modulus count.
+    That is a quartic in w, whose roots of unit modulus are the angles.
     """
-    # A = [T a; aᵀ N] and b = (b_t, −q) of one contact, T = [txx txy; txy tyy], a = (ax, ay).
+    k0, k1, k2 = _slip_harmonics(A, b, mu)
+    size = np.abs(k0) + np.abs(k1) + np.abs(k2)
+    quartic = np.abs(k2) > 1e-15 * size
+    angle = _angles_of_cosine(k0, k1)
+    angle[quartic] = _angles_of_quartic(k0[quartic], k1[quartic], k2[quartic])
+    k2 = np.where(quartic, k2, 0.0)
+    return _polished(angle, (k0[:, None], k1[:, None], k2[:, None]), size[:, None])
+
+
+def _slip_harmonics(A: Array, b: Array, mu: Array) -> tuple[Array, Array, Array]:
+    """k₀, k₁ and k₂ (N,) of the equation of the final slip.
+
+    With A = [T a; aᵀ N], T = [txx txy; txy tyy], a = (ax, ay) and b = (x, y, −q),
+
+        k₀ = µ (ay x − ax y) / 2
+        k₁ = N y + q ay + i (N x + q ax)
+        k₂ = µ (−(ax y + ay x) / 2 − q txy + i ((ay y − ax x) / 2 + q (tyy − txx) / 2))
+    """
     (txx, txy, ax), (_, tyy, ay), (_, _, N) = np.moveaxis(A, 0, -1)
     x, y = b.T[:2]
     q = -b[:, 2]
@@ -207,25 +224,26 @@ def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
     k1 = N * y + q * ay + 1j * (N * x + q * ax)
     k2_real = -(ax * y + ay * x) / 2.0 - q * txy
     k2_imaginary = (ay * y - ax * x) / 2.0 + q * (tyy - txx) / 2.0
-    k2 = mu * (k2_real + 1j * k2_imaginary)
+    return k0, k1, mu * (k2_real + 1j * k2_imaginary)
 
-    # Without a second harmonic: cos(φ + arg k₁) = −k₀ / |k₁|.
-    size = np.abs(k0) + np.abs(k1) + np.abs(k2)
-    quartic = np.abs(k2) > 1e-15 * size
+
+def _angles_of_cosine(k0: Array, k1: Array) -> Array:
+    """Angles φ (N, 4) without a second harmonic, each twice: cos(φ + arg k₁) = −k₀ / |k₁|."""
     k1_size = np.where(np.abs(k1) > 0.0, np.abs(k1), 1.0)
     half = np.arccos(np.clip(-k0 / k1_size, -1.0, 1.0))
-    signs = np.array([1, -1, 1, -1])
-    angle = half[:, None] * signs - np.angle(k1)[:, None]
+    return half[:, None] * np.array([1, -1, 1, -1]) - np.angle(k1)[:, None]
 
-    # Else k₂ w⁴ + k₁ w³ + 2 k₀ w² + k₁* w + k₂* = 0; its roots are eigenvalues of the companion.
-    companion = np.zeros((len(A), 4, 4), dtype=complex)
-    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+
+def _angles_of_quartic(k0: Array, k1: Array, k2: Array) -> Array:
+    """Angles φ (N, 4) of the roots of k₂ w⁴ + k₁ w³ + 2 k₀ w² + k₁* w + k₂* = 0.
+
+    The roots are the eigenvalues of the companion matrix.
+    """
     coefficients = np.stack([k1, 2.0 * k0, k1.conj(), k2.conj()], axis=1)
-    companion[quartic, 0] = -(coefficients[quartic] / k2[quartic, None])
-    roots = np.angle(np.linalg.eigvals(companion))
-    angle = np.where(quartic[:, None], roots, angle)
-    harmonics = k0[:, None], k1[:, None], np.where(quartic, k2, 0.0)[:, None]
-    return _polished(angle, harmonics, size[:, None])
+    companion = np.zeros((len(k0), 4, 4), dtype=complex)
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    companion[:, 0] = -(coefficients / k2[:, None])
+    return np.angle(np.linalg.eigvals(companion))
 
 
 def _polished(

@@ -19,7 +19,7 @@ _JOINTS = re.compile(
 _UNLIMITED = 1e300  # Pinocchio writes the largest double for a joint without limits
 
 
-def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | None) -> Robot:
+def build_pinocchio(source: pin.Model, label: str, geometry: pin.GeometryModel | None) -> Robot:
     """Build the robot of a Pinocchio model, which stays as it is.
 
     Commands and messages call it by the label.
@@ -33,77 +33,22 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
         RobotError: the model has no joint, one of a type that is not computed, or numbers that no
             robot has.
     """
-    model = pin.Model(given)
+    model = pin.Model(source)
     _check_joints(model)
     _complete_frames(model)
-    # Joint 0 is the world. Numbers that no robot has are refused here, because later they would
-    # give NaN or a result without meaning.
-    for k in range(1, model.njoints):
-        subject, inertia = f'joint "{model.names[k]}"', model.inertias[k]
-        if not inertia.mass >= 0.0:
-            raise RobotError(
-                f"{subject}: mass {inertia.mass:g} kg is negative or not finite; give the mass "
-                f"that the body has, or 0"
-            )
-        place = model.jointPlacements[k]
-        parts = (
-            ("mass", inertia.mass, "kg"),
-            ("centre of mass", inertia.lever, "m"),
-            ("inertia", inertia.inertia, "kg m²"),
-        )
-        for what, values, unit in (
-            *parts,
-            ("placement", place.translation, "m"),
-            ("rotation", place.rotation, "1"),
-        ):
-            refuse_number(subject, what, float(np.abs(values).max()), unit)
-    if not any(inertia.mass for inertia in model.inertias):
-        raise RobotError(
-            "no joint carries mass, so the robot has no mass; give at least one body an inertia"
-        )
-    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
-    # Pinocchio writes zeros for a joint of whose limits a URDF says nothing; none is meant that
-    # cannot move.
-    unknown = (lower == 0.0) & (upper == 0.0)
-    model.lowerPositionLimit = np.where(unknown | (lower < -_UNLIMITED), -np.inf, lower)
-    model.upperPositionLimit = np.where(unknown | (upper > _UNLIMITED), np.inf, upper)
-    # Armature is n² I_rotor, the inertia that a rotor reflects through its gear (paper 3.1.2).
-    model.armature = np.where(
-        model.armature != 0.0, model.armature, model.rotorInertia * model.rotorGearRatio**2
-    )
-    free = model.joints[1].shortname() == "JointModelFreeFlyer"
-    if not (
-        np.isfinite(model.armature).all()
-        and model.armature.min() >= 0.0
-        and not (free and model.armature[:6].any())
-    ):
-        raise RobotError(
-            "armature has to be finite and not negative, and zero for the free flyer; correct "
-            "model.armature"
-        )
-    postures: dict[str, Array] = {}
-    notes: tuple[str, ...] = ()
-    for entry in given.referenceConfigurations:
-        q = np.array(entry.data(), dtype=float)
-        if q.shape == (model.nq,) and np.isfinite(q).all():
-            postures[entry.key()] = read_only(q)
-        else:
-            notes += (
-                f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; '
-                f"it is left out",
-            )
-    # A ratio without an inertia tells that the joint has a motor whose rotor is not known.
-    ratios: dict[str, float] = {}
-    for k in range(1, model.njoints):
-        if model.nvs[k] != 1:
-            continue
-        v = model.idx_vs[k]
-        ratio = float(model.rotorGearRatio[v])
-        if ratio and not model.armature[v]:
-            ratios[model.names[k]] = ratio
-    start = read_only(pin.neutral(model))
+    _check_inertias(model)
+    _read_limits(model)
+    _read_armature(model)
+    postures, notes = _reference_postures(model)
     return Robot(
-        _source(given, label, geometry), model, start, postures, (), (), notes, gear_ratios=ratios
+        _source(source, label, geometry),
+        model,
+        read_only(pin.neutral(model)),
+        postures,
+        (),
+        (),
+        notes,
+        gear_ratios=_ratios_without_inertia(model),
     )
 
 
@@ -114,8 +59,7 @@ def _check_joints(model: pin.Model) -> None:
             "the model has no joint, so nothing moves; a floating base is a "
             "pinocchio.JointModelFreeFlyer"
         )
-    has_free_flyer = model.joints[1].shortname() == "JointModelFreeFlyer"
-    if has_free_flyer and not model.jointPlacements[1].isIdentity(0.0):
+    if _has_free_flyer(model) and not model.jointPlacements[1].isIdentity(0.0):
         raise RobotError(
             f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the '
             f"base there by its q",
@@ -123,14 +67,14 @@ def _check_joints(model: pin.Model) -> None:
         )
     for k, name in enumerate(model.names.tolist()[1:], start=1):
         joint = model.joints[k]
-        parts = list(joint.extract().joints) if joint.shortname() == "JointModelComposite" else []
+        parts: list[pin.JointModel] = []
+        if joint.shortname() == "JointModelComposite":
+            parts = list(joint.extract().joints)
         for part in (joint, *parts):
             if not _JOINTS.fullmatch(part.shortname()):
-                remedy = (
-                    "; load the URDF file itself; its mimic joints are read"
-                    if "Mimic" in part.shortname()
-                    else ""
-                )
+                remedy = ""
+                if "Mimic" in part.shortname():
+                    remedy = "; load the URDF file itself; its mimic joints are read"
                 raise RobotError(
                     f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}',
                     joints=[name],
@@ -145,25 +89,108 @@ def _complete_frames(model: pin.Model) -> None:
     Make the inertias of each joint's frames sum to that of the joint.
     """
     for k in range(1, model.njoints):
-        bodies = [
-            frame
-            for frame in model.frames
-            if frame.parentJoint == k and frame.type == pin.FrameType.BODY
-        ]
-        if not bodies:
+        if not any(frame.type == pin.FrameType.BODY for frame in _frames_at(model, k)):
             name = model.names[k]
             while model.existFrame(name, pin.FrameType.BODY):
                 name += "_"
             model.addFrame(pin.Frame(name, k, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
-        frames = [frame for frame in model.frames if frame.parentJoint == k]
-        whole, joint = pin.Inertia.Zero(), model.inertias[k]
+        frames = _frames_at(model, k)
+        joint_inertia = model.inertias[k]
+        total = pin.Inertia.Zero()
         for frame in frames:
-            whole += frame.placement.act(frame.inertia)
-        if not whole.isApprox(joint, 1e-9):
+            total += frame.placement.act(frame.inertia)
+        if not total.isApprox(joint_inertia, 1e-9):
             for frame in frames:
                 frame.inertia = pin.Inertia.Zero()
             body = next(frame for frame in frames if frame.type == pin.FrameType.BODY)
-            body.inertia = body.placement.actInv(joint)
+            body.inertia = body.placement.actInv(joint_inertia)
+
+
+def _frames_at(model: pin.Model, joint: int) -> list[pin.Frame]:
+    """The frames that a joint carries."""
+    return [frame for frame in model.frames if frame.parentJoint == joint]
+
+
+def _check_inertias(model: pin.Model) -> None:
+    """Refuse numbers that no robot has; later they would give NaN or a result without meaning."""
+    # Joint 0 is the world.
+    for k in range(1, model.njoints):
+        subject = f'joint "{model.names[k]}"'
+        inertia = model.inertias[k]
+        placement = model.jointPlacements[k]
+        if not inertia.mass >= 0.0:
+            raise RobotError(
+                f"{subject}: mass {inertia.mass:g} kg is negative or not finite; give the mass "
+                f"that the body has, or 0"
+            )
+        for quantity, values, unit in (
+            ("mass", inertia.mass, "kg"),
+            ("centre of mass", inertia.lever, "m"),
+            ("inertia", inertia.inertia, "kg m²"),
+            ("placement", placement.translation, "m"),
+            ("rotation", placement.rotation, "1"),
+        ):
+            refuse_number(subject, quantity, float(np.abs(values).max()), unit)
+    if not any(inertia.mass for inertia in model.inertias):
+        raise RobotError(
+            "no joint carries mass, so the robot has no mass; give at least one body an inertia"
+        )
+
+
+def _read_limits(model: pin.Model) -> None:
+    """Make limits infinite that are not given, or are the largest double."""
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    # Pinocchio writes zeros for a joint of whose limits a URDF says nothing; none is meant that
+    # cannot move.
+    unknown = (lower == 0.0) & (upper == 0.0)
+    model.lowerPositionLimit = np.where(unknown | (lower < -_UNLIMITED), -np.inf, lower)
+    model.upperPositionLimit = np.where(unknown | (upper > _UNLIMITED), np.inf, upper)
+
+
+def _read_armature(model: pin.Model) -> None:
+    """Set armature that is zero to n² I_rotor, which a rotor reflects through its gear.
+
+    Source: shock paper, section 3.1.2.
+    """
+    reflected = model.rotorInertia * model.rotorGearRatio**2
+    armature = np.where(model.armature != 0.0, model.armature, reflected)
+    base_has_armature = _has_free_flyer(model) and armature[:6].any()
+    if not np.isfinite(armature).all() or armature.min() < 0.0 or base_has_armature:
+        raise RobotError(
+            "armature has to be finite and not negative, and zero for the free flyer; correct "
+            "model.armature"
+        )
+    model.armature = armature
+
+
+def _reference_postures(model: pin.Model) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """The reference configurations (nq,) by name, and notes about those that cannot be read."""
+    postures: dict[str, Array] = {}
+    notes: tuple[str, ...] = ()
+    for entry in model.referenceConfigurations:
+        q = np.array(entry.data(), dtype=float)
+        if q.shape == (model.nq,) and np.isfinite(q).all():
+            postures[entry.key()] = read_only(q)
+        else:
+            notes += (
+                f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; '
+                f"it is left out",
+            )
+    return postures, notes
+
+
+def _ratios_without_inertia(model: pin.Model) -> dict[str, float]:
+    """The gear ratios of joints that have a motor whose rotor is not known."""
+    ratios: dict[str, float] = {}
+    for k in range(1, model.njoints):
+        v = model.idx_vs[k]
+        if model.nvs[k] == 1 and model.rotorGearRatio[v] and not model.armature[v]:
+            ratios[model.names[k]] = float(model.rotorGearRatio[v])
+    return ratios
+
+
+def _has_free_flyer(model: pin.Model) -> bool:
+    return model.joints[1].shortname() == "JointModelFreeFlyer"
 
 
 def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) -> RobotSource:
@@ -176,15 +203,15 @@ def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) ->
     folders: dict[Path, None] = {}
     for item in () if geometry is None else geometry.geometryObjects:
         frame, shape = model.frames[item.parentFrame], item.geometry
-        place = frame.placement.actInv(item.placement)
+        placement = frame.placement.actInv(item.placement)
         link = SubElement(root, "link", name=frame.name)
         SubElement(link, "inertial")  # without one the check-up would say that the link has no mass
         collision = SubElement(link, "collision")
         SubElement(
             collision,
             "origin",
-            xyz=_text(place.translation),
-            rpy=_text(pin.rpy.matrixToRpy(place.rotation)),
+            xyz=_text(placement.translation),
+            rpy=_text(pin.rpy.matrixToRpy(placement.rotation)),
         )
         match kind := type(shape).__name__:
             case "Box":
