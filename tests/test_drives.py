@@ -36,7 +36,7 @@ from shockpc.robot.drives import drive_file as drives_module
 from shockpc.robot.drives.drive_file import (
     catalogue_drives,
     drives_of,
-    read_drives,
+    read_drive_file,
     robots_with_drives,
     similar_robots,
 )
@@ -69,7 +69,7 @@ def test_every_drive_is_of_joints_of_its_robots_and_says_where_it_is_from():
             read.add(name)
     assert all_drives == {
         tuple(vars(drive).values())
-        for drive in read_drives(project_robots_folder() / "drives.toml")
+        for drive in read_drive_file(project_robots_folder() / "drives.toml")
     }
     assert {"solo8", "solo12", "bolt", "go1", "go2", "g1", "icub", "hyq", "anymal_b", "a1"} <= read
 

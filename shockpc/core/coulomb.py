@@ -231,7 +231,7 @@ def _angles_of_cosine(k0: Array, k1: Array) -> Array:
     """Angles φ (N, 4) without a second harmonic, each twice: cos(φ + arg k₁) = −k₀ / |k₁|."""
     k1_size = np.where(np.abs(k1) > 0.0, np.abs(k1), 1.0)
     half = np.arccos(np.clip(-k0 / k1_size, -1.0, 1.0))
-    return half[:, None] * np.array([1, -1, 1, -1]) - np.angle(k1)[:, None]
+    return np.asarray(half[:, None] * np.array([1, -1, 1, -1]) - np.angle(k1)[:, None])
 
 
 def _angles_of_quartic(k0: Array, k1: Array, k2: Array) -> Array:

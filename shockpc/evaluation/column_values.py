@@ -10,10 +10,10 @@ from shockpc.core.spatial import Array, in_body_axes
 from shockpc.evaluation.column import Column
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
-from shockpc.impact.motion import motion_of
+from shockpc.impact.landing_motion import motion_of
+from shockpc.landing.before_impact import separating
 from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import separating
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.scene import Scene
 from shockpc.method.dynamics import Inertias, dynamics

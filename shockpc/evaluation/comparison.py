@@ -16,9 +16,9 @@ from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed, plural
-from shockpc.text.shown import brief, shown_by
 
 STANDARD = (
     "shock",

@@ -15,8 +15,8 @@ from shockpc.evaluation.landings import Landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_unused_ground
 from shockpc.quantities.selection import Selection
+from shockpc.text.display import brief, shown_by
 from shockpc.text.printed import count
-from shockpc.text.shown import brief, shown_by
 
 MAX_CONDITION = 1e10
 """Condition up to which double precision suffices.

@@ -12,9 +12,9 @@ from shockpc.evaluation.column import Column
 from shockpc.quantities.renamed import current_name
 from shockpc.quantities.selection import Selection, selections
 from shockpc.text.arguments import checked
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import DefectError, StudyError
 from shockpc.text.printed import count, listed
-from shockpc.text.shown import brief, shown_by
 
 
 @dataclass(frozen=True, eq=False)

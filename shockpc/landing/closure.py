@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.landing.movable import free_columns
+from shockpc.landing.movable import movable_columns
 from shockpc.landing.scenes.directions import unit_directions
 from shockpc.landing.scenes.scene import Closure
 from shockpc.method.constraints import NO_AXES, Constraint, row_jacobian, world_point
@@ -321,7 +321,7 @@ class _Linkage(NamedTuple):
         """
         if not _movable(self.robot, self.fixed):
             return np.zeros((len(self.fixed), 0)), np.zeros((len(self.gap(state)), 0))
-        G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.fixed)
+        G = movable_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.fixed)
         columns = np.eye(self.robot.model.nv) if G is None else G[0]
         K = row_jacobian(state, [closure_constraint(loop) for loop in self.loops])[0]
         return columns, K @ columns

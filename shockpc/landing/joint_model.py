@@ -21,7 +21,7 @@ from shockpc.core.interval import interval_fault
 from shockpc.core.spatial import Array
 from shockpc.landing.scenes.joint_options import Joints, Rotor
 from shockpc.robot.bodies_and_joints import Drive, Drives
-from shockpc.robot.drives.drive_file import drives_like, drives_of, read_drives
+from shockpc.robot.drives.drive_file import drives_like, drives_of, read_drive_file
 from shockpc.robot.drives.motors import effort_hint, passive
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
@@ -516,7 +516,7 @@ def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
     Args: path of the file; stamp: when it was last changed.
     """
     del stamp
-    return read_drives(path)
+    return read_drive_file(path)
 
 
 def _positive(what: str, pattern: str, value: float) -> float:

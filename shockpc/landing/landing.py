@@ -14,7 +14,7 @@ from shockpc.landing.closure import Assembly, closure_constraint
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.movable import free_columns, refuse_immovable
+from shockpc.landing.movable import movable_columns, refuse_immovable
 from shockpc.landing.places import (
     Place,
     PlaceKind,
@@ -152,7 +152,7 @@ class Landing:
 
     def free_columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None if all are free."""
-        return free_columns(
+        return movable_columns(
             self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked
         )
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.method import selection_matrix
 from shockpc.method.base import Base
+from shockpc.method.selection_matrix import free_columns
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 
@@ -38,7 +38,7 @@ def refuse_immovable(robot: Robot, base: Base, locked: np.ndarray) -> None:
         )
 
 
-def free_columns(
+def movable_columns(
     robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray
 ) -> Array | None:
     """The columns G (..., nv, ny) of the free joint velocities, as of `method.selection_matrix`.
@@ -47,4 +47,4 @@ def free_columns(
         SceneError: as of `refuse_immovable`.
     """
     refuse_immovable(robot, base, locked)
-    return selection_matrix.free_columns(robot, base, plane, base_rotation, locked)
+    return free_columns(robot, base, plane, base_rotation, locked)

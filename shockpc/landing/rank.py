@@ -13,7 +13,7 @@ from shockpc.core.impulse import RowLimit, RowLimits, column_sizes, in_terms
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
-from shockpc.landing.movable import free_columns
+from shockpc.landing.movable import movable_columns
 from shockpc.method.base import Base
 from shockpc.method.constraints import Constraint, row_jacobian, row_terms, row_tolerance
 from shockpc.method.dynamics import Dynamics, dynamics
@@ -162,7 +162,7 @@ class Mechanism(NamedTuple):
 
     def _columns(self, base_rotation: Array) -> Array:
         """The columns (nv, ny) of the free joint velocities. Args: base_rotation (1, 3, 3)."""
-        free = free_columns(self.robot, self.base, self.plane, base_rotation, self.locked)
+        free = movable_columns(self.robot, self.base, self.plane, base_rotation, self.locked)
         return np.eye(self.robot.model.nv) if free is None else np.asarray(free[0])
 
     def _others(self, q: Array) -> list[Array]:

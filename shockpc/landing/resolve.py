@@ -15,6 +15,7 @@ import numpy as np
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array
 from shockpc.landing.bandwidths import low_passes_of
+from shockpc.landing.before_impact import motion_before, rates_of, separating
 from shockpc.landing.closure import all_loops, assemble, follow
 from shockpc.landing.contact import check_holds_normal, contact_constraint
 from shockpc.landing.end_stops import is_stop, striking_stop
@@ -22,7 +23,6 @@ from shockpc.landing.feet.auto_contact import resolve_contacts
 from shockpc.landing.feet.level_feet import default_landings
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
-from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.scenes.scene import Contact, Posture, Scene
@@ -226,7 +226,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         stance=stance,
         loops=loops,
         joint_model=joints,
-        before=motion_of(robot, scene, contacts, loops, joints, plane, state),
+        before=motion_before(robot, scene, contacts, loops, joints, plane, state),
         pulse=pulse,
         q=np.array(q),
         state=state,

@@ -10,7 +10,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
-from shockpc.impact.motion import Motion, motion_of
+from shockpc.impact.landing_motion import LandingMotion, motion_of
 from shockpc.landing.bandwidths import low_pass_of_part, low_passes_of, scene_low_pass
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.strike import GRAVITY
@@ -131,7 +131,7 @@ def _readings_of_pulse(
 
 
 def _readings_of_motion(
-    motion: Motion, places: Places, filters: list[LowPass | None], along: bool
+    motion: LandingMotion, places: Places, filters: list[LowPass | None], along: bool
 ) -> Array:
     """Readings of a motion, as `readings`: those of one filter at all its places together."""
     components = 3 if along else 1

@@ -13,7 +13,7 @@ from shockpc.core.number import numbers_from
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.core.threads import one_thread
-from shockpc.impact.motion import Motion, motion_of
+from shockpc.impact.landing_motion import LandingMotion, motion_of
 from shockpc.landing.closure import Assembly
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.posture import spelled_out
@@ -47,8 +47,8 @@ from shockpc.quantities.trust import Unknown
 from shockpc.quantities.values import LandingValues
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.display import brief, show_page, shown_by
 from shockpc.text.errors import SceneError
-from shockpc.text.shown import brief, show_page, shown_by
 
 if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult
@@ -285,7 +285,7 @@ class ShockProfile(LandingValues):
         return friction_of(self.landing)
 
     @property
-    def stiffness(self) -> Motion | None:
+    def stiffness(self) -> LandingMotion | None:
         """The landing over time; None where the scene gives no stiffness of the contacts."""
         return motion_of(self.landing)
 

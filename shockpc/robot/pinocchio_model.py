@@ -190,7 +190,7 @@ def _ratios_without_inertia(model: pin.Model) -> dict[str, float]:
 
 
 def _has_free_flyer(model: pin.Model) -> bool:
-    return model.joints[1].shortname() == "JointModelFreeFlyer"
+    return bool(model.joints[1].shortname() == "JointModelFreeFlyer")
 
 
 def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) -> RobotSource:

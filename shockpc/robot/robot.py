@@ -24,10 +24,10 @@ from shockpc.robot.bodies_and_joints import (
 from shockpc.robot.files.reading import OpenFolders
 from shockpc.robot.tolerances import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.display import shown_by
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match
 from shockpc.text.printed import few
-from shockpc.text.shown import shown_by
 
 STOP = "stop:"
 """Before the name of a joint: its end stop, as what strikes."""

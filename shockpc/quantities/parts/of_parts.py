@@ -9,7 +9,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import Pulse, peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
-from shockpc.impact.motion import motion_of
+from shockpc.impact.landing_motion import motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.ratings import (

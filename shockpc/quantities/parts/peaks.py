@@ -4,7 +4,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
-from shockpc.impact.motion import Motion
+from shockpc.impact.landing_motion import LandingMotion
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.quantities.of_contacts import IMPULSE
@@ -48,7 +48,7 @@ def _points(landing: PosedLanding) -> list[Place]:
     return [place for place in (*landing.points, *landing.mounted) if place.body >= 0]
 
 
-def contact_peaks(motion: Motion, places: Places) -> Array:
+def contact_peaks(motion: LandingMotion, places: Places) -> Array:
     """Peak forces (n,) of contacts [N], and their times (n,) [s].
 
     They are NaN of the end stop of a hinge, which has a torque.
@@ -59,7 +59,7 @@ def contact_peaks(motion: Motion, places: Places) -> Array:
     return np.where(hinges[numbers], np.nan, peaks)
 
 
-def point_peaks(motion: Motion, places: Places) -> Array:
+def point_peaks(motion: LandingMotion, places: Places) -> Array:
     """Peak accelerations (n,) of points [m/s²], and when each is reached [s]."""
     landing = motion.landing
     shown = dict[tuple[int, bytes], int]()
@@ -71,7 +71,7 @@ def point_peaks(motion: Motion, places: Places) -> Array:
     return np.array(motion.peaks(_loads))[:, [shown[key] for key in keys]]
 
 
-def joint_peaks(motion: Motion, places: Places) -> Array:
+def joint_peaks(motion: LandingMotion, places: Places) -> Array:
     """Peak forces, moments and torques along the axes (3, n) of joints.
 
     A torque is zero where it is rounding, and NaN where it is that of a spring before a rotor of

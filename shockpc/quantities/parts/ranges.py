@@ -14,7 +14,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.impact.landed import LandingProof
-from shockpc.impact.motion import Motion, motion_of
+from shockpc.impact.landing_motion import LandingMotion, motion_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
@@ -68,7 +68,7 @@ def _peaks(impact: Impact, places: Places) -> list[tuple[str, Array]]:
 
 
 def _of_motion(
-    motion: Motion, impact: Impact, places: Places, filters: list[LowPass | None]
+    motion: LandingMotion, impact: Impact, places: Places, filters: list[LowPass | None]
 ) -> tuple[str, Array]:
     """The peaks of a motion, behind a filter where a sensor has one, as `_peaks`."""
     landing = impact.landing

@@ -50,7 +50,7 @@ class _DrivesFile:
     mass: Mapping[str, float] = field(default_factory=dict)
 
 
-def read_drives(path: Path) -> tuple[Drive, ...]:
+def read_drive_file(path: Path) -> tuple[Drive, ...]:
     """The drives of a file.
 
     Raises:

@@ -104,7 +104,7 @@ def primitive(link: str, kind: str, size: Array) -> Shape:
     return Shape(link, points, np.diag(axes))
 
 
-def checked(shape: Shape) -> Shape:
+def checked_shape(shape: Shape) -> Shape:
     """The shape, if it has a size that a robot may have.
 
     Raises:

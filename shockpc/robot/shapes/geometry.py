@@ -21,7 +21,7 @@ from shockpc.core.spatial import Array
 from shockpc.robot.files.reading import shared_xml
 from shockpc.robot.pinocchio_joints import rotation
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.shapes.convex import Shape, checked, primitive
+from shockpc.robot.shapes.convex import Shape, checked_shape, primitive
 from shockpc.robot.shapes.mesh import Mesh, outer_vertices
 from shockpc.robot.shapes.mesh_files import read_mesh
 from shockpc.robot.tolerances import inertia_fault
@@ -61,7 +61,7 @@ look like anything.
 """
 
 
-class Unread(NamedTuple):
+class UnreadShape(NamedTuple):
     """A shape that cannot be read: its link, its mesh, which may be "", and why."""
 
     link: str
@@ -82,7 +82,7 @@ class Outline(NamedTuple):
 
     shapes: tuple[tuple[Shape, ...], ...]
     pieces: Pieces
-    unread: tuple[Unread, ...]
+    unread: tuple[UnreadShape, ...]
     warnings: tuple[str, ...]
 
 
@@ -95,12 +95,12 @@ def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
     holds the result.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
-    unread: list[Unread] = []
+    unread: list[UnreadShape] = []
     incomplete: set[int] = set()  # bodies with shapes that cannot be read
     for piece in _shapes(robot.source, kind, reduced):
         frame = robot.frames.get(piece.link)
         body = frame.body if frame is not None else -1
-        if isinstance(piece, Unread):
+        if isinstance(piece, UnreadShape):
             unread.append(piece)
             incomplete.add(body)
         elif frame is not None and body >= 0:
@@ -115,7 +115,7 @@ def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
     return Outline(tuple(map(tuple, shapes)), Pieces.of(solids), tuple(unread), warnings)
 
 
-def _unread_text(kind: str, unread: list[Unread], read: int, lost: list[str]) -> str:
+def _unread_text(kind: str, unread: list[UnreadShape], read: int, lost: list[str]) -> str:
     """A warning about shapes that cannot be read.
 
     Args:
@@ -157,7 +157,7 @@ def shapes_at(robot: Robot, name: str) -> np.ndarray:
 
 
 @memoized()
-def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
+def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[UnreadShape, ...]]:
     """The shapes of a link itself, or the shape of a geom, and those that cannot be read.
 
     They are as `body_outline` has them.
@@ -169,9 +169,9 @@ def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread,
     if frame.kind not in ("link", "geom"):
         return (), ()
     shapes: list[Shape] = []
-    unread: list[Unread] = []
+    unread: list[UnreadShape] = []
     for piece in _shapes(robot.source, _outline_kind(robot.source), True, name):
-        if isinstance(piece, Unread):
+        if isinstance(piece, UnreadShape):
             unread.append(piece)
         elif piece.belongs_to(frame):
             at = robot.frames[piece.link]
@@ -324,7 +324,7 @@ def _loader(
 @memoized()
 def _shapes(
     source: RobotSource, kind: GeometryKind, reduced: bool, only: str | None = None
-) -> tuple[Shape | Unread, ...]:
+) -> tuple[Shape | UnreadShape, ...]:
     """The shapes of a file, or only those of a link or geom, each in the frame of its link.
 
     Variants of a robot share them.
@@ -344,21 +344,21 @@ def _shapes(
     return shapes
 
 
-def _is_y_up(shape: Shape | Unread) -> bool:
+def _is_y_up(shape: Shape | UnreadShape) -> bool:
     """True if a shape is a mesh whose file says that y is up."""
     return isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up
 
 
 def _of_all_links(
     source: RobotSource, kind: GeometryKind, reduced: bool
-) -> tuple[Shape | Unread, ...]:
+) -> tuple[Shape | UnreadShape, ...]:
     """The shapes of a URDF.
 
     Meshes whose files say that y is up are turned to z up if they are then twice as close to the
     joints.
     """
     links = _links(source)
-    as_read: list[Shape | Unread] = []
+    as_read: list[Shape | UnreadShape] = []
     for link in links:
         as_read += _shapes_as_read(source, kind, reduced, link)
     if not any(map(_is_y_up, as_read)):
@@ -382,7 +382,7 @@ def _links(source: RobotSource) -> dict[str, list[Element]]:
 @memoized()
 def _shapes_as_read(
     source: RobotSource, kind: GeometryKind, reduced: bool, link: str
-) -> tuple[Shape | Unread, ...]:
+) -> tuple[Shape | UnreadShape, ...]:
     """The shapes of one link of a URDF, of whatever meshes as they are.
 
     They are read once, for the link and for the whole robot.
@@ -394,7 +394,7 @@ def _shapes_as_read(
 
 def _urdf_shapes(
     links: Iterable[Element], kind: GeometryKind, load: Loader, turn: Array
-) -> Iterator[Shape | Unread]:
+) -> Iterator[Shape | UnreadShape]:
     """Place the shapes of some links of a URDF. Args: turn: (3, 3), of meshes with y up."""
     for link in links:
         name = link.get("name", "")
@@ -408,9 +408,9 @@ def _urdf_shapes(
                 if shape is None:
                     raise ValueError(f"a <{kind}> without a shape")
                 read = _urdf_shape(name, shape, load, turn)
-                yield checked(read.placed(pin.rpy.rpyToMatrix(rpy), xyz))
+                yield checked_shape(read.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
-                yield Unread(name, uri, str(refusal))
+                yield UnreadShape(name, uri, str(refusal))
 
 
 def _first_shape(element: Element) -> Element | None:
@@ -448,7 +448,7 @@ def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> 
     )
 
 
-def _distance_to_joints(root: Element, shapes: Iterable[Shape | Unread]) -> float:
+def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) -> float:
     """Sum the distances from the joints of each link to the boxes around its meshes [m].
 
     The meshes are those of which the file says that y is up.
@@ -478,7 +478,7 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
 
 def _mjcf_shapes(
     source: RobotSource, kind: GeometryKind, load: Loader, only: str | None = None
-) -> Iterator[Shape | Unread]:
+) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model, or only those of a body or geom.
 
     Planes and height fields are left out.
@@ -521,8 +521,8 @@ def _mjcf_shapes(
                     m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64
                 )
                 shape = Shape(link, outer_vertices(vertices), mesh=Mesh(vertices, triangles))
-            yield checked(
+            yield checked_shape(
                 shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos))
             )
         except (RobotError, ValueError) as refusal:
-            yield Unread(link, file.name if file else "", str(refusal))
+            yield UnreadShape(link, file.name if file else "", str(refusal))

@@ -12,7 +12,7 @@ from shockpc.robot.bodies_and_joints import Frame
 from shockpc.robot.feet_and_sensors import each_foot, is_foot, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.convex import Shape
-from shockpc.robot.shapes.geometry import Unread, shapes_of
+from shockpc.robot.shapes.geometry import UnreadShape, shapes_of
 
 
 class Striking(NamedTuple):
@@ -26,7 +26,7 @@ class Striking(NamedTuple):
     """
 
     shapes: tuple[Shape, ...]
-    unread: tuple[Unread, ...]
+    unread: tuple[UnreadShape, ...]
     is_place: bool
     is_foot: bool
 
@@ -53,7 +53,7 @@ def striking(robot: Robot, name: str) -> Striking:
 
 
 @memoized()
-def own_shapes(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
+def own_shapes(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[UnreadShape, ...]]:
     """The shapes of a link, else of what is fixed to it, or of a geom; and those not read."""
     shapes, unread = shapes_of(robot, name)
     if shapes or robot.frame(name).kind != "link":
@@ -86,9 +86,9 @@ def _is_ball_at_end(shapes: tuple[Shape, ...], frame: Frame, links: tuple[str, .
 def _shapes_of_links(
     robot: Robot,
     links: tuple[str, ...],
-) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
+) -> tuple[tuple[Shape, ...], tuple[UnreadShape, ...]]:
     """The shapes of some links, and those that could not be read."""
-    shapes, unread = list[Shape](), list[Unread]()
+    shapes, unread = list[Shape](), list[UnreadShape]()
     for link in links:
         found, lost = shapes_of(robot, link)
         shapes += found

@@ -15,8 +15,8 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.quantities.renamed import renamed_attribute
 from shockpc.quantities.selection import select
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.display import brief, shown_by
 from shockpc.text.printed import count
-from shockpc.text.shown import brief, shown_by
 
 
 @dataclass(frozen=True, eq=False)

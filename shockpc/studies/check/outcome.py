@@ -10,7 +10,7 @@ from shockpc.evaluation.table import Table
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.studies.check.baseline import OutcomeKey
 from shockpc.studies.check.design_record import six_digits
-from shockpc.text.shown import brief, shown_by
+from shockpc.text.display import brief, shown_by
 
 EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""

@@ -38,9 +38,9 @@ from shockpc.studies.improve.search import (
     search,
     starting_points,
 )
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import few
-from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 
 USUAL_RANGE = 45.0

@@ -35,9 +35,9 @@ from shockpc.studies.limits.question import (
     varied_by,
 )
 from shockpc.studies.limits.scan import Bound, Scan, Strikes, scanned
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import ShockError, SolveError
 from shockpc.text.printed import UNITS, in_degrees
-from shockpc.text.shown import brief, shown_by
 
 VALUE = "deg; m if prismatic"
 """Unit of a joint's values as they are typed."""

@@ -30,9 +30,9 @@ from shockpc.studies.place.best_first import best_places, box
 from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.region import Box, Region, region_of
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import count
-from shockpc.text.shown import brief, shown_by
 
 NEAREST = 1e-3
 """Smallest distance between alternatives [m]."""

@@ -45,8 +45,8 @@ from shockpc.studies.sensitivity.slopes import (
     parameters,
     slopes_beside,
 )
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12

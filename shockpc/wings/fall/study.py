@@ -32,9 +32,9 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.geometry import drawn_outline, outline
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.diagnostic import Diagnostic, warn
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
 from shockpc.text.printed import count, listed
-from shockpc.text.shown import brief, shown_by
 from shockpc.text.trace import Trace
 from shockpc.wings.fall.body import Rigid
 from shockpc.wings.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over

@@ -23,8 +23,8 @@ from shockpc.quantities.maps import doubles
 from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
+from shockpc.text.display import brief
 from shockpc.text.errors import SceneError, StudyError
-from shockpc.text.shown import brief
 from shockpc.wings.symbols.landing_programs import Before, Graph, inputs_of, refuse, symbols_module
 from shockpc.wings.symbols.programs import Program
 

@@ -25,8 +25,8 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact, jumps_in_body_axes
 from shockpc.impact.stops import with_stops
+from shockpc.landing.before_impact import mass_lifted
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.constraints import Constraint, constraint_point

@@ -16,8 +16,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.contact_rows import ContactRows
+from shockpc.landing.before_impact import mass_lifted
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import mass_lifted
 from shockpc.landing.scenes.strike import GRAVITY
 
 

@@ -29,9 +29,9 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.scene_fields import Option
 from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.robot.robot import Robot
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.text.shown import brief, shown_by
 from shockpc.wings.recordings.identify.fit import Fit, Solution, fit_of, solve
 from shockpc.wings.recordings.identify.remarks import of_control, of_errors, of_model, of_unknowns
 from shockpc.wings.recordings.identify.uncertainty import (

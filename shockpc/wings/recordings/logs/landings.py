@@ -16,10 +16,10 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
+from shockpc.landing.before_impact import with_loops
 from shockpc.landing.closure import assemble, closure_constraint, follow, moved_joints
 from shockpc.landing.contact import first_contact, landing_frames
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of

@@ -19,7 +19,7 @@ from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
-from shockpc.landing.movable import free_columns
+from shockpc.landing.movable import movable_columns
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.scenes.scene import Scene
 from shockpc.method.approach import Motion
@@ -163,7 +163,7 @@ def mobilities(study: RecordedLandings) -> Array:
             state = dynamics(robot, group.Q, landing.joint_model)
             moved, G = (
                 _velocities(robot, state),
-                free_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked),
+                movable_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked),
             )
             moved, H = (
                 (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)

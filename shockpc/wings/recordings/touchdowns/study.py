@@ -24,9 +24,9 @@ from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import count, few, listed
-from shockpc.text.shown import brief, shown_by
 from shockpc.wings.recordings.logs.detection import FEWEST, foot_landings
 from shockpc.wings.recordings.logs.logged_motion import (
     PARTS,

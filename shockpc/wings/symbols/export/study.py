@@ -22,8 +22,8 @@ from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.method.approach import Motion
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.robot.robot import Robot
+from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import SolveError, StudyError
-from shockpc.text.shown import brief, shown_by
 from shockpc.wings.symbols.export.code import MOST_ERROR, Samples, code_files
 from shockpc.wings.symbols.landing_programs import Before
 from shockpc.wings.symbols.symbolic import ACCURACY, SymbolicLanding, identifiers

@@ -1,4 +1,4 @@
-"""Results as they are shown: in a line, and in a notebook by the report of their command.
+"""The display of results: in a line, and in a notebook by the report of their command.
 
 The report is imported when it is shown.
 """

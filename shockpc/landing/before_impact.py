@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.spatial import Array, Plane, velocity_at
 from shockpc.landing.closure import closure_constraint
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.movable import free_columns
+from shockpc.landing.movable import movable_columns
 from shockpc.landing.posture import settable_joints
 from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.strike import GRAVITY
@@ -23,7 +23,7 @@ from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import SceneError
 
 
-def motion_of(
+def motion_before(
     robot: Robot,
     scene: Scene,
     contacts: Sequence[Constraint],
@@ -172,7 +172,7 @@ def with_loops(
     """
     K = row_jacobian(state, constraints)[0]
     if not given.all():
-        free = free_columns(robot, "fixed", plane, state.rotation[:, 0], given)
+        free = movable_columns(robot, "fixed", plane, state.rotation[:, 0], given)
         G = np.eye(len(rates)) if free is None else free[0]
         # K (q̇ + G x) = 0 with the smallest x
         x = np.linalg.lstsq(K @ G, -K @ rates, rcond=1e-10)[0]

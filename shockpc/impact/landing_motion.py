@@ -1,4 +1,4 @@
-"""A landing over time, where it lasts: what is asked of it without knowing what makes it last."""
+"""A landing over time: what is asked of it without knowing what makes it last."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
@@ -12,7 +12,7 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.wings import from_wings
 
 
-class Motion(Protocol):
+class LandingMotion(Protocol):
     """A landing over time; what is read from it is computed then.
 
     Attributes:
@@ -50,7 +50,7 @@ class Motion(Protocol):
         """Warnings of this motion."""
 
 
-def motion_of(landing: PosedLanding, until: float | None = None) -> Motion | None:
+def motion_of(landing: PosedLanding, until: float | None = None) -> LandingMotion | None:
     """The landing over time; None where it is an impact of no duration.
 
     Args:
@@ -63,7 +63,7 @@ def motion_of(landing: PosedLanding, until: float | None = None) -> Motion | Non
     if not landing.scene.yields:
         return None
     for motion_until in from_wings("landing", "motion"):
-        motion: Motion | None = motion_until(landing, until)
+        motion: LandingMotion | None = motion_until(landing, until)
         if motion is not None:
             return motion
     return None
