@@ -8,6 +8,7 @@ import pytest
 
 import shockpc
 from shockpc.quantities.renamed import CURRENT
+from shockpc.studies.guide.command import files_of
 
 ROOT = Path(__file__).parent.parent
 
@@ -55,9 +56,7 @@ def test_every_figure_is_in_the_gallery_with_its_command(pages):
 
 
 def test_every_page_of_the_guide_is_in_the_contents(pages, tmp_path):
-    for name in pages.COPIED:
-        pages.copy(ROOT / name, tmp_path / name)
+    pages.copy_to(tmp_path)
     page = pages.index_page(tmp_path)
-    folder = ROOT / "shockpc" / "guide"
-    for path in (*folder.glob("*.md"), *folder.rglob("*.ipynb")):
+    for path in (*files_of("md").values(), *files_of("ipynb").values()):
         assert f"\n{path.relative_to(ROOT).with_suffix('')}\n" in page

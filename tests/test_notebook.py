@@ -21,8 +21,9 @@ from shockpc import Contact, Scene
 from shockpc.show.report import Picture
 from shockpc.show.tables import Sheet
 from shockpc.studies.analyze.report import landing_report
+from shockpc.studies.guide.command import files_of
 
-NOTEBOOKS = sorted((Path(shockpc.__file__).parent / "guide").glob("*.ipynb"))
+NOTEBOOKS = tuple(files_of("ipynb").values())
 LONG = ("drops", "imu")
 """Notebooks that run for some seconds."""
 

@@ -25,11 +25,13 @@ from shockpc.landing.scenes.scene import Joints, Scene
 from shockpc.landing.scenes.scene_file import scene_from
 from shockpc.robot.catalogue import ROBOT_SUFFIXES
 from shockpc.robot.shapes.mesh_files import FORMATS as MESHES
+from shockpc.studies.guide.command import files_of
 
 README = Path(__file__).parent.parent / "README.md"
-PAGES = (README, *sorted((README.parent / "shockpc" / "guide").glob("*.md")))
+GUIDE = files_of("md")
+PAGES = (README, *GUIDE.values())
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
-METHOD, VARY = (README.parent / "shockpc" / "guide" / f"{name}.md" for name in ("method", "vary"))
+METHOD, VARY = GUIDE["method"], GUIDE["vary"]
 TEXT = "".join(TEXTS.values())
 
 POSTURES = """<robot name="stick">
@@ -292,23 +294,6 @@ def test_scenes_run(capfd, here):
     for text in scenes:
         (here / "scene.toml").write_text(text, encoding="utf-8")
         assert good(capfd, "analyze", "scene.toml")
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_pictures_and_links_are_there(page):
-    """Links lead to files, and to headings of them."""
-    for target in re.findall(r"\]\((?!\w+:)([^)\s]+)", TEXTS[page]):
-        name, _, heading = target.partition("#")
-        file = page.parent / name if name else page
-        assert file.exists(), target
-        headings = (
-            re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
-            if heading
-            else []
-        )
-        assert not heading or heading in [
-            re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings
-        ], target
 
 
 def test_the_equations_of_the_paper_are_where_the_guide_says():

@@ -37,9 +37,9 @@ for name in shockpc.__all__:
 """
 CORE = (
     *("test_impulse.py", "test_profile.py", "test_columns.py", "test_names.py", "test_results.py"),
-    *("test_friction.py", "test_low_pass.py"),
+    *("test_friction.py", "test_low_pass.py", "test_links.py"),
 )
-"""Tests of the core that run without a wing: the equation, its results, rows and commands."""
+"""Tests of the core that run without a wing: the equation, its results, rows and commands, links of pages."""
 
 
 def python(top, *words):
@@ -54,7 +54,8 @@ def copy_of(folder):
     ignored = shutil.ignore_patterns("__pycache__")
     for name in ("shockpc", "tests", "robots"):
         shutil.copytree(TOP / name, folder / name, ignore=ignored)
-    shutil.copy(TOP / "pyproject.toml", folder)
+    for name in ("pyproject.toml", "README.md"):
+        shutil.copy(TOP / name, folder)
     return folder
 
 
@@ -112,7 +113,8 @@ def test_the_package_is_whole_without_a_wing(gone, tmp_path):
     lost = set().union(*(KEYS.get(wing, set()) for wing in gone))
     for words in COMMANDS:
         assert without(document(TOP, words), lost) == without(document(top, words), lost)
-    assert python(top, "-m", "shockpc", "--help").returncode == 0
+    for words in ("--help", "guide"):
+        assert python(top, "-m", "shockpc", words).returncode == 0
     if "compliant" in gone:
         refuses_a_contact_stiffness(top)
     tests = [str(top / "tests" / name) for name in CORE]

@@ -5,6 +5,7 @@ reference, quantities, gallery) beside them, and runs Sphinx, for which a warnin
 """
 
 import inspect
+import itertools
 import json
 import pkgutil
 import re
@@ -23,17 +24,19 @@ COPIED = (
     "README.md",
     "shockpc/LICENSE",
     "shockpc/guide",
+    "shockpc/wings/*/*.md",
+    "shockpc/wings/*/*.ipynb",
     "robots",
     ".github/actions/check/action.yml",
 )
-"""What the site holds as it is; links between these work as in the repository."""
+"""What the site holds as it is, as patterns; links between these work as in the repository."""
 
 GUIDE = (
     ("Begin", ("first-robot", "humanoid", "designer", "ci", "vary", "changes")),
-    ("Method", ("method", "notation", "glossary", "bending", "falls", "logs")),
+    ("Method", ("method", "notation", "glossary")),
     ("Reference", ("python", "reference", "citation")),
 )
-"""Captions of the contents, and the pages of the guide under each; others follow after them."""
+"""Captions of the contents, and the pages of the guide under each."""
 
 PAPER = (1, 2, 3, 5)
 """Figures of the paper that are drawn here."""
@@ -61,8 +64,7 @@ def main(out: Path) -> int:
 
     source = out.parent / f"{out.name}-source"
     shutil.rmtree(source, ignore_errors=True)
-    for name in COPIED:
-        copy(ROOT / name, source / name)
+    copy_to(source)
     (source / "index.md").write_text(index_page(source), encoding="utf-8")
     (source / "README.md").unlink()
     (source / "api.md").write_text(api_page(), encoding="utf-8")
@@ -73,32 +75,41 @@ def main(out: Path) -> int:
     return build_main(words)
 
 
-def copy(path: Path, target: Path) -> None:
-    """Copy a file or a folder."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    if path.is_dir():
-        shutil.copytree(path, target, ignore=shutil.ignore_patterns("__pycache__"))
-    else:
-        shutil.copy(path, target)
+def copy_to(source: Path) -> None:
+    """Copy the files and folders of `COPIED` to the same places in another folder."""
+    for path in itertools.chain.from_iterable(map(ROOT.glob, COPIED)):
+        target = source / path.relative_to(ROOT)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            shutil.copytree(path, target)
+        else:
+            shutil.copy(path, target)
 
 
 def index_page(source: Path) -> str:
-    """The README with the contents of the site."""
-    guide = source / "shockpc" / "guide"
-    named = [page for _, pages in GUIDE for page in pages]
+    """The README with the contents of the site.
+
+    A page of the guide that `GUIDE` does not name is listed under the first caption, and those of
+    wings are listed after the method.
+    """
     contents = {caption: [f"shockpc/guide/{page}" for page in pages] for caption, pages in GUIDE}
-    others = sorted(path.stem for path in guide.glob("*.md") if path.stem not in named)
-    contents["Begin"].extend(f"shockpc/guide/{page}" for page in others)
-    notebooks = sorted(path.relative_to(source) for path in guide.rglob("*.ipynb"))
-    contents["Lecture and tutorials"] = [str(path.with_suffix("")) for path in notebooks]
+    named = [page for pages in contents.values() for page in pages]
+    others = (page for page in listed(source, "shockpc/guide/*.md") if page not in named)
+    contents["Begin"].extend(others)
+    contents["Method"].extend(listed(source, "shockpc/wings/*/*.md"))
+    contents["Lecture and tutorials"] = listed(source, "shockpc/**/*.ipynb")
     contents["Reference"].extend(["quantities", "api", "internals"])
-    measured = sorted(path.relative_to(source) for path in source.glob("robots/**/README.md"))
-    contents["More"] = ["gallery", *(str(path.with_suffix("")) for path in measured)]
+    contents["More"] = ["gallery", *listed(source, "robots/**/README.md")]
     trees = [
         "\n".join(["```{toctree}", ":hidden:", f":caption: {caption}", "", *pages, "```"])
         for caption, pages in contents.items()
     ]
     return "\n\n".join([(source / "README.md").read_text(encoding="utf-8"), *trees])
+
+
+def listed(source: Path, pattern: str) -> list[str]:
+    """The pages of the site that match a pattern, in alphabetical order and without endings."""
+    return sorted(str(path.relative_to(source).with_suffix("")) for path in source.glob(pattern))
 
 
 def documented(name: str, thing: object) -> str:

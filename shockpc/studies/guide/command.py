@@ -2,32 +2,37 @@
 
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 from shockpc.cli.declared import argument, command
 from shockpc.text.errors import UnknownName
 
-FOLDER = Path(__file__).resolve().parents[2] / "guide"
-"""A page in Markdown, or a notebook, for each topic."""
+PACKAGE = Path(__file__).resolve().parents[2]
 
 
 @command(examples=("shockpc guide", "shockpc guide first-robot"))
 def guide(
     *, topic: str | None = argument("A topic; without one, the list of topics.", "TOPIC")
 ) -> None:
-    pages = sorted(FOLDER.glob("*.md"))
-    notebooks = sorted(FOLDER.glob("*.ipynb"))
-    texts = {path.stem: path.read_text(encoding="utf-8") for path in pages}
-    texts |= {path.stem: notebook_text(path) for path in notebooks}
+    pages, notebooks = files_of("md"), files_of("ipynb")
+    texts = {name: path.read_text(encoding="utf-8") for name, path in pages.items()}
+    texts |= {name: notebook_text(path) for name, path in notebooks.items()}
     if topic is None:
-        sys.stdout.write(topics(texts, [path.stem for path in notebooks]))
+        sys.stdout.write(topics(texts, notebooks))
     elif topic in texts:
         sys.stdout.write(texts[topic])
     else:
         raise UnknownName("topic", topic, texts, "the guide", "shockpc guide")
 
 
-def topics(texts: dict[str, str], notebooks: list[str]) -> str:
+def files_of(ending: str) -> dict[str, Path]:
+    """The files of the guide and of the wings with an ending, by topic in alphabetical order."""
+    paths = [*PACKAGE.glob(f"guide/*.{ending}"), *PACKAGE.glob(f"wings/*/*.{ending}")]
+    return {path.stem: path for path in sorted(paths, key=lambda path: path.stem)}
+
+
+def topics(texts: Mapping[str, str], notebooks: Mapping[str, Path]) -> str:
     """The list of topics with their titles, pages before notebooks."""
     lines = {}
     for name, text in texts.items():

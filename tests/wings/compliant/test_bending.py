@@ -101,7 +101,7 @@ def test_what_a_contact_asks_for_follows_from_its_duration(go2):
 )
 def test_from_where_not_even_metal_is_stiff_enough(robot, contact, words):
     """The numbers of the guide; beyond them there is a warning."""
-    page = Path(shockpc.__file__).parent / "guide" / "bending.md"
+    page = Path(shockpc.__file__).parent / "wings/compliant/bending.md"
     assert words in " ".join(page.read_text(encoding="utf-8").split())
     stiffest = float(re.search(r" from (\S+)", words)[1])
     profile = shock_profile(Scene(robot=robot, contact=contact))

@@ -188,7 +188,7 @@ def test_robots(robot):
 )
 def test_rigid_links_agree_from_the_ratios_of_the_guide_on(row, number):
     """Within 10 and 20 %, on contacts without loss, with the legs of three robots."""
-    page = Path(shockpc.__file__).parent / "guide" / "bending.md"
+    page = Path(shockpc.__file__).parent / "wings/compliant/bending.md"
     cells = re.search(rf"\| {row} \| (\S+) \| (\S+) \|", page.read_text(encoding="utf-8"))
     for least_ratio, bound in zip(map(float, cells.groups()), (0.1, 0.2), strict=True):
         errors = [

@@ -2,12 +2,12 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import shockpc
+from shockpc.studies.guide.command import files_of
 from shockpc.wings.compliant.beyond.leg import leg_modes
 from shockpc.wings.compliant.beyond.robots import robot_study
 
@@ -17,8 +17,7 @@ GO2 = shockpc.Scene(robot="go2", contact=(FOOT,), contact_stiffness=1e6)
 
 def page(name):
     """The text of a page of the guide in one line."""
-    path = Path(shockpc.__file__).parent / "guide" / f"{name}.md"
-    return " ".join(path.read_text(encoding="utf-8").split())
+    return " ".join(files_of("md")[name].read_text(encoding="utf-8").split())
 
 
 def tubes(flex):

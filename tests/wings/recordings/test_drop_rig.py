@@ -17,7 +17,7 @@ import shockpc
 from shockpc.bench.found_touchdowns import FEET, quadruped
 from shockpc.wings.recordings.recorded.study import STATISTICS
 
-GUIDE = Path(shockpc.__file__).parent / "guide" / "logs.md"
+GUIDE = Path(shockpc.__file__).parent / "wings/recordings/logs.md"
 CORNERS = {
     "fl": (0.2, 0.1),
     "fr": (0.2, -0.1),

@@ -786,7 +786,7 @@ LOGS_OF_THE_GUIDE = {
 @pytest.mark.slow
 def test_the_table_of_the_guide_is_that_of_the_benchmark():
     """Touchdowns found of all, false ones, and the median delay, of the logs of each row."""
-    page = (Path(shockpc.__file__).parent / "guide" / "logs.md").read_text(encoding="utf-8")
+    page = (Path(shockpc.__file__).parent / "wings/recordings/logs.md").read_text(encoding="utf-8")
     computed = {row[0]: row[1:] for row in found_touchdowns().rows}
     for row, logs in LOGS_OF_THE_GUIDE.items():
         (line,) = re.findall(rf"^\| {re.escape(row)} \| (.*) ms \|$", page, re.MULTILINE)
