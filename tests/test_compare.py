@@ -90,10 +90,11 @@ def test_every_number_is_that_of_a_single_analysis(dog):
     asked = ("delta_qd@FL_*", "impulse.z", "energy_lost", "shock@base:0,0,0.1", "body.position")
     rows = numbers(compare([dog, design_with(dog, read_changes(CHANGES))], asked))
     expected = {
-        (text, place.name): profile.values(select(text).quantity, [place])[0]
+        (text, place.name): profile.value(wanted.key, wanted.of, [place])[0]
         for profile in profiles[1:]
         for text in STANDARD
-        for place in profile.places(select(text).quantity.of)
+        for wanted in [select(text).quantity]
+        for place in profile.places(wanted.of)
     }
     known = {key: value for key, value in expected.items() if not math.isnan(value)}
     assert {
@@ -489,8 +490,8 @@ def test_designs_that_land_with_friction_are_compared_with_friction(capfd, tmp_p
         robot="go2", contact="FL_foot", strike=Strike(strike_angle_deg=40.0), friction=0.2
     )
     profile = shock_profile(scene)
-    quantity = select("shock_com_friction").quantity
-    shocks = dict(zip(profile.bodies, profile.values(quantity).tolist(), strict=True))
+    values = profile.value("shock_com_friction", "body")
+    shocks = dict(zip(profile.bodies, values.tolist(), strict=True))
     compared = {
         row["place"]: row["A"]
         for row in document["tables"]["compare"]

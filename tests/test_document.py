@@ -189,7 +189,7 @@ def test_tables_hold_every_quantity(profile):
     for quantity in QUANTITIES:
         if quantity.of == "part":
             continue
-        values, tables = profile.values(quantity), read["tables"]
+        values, tables = profile.value(quantity.key, quantity.of), read["tables"]
         rows = (
             [read["health"]]
             if (quantity.of, quantity.evaluation.on) == ("robot", "health")

@@ -33,7 +33,6 @@ from shockpc import (
 from shockpc.evaluation.column import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scenes.scene_file import read_scene
-from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.studies.improve.report import improve_report
 from shockpc.studies.improve.search import RUNS, search
 
@@ -144,7 +143,7 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_gro
     assert first.values[1] <= random[allowed].min()
     assert cost.feasible(first.x)
     ground = [
-        profile.value("feasible", "robot")[0] + profile.values(FEASIBLE_IF_TILTED)[0]
+        profile.value("feasible", "robot")[0] + profile.value("feasible_if_tilted", "robot")[0]
         for profile in first.after.values()
     ]
     assert any_ground or ground == [1.0] * len(ground)

@@ -16,7 +16,6 @@ from shockpc.landing.feet.level_feet import default_landings
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Contact, Posture
 from shockpc.landing.scenes.strike import Strike
-from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.robot.load import load_robot
 from shockpc.text.errors import SceneError
 
@@ -227,7 +226,7 @@ def test_feasible_is_a_drop_on_all_level_feet():
         profile = shock_profile(Scene(robot="go2", contact=tuple(feet.split("+")), **scene))
         return [
             float(profile.value("feasible", "robot")[0]),
-            float(profile.values(FEASIBLE_IF_TILTED)[0]),
+            float(profile.value("feasible_if_tilted", "robot")[0]),
         ]
 
     assert values("FL_foot+FR_foot+RL_foot+RR_foot") == [1.0, 0.0]

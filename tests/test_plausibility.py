@@ -36,7 +36,6 @@ from shockpc.landing.resolve import resolve
 from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
 from shockpc.quantities.ground.heights import levels
-from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.robot.feet_and_sensors import each_foot, feet
 from shockpc.robot.shapes import geometry
 from shockpc.robot.shapes.geometry import inflated_inertias
@@ -573,7 +572,7 @@ def test_feasible_is_a_landing_whose_lowest_points_agree_to_the_tolerance(
     profiles = [shock_profile(*made.landings.case(k)) for k in range(len(rise))]
     assert [float(profile.value("feasible", "robot")[0]) for profile in profiles] == nothing
     assert [
-        float(profile.values(FEASIBLE_IF_TILTED)[0]) for profile in profiles
+        float(profile.value("feasible_if_tilted", "robot")[0]) for profile in profiles
     ] == allowed.tolist()
     assert [
         not any(one.kind == "height" for one in profile.health.warnings) for profile in profiles

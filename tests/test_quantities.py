@@ -55,7 +55,10 @@ def assert_same(profile, impact, strike, places):
         chosen = places if entry.of == "point" else profile.places(entry.of)
         if not chosen:
             continue
-        double, exact = evaluate(entry, impact, chosen)[0], profile.values(entry, chosen)
+        double, exact = (
+            evaluate(entry, impact, chosen)[0],
+            profile.value(entry.key, entry.of, chosen),
+        )
         double = double[min(strike, len(double) - 1)]
         assert (np.isnan(double) == np.isnan(exact)).all(), entry.key
         known = np.isfinite(exact)

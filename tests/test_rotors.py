@@ -321,7 +321,7 @@ def test_a_range_changes_the_rotor_in_its_link_too():
     other = profile_of(with_inertias(landing, change))
     np.testing.assert_allclose(wanted, other.delta_qd, atol=5e-3 * np.abs(wanted).max())
     along, joints = quantity("joint", "along"), landing.places("joint")
-    loads = other.values(along, joints)
+    loads = other.value("along", "joint")
     np.testing.assert_allclose(
         evaluate(along, found, joints)[0, 0], loads, atol=2e-3 * np.abs(loads).max()
     )

@@ -171,7 +171,7 @@ def all_quantities(system: System) -> Prepared:
     def run() -> ShockProfile:
         profile = shock_profile(scene, robot)
         for quantity in QUANTITIES:
-            profile.values(quantity)
+            profile.value(quantity.key, quantity.of)
         return profile
 
     return Prepared(run, _proven(system).read)

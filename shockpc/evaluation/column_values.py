@@ -340,7 +340,7 @@ def double_difference(
         most_severe = column.selection.quantity.relations.most_severe
         if not column.shock or most_severe is None:
             continue
-        severe = float(profile.values(most_severe, [column.place])[0])
+        severe = float(profile.value(most_severe.key, most_severe.of, [column.place])[0])
         value = exact[column.name]
         size = max(severe, abs(value)) or 1.0
         difference = abs(double[column.name] - value) / size

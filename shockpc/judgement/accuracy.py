@@ -236,7 +236,7 @@ def _small_differences(profile: ShockProfile) -> Iterator[tuple[Quantity, list[P
     for entry, has_value in results:
         places = list(compress(profile.places(entry.of), has_value.tolist()))
         if places:
-            yield entry, places, profile.values(entry, places)
+            yield entry, places, profile.value(entry.key, entry.of, places)
 
 
 def sensitive(profile: ShockProfile) -> tuple[Diagnostic, ...]:

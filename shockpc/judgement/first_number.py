@@ -38,7 +38,8 @@ def worst_place(profile: ShockProfile) -> Place | None:
     points = profile.bracketed[1:]
     if not points:
         return None
-    return points[int(np.argmax(np.nan_to_num(profile.values(shock_of(profile).quantity, points))))]
+    shocks = profile.numbers(shock_of(profile), points)
+    return points[int(np.argmax(np.nan_to_num(shocks)))]
 
 
 @memoized()

@@ -13,7 +13,7 @@ from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
 from shockpc.quantities.parts.of_parts import not_judged
 from shockpc.quantities.renamed import renamed_attribute
-from shockpc.quantities.selection import quantities_of, quantity
+from shockpc.quantities.selection import quantities_of
 from shockpc.quantities.values import LandingValues
 
 R = TypeVar("R", bound="NamedTuple")
@@ -280,7 +280,7 @@ def _records(
     for field in record._fields:
         column = {**names, **columns}.get(field)
         if column is None:
-            values = profile.values(quantity(kind, keys.get(field, field)), places)
+            values = profile.value(keys.get(field, field), kind, places)
             column = [_number(value) for value in values]
         fields.append(column)
     return tuple(record._make(row) for row in zip(*fields, strict=True))

@@ -46,35 +46,37 @@ class LandingValues(OfLanding):
             raise UnknownName("kind of place", str(kind), kinds, "", "")
         return self.landing.places(kind)
 
-    def value(self, key: str, kind: PlaceKind) -> Array:
-        """The values of a quantity at all places of its kind, as `values`."""
-        return self.values(quantity(kind, key))
-
-    def values(self, wanted: Quantity, places: Sequence[Place] | None = None) -> Array:
+    def value(self, key: str, kind: PlaceKind, places: Sequence[Place] | None = None) -> Array:
         """The values (n,) or (n, 3) of a quantity at some places, NaN where there is none.
 
         A point that is fixed to the world does not move.
 
         Args:
-            wanted: the quantity.
+            key: of the quantity; `shockpc quantities` lists all.
+            kind: of its places.
             places: where; by default all places of its kind.
+
+        Raises:
+            UnknownName: there is no such quantity.
         """
+        wanted = quantity(kind, key)
         known_by = None
         if places is not None:
             known_by = tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places)
-        key = wanted.of, wanted.key, known_by
-        if key not in self._cache:
-            at = self.places(wanted.of) if places is None else places
-            self._cache[key] = read_only(self._computed(wanted, at))
-        return self._cache[key]
+        name = kind, wanted.key, known_by
+        if name not in self._cache:
+            at = self.places(kind) if places is None else places
+            self._cache[name] = read_only(self._computed(wanted, at))
+        return self._cache[name]
 
     def numbers(self, selection: Selection, places: Sequence[Place]) -> Array:
-        """The numbers (n,) of a selection at some places.
+        """The numbers (n,) by which places are compared: of a vector a component, or the length.
 
         They are NaN where there is none, or redundant rows leave it undetermined.
         """
-        numbers = selection.scalar(self.values(selection.quantity, places))
-        if selection.quantity.scope.shared and self.redundant:
+        wanted = selection.quantity
+        numbers = selection.scalar(self.value(wanted.key, wanted.of, places))
+        if wanted.scope.shared and self.redundant:
             return np.full(len(places), np.nan)
         return np.asarray(numbers)
 

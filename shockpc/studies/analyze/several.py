@@ -8,7 +8,6 @@ import numpy as np
 from shockpc.judgement.first_number import first_place, first_range, shock_of, worst_place
 from shockpc.landing.places import Place
 from shockpc.quantities.contact_mass import normal_mass
-from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import landing_text
 from shockpc.show.report import Report
@@ -267,7 +266,7 @@ def _peaks(profiles: Sequence[ShockProfile]) -> list[float] | None:
     if not first.points:
         return None
     place = first_place(first)
-    return [float(profile.values(quantity("point", key), [place])[0]) for profile in profiles]
+    return [float(profile.value(key, "point", [place])[0]) for profile in profiles]
 
 
 def _largest(profile: ShockProfile) -> tuple[float, str]:

@@ -137,10 +137,10 @@ def _quantities(
     )
     for key in keys or every:
         entry = quantity(kind, key)
-        values = profile.values(entry, places)
+        values = profile.value(key, kind, places)
         if np.isnan(values).all() and key not in ALWAYS.get(kind, ()):
             continue
-        unit = "" if entry.flag else f" [{'-' if entry.unit == '1' else entry.unit}]"
+        unit = "" if entry.flag else f" [{entry.unit_text}]"
         head = titles.get(key, f"{key}{' {}' * entry.vector}{unit}")
         for axis, part in (
             dict(zip("xyz", values.T, strict=True)).items() if entry.vector else [("", values)]

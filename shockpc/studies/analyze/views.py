@@ -8,7 +8,6 @@ import numpy as np
 
 from shockpc.judgement.unknowns import NOT_KNOWN
 from shockpc.landing.bandwidths import scene_low_pass
-from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import BRACKETED, vector_text
@@ -277,7 +276,7 @@ def _joint_model_notes(profile: ShockProfile) -> list[str]:
 def _joint_model_sizes(profile: ShockProfile, _: Sheet) -> list[float]:
     """Shocks, of which those of the first lines and of the heaviest body are always shown."""
     always = {place.name for place in shown_places(profile)}
-    shocks = profile.values(quantity("point", "shock"), profile.bracketed).tolist()
+    shocks = profile.value("shock", "point", profile.bracketed).tolist()
     sizes = [math.inf]
     for place, shock in zip(profile.bracketed[1:], shocks[1:], strict=True):
         sizes.append(math.inf if place.name in always else shock)

@@ -23,7 +23,6 @@ from shockpc.landing.feet.level_feet import with_contacts
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.scene_fields import Option
-from shockpc.quantities.of_robot import FEASIBLE_IF_TILTED
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import each_foot
@@ -195,7 +194,7 @@ def _row(
         marks=posture_marks(profile.scene, profile.health.warnings),
         sensors={point.frame: point.shock for point in profile.points},
         warnings=profile.health.warnings,
-        feasible_if_tilted=bool(profile.values(FEASIBLE_IF_TILTED)[0] == 1.0),
+        feasible_if_tilted=bool(profile.value("feasible_if_tilted", "robot")[0] == 1.0),
         scene=profile.scene,
         picture=None if look is None else look(profile),
     )
@@ -209,7 +208,7 @@ def _sensed(profile: ShockProfile) -> Place:
     imus = imu_places(profile)
     if not imus:
         return profile.bracketed[0]
-    return imus[int(np.argmax(profile.values(select("point.shock").quantity, imus)))]
+    return imus[int(np.argmax(profile.value("shock", "point", imus)))]
 
 
 def _worst_place(profile: ShockProfile, text: str) -> tuple[Selection, Place | None]:

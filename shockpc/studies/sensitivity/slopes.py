@@ -433,5 +433,6 @@ def _settled(slope: Array, number: float, size: Array) -> Array:
 
 def number_of(profile: ShockProfile, number: Column) -> float:
     """A number of a landing, as proven [its unit]."""
-    values = profile.values(number.selection.quantity, [number.place])
+    wanted = number.selection.quantity
+    values = profile.value(wanted.key, wanted.of, [number.place])
     return float(number.selection.scalar(values)[0])

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.wings.compliant.links.bending import BENDS, Bending, bends, rings
@@ -22,8 +21,8 @@ def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
     if profile.stiffness is None:
         return
     places = [*profile.bracketed, *profile.landing.mounted]
-    impulse = profile.values(quantity("point", "shock"), places)
-    finite = profile.values(quantity("point", "shock_separated"), places)
+    impulse = profile.value("shock", "point", places)
+    finite = profile.value("shock_separated", "point", places)
     differs = np.abs(finite - impulse)
     clearly = (differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)
     rigid = " with rigid links" if profile.scene.flex else ""

@@ -419,7 +419,7 @@ def test_what_stays():
         ),
     )
     for entry in QUANTITIES:
-        one, other = (profile.values(entry, profile.places(entry.of)) for profile in (rigid, bent))
+        one, other = (profile.value(entry.key, entry.of) for profile in (rigid, bent))
         assert one.shape == other.shape, entry.key
         if entry.evaluation.exact == "always":
             np.testing.assert_array_equal(one, other, entry.key)

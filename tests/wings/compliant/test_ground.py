@@ -152,7 +152,8 @@ def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
     feet = tuple(Contact(frame=f"{foot}_foot") for foot in ("FL", "FR", "RL", "RR"))
     scene = Scene(robot="go2", contact=feet, contact_stiffness=K, joints=Joints(motors="standing"))
     profile = shock_profile(scene)
-    weight, rates = profile.robot.mass * GRAVITY, quantity("joint", "delta_qd")
+    weight = profile.robot.mass * GRAVITY
+    rates = profile.value("delta_qd", "joint")
 
     def end(profile):
         found = CompliantLanding(profile.landing, until=0.02)
@@ -162,10 +163,10 @@ def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
 
     force, jump = end(profile)
     assert force == pytest.approx(weight, rel=1e-6)
-    np.testing.assert_allclose(jump[6:], profile.values(rates, profile.places("joint")), atol=1e-6)
+    np.testing.assert_allclose(jump[6:], rates, atol=1e-6)
     force, jump = end(shock_profile(replace(scene, joints=Joints())))
     assert force < 0.5 * weight
-    assert np.abs(jump[6:] - profile.values(rates, profile.places("joint"))).max() > 0.1
+    assert np.abs(jump[6:] - rates).max() > 0.1
     given = shock_profile(
         replace(scene, joints=Joints(motors="standing", torque={"FL_calf_joint": 2.0}))
     )

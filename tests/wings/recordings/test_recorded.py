@@ -31,7 +31,6 @@ from shockpc.evaluation.column import Column, selected
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scenes.scene_file import robot_of, scene_text
 from shockpc.method.approach import Motion
-from shockpc.quantities.selection import quantity
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 from shockpc.wings.recordings.logs import table_files as files
@@ -466,7 +465,7 @@ def test_rows_with_contacts_of_their_own():
             "+"
         )
         assert found.columns["shock@imu_link"][i] == pytest.approx(
-            profile.values(found.computed[0].selection.quantity)[0], rel=1e-9
+            profile.value("shock", "point")[0], rel=1e-9
         )
     assert np.isnan(found.columns["impulse@contact 2"]).tolist() == [True, True, False] * 2
 
@@ -1373,8 +1372,7 @@ def test_a_folder_of_scenes_is_a_batch(here, capfd):
     )
     shocks = {row["scene"]: row["shock@imu_link"] for row in found["tables"]["batch"]}
     expected = {
-        str(file): cases.profile(i).values(quantity("point", "shock"))[0]
-        for i, file in enumerate(files)
+        str(file): cases.profile(i).value("shock", "point")[0] for i, file in enumerate(files)
     }
     assert shocks == pytest.approx(expected, rel=1e-9)
     assert (

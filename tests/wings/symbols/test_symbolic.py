@@ -109,7 +109,7 @@ def test_every_quantity_is_that_of_balls_or_refused(name):
     for k, q in enumerate(Q):
         profile, start = profile_of(landing.at(q)), 0
         for entry, places in asked:
-            wanted = np.asarray(profile.values(entry, places), dtype=float)
+            wanted = np.asarray(profile.value(entry.key, entry.of, places), dtype=float)
             here = found[k, start : start + wanted.size].reshape(wanted.shape)
             start += wanted.size
             known = np.isfinite(wanted)

@@ -257,10 +257,11 @@ def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
             profile = profile_of(replace(landing.at(q), before=motion))
         except SolveError:
             continue
-        numbers = [
-            _number(column, profile.values(column.selection.quantity, (column.place,))[0])
-            for column in symbols.columns
-        ]
+        numbers = []
+        for column in symbols.columns:
+            wanted = column.selection.quantity
+            values = profile.value(wanted.key, wanted.of, (column.place,))
+            numbers.append(_number(column, values[0]))
         inputs.append(x)
         exact.append(np.concatenate(numbers))
     if not inputs:
