@@ -29,8 +29,8 @@ def check(report):
     )
     for name, sheet in sheets.items():
         keys, headings = (
-            [one.key for one in sheet.columns],
-            [one.heading(exact=True) for one in sheet.columns],
+            [one.key for one in sheet.headings],
+            [one.with_unit(exact=True) for one in sheet.headings],
         )
         assert len(set(keys)) == len(keys), name
         assert len(set(headings)) == len(headings), name
@@ -55,11 +55,11 @@ def check(report):
         if written:
             assert written["units"][name] == {
                 key: one.exact_unit
-                for one in sheet.columns
+                for one in sheet.headings
                 for key in (one.key, former_key(one.key))
                 if one.unit
             }
-        assert not {one.exact_unit for one in sheet.columns} & SHOWN.keys()
+        assert not {one.exact_unit for one in sheet.headings} & SHOWN.keys()
     blocks = [*report.body(True), *report.body(False), *(report.brief() if report.brief else ())]
     shown = [block for block in blocks if isinstance(block, Sheet)]
     assert shown
@@ -68,7 +68,7 @@ def check(report):
         assert any(is_part(cells, whole) for whole in sheets.values()), sheet
         text, markdown = as_text(sheet), as_markdown(sheet)
         for row in sheet.rows:
-            for column, cell in zip(sheet.columns, row, strict=True):
+            for column, cell in zip(sheet.headings, row, strict=True):
                 assert escaped(column.shown(cell)) in markdown
                 assert column.shown(cell)[:30] in text
     return sheets
@@ -76,11 +76,11 @@ def check(report):
 
 def is_part(sheet, whole):
     """Whether a table has only cells of another, under the same keys and with the same units."""
-    units = {one.key: one.exact_unit for one in whole.columns}
+    units = {one.key: one.exact_unit for one in whole.headings}
     if not all(
         one.exact_unit in ("", units.get(one.key), *WORDS) and one.key in units
-        for one in sheet.columns
+        for one in sheet.headings
     ):
         return False
-    rows = [tuple(map(str, row)) for row in whole.only(*(one.key for one in sheet.columns)).rows]
+    rows = [tuple(map(str, row)) for row in whole.only(*(one.key for one in sheet.headings)).rows]
     return all(tuple(map(str, row)) in rows for row in sheet.rows)

@@ -84,7 +84,7 @@ def test_formats_hold_the_same(landings):
     body = list(report.body(True))
     for sheet in (block for block in body if isinstance(block, Sheet)):
         for column, cell in (
-            pair for row in sheet.rows for pair in zip(sheet.columns, row, strict=True)
+            pair for row in sheet.rows for pair in zip(sheet.headings, row, strict=True)
         ):
             assert f" {column.shown(cell)}" in text.replace("\n", " ")
             assert f"| {escaped(column.shown(cell))} |" in markdown

@@ -20,7 +20,7 @@ from shockpc.bench.methods import Prepared, System, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.core.spatial import Array
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.show.tables import Cell, Column, Sheet
+from shockpc.show.tables import Cell, Heading, Sheet
 from shockpc.wings.symbols.export.code import Samples, code_files
 from shockpc.wings.symbols.programs import BLOCK
 from shockpc.wings.symbols.symbolic import ACCURACY, SymbolicLanding
@@ -146,7 +146,7 @@ def _compared(
                 for numbers in (found - same, same)
             )
             rows.append((name, way, seconds, seconds / first, float(np.max(off / size)), None))
-    off_by = Column("difference", "difference", "-", zero=0.0)
+    off_by = Heading("difference", "difference", "-", zero=0.0)
     return Sheet(
         "", ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark"), rows
     )

@@ -24,7 +24,7 @@ from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT, all_quantities
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Cell, Column, Lines, Sheet
+from shockpc.show.tables import Cell, Heading, Lines, Sheet
 
 PARTS = (*FAMILIES, *COSTS)
 """Parts of the suite."""
@@ -32,7 +32,7 @@ PARTS = (*FAMILIES, *COSTS)
 LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot-data")
 
 METHODS = DIRECT | MUJOCO
-ERROR = Column("error", "error", "-", zero=0.0)
+ERROR = Heading("error", "error", "-", zero=0.0)
 WHOLE = "shockpc, all quantities"
 WHOLE_NOTE = f'"{WHOLE}": a whole analysis, from the scene to every number of the document'
 NOTES = (
@@ -255,7 +255,7 @@ def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
         )
     return Sheet(
         f"{family.name}: error",
-        (family.parameter, "variant", *(Column(name, name, zero=0.0) for name in DIRECT)),
+        (family.parameter, "variant", *(Heading(name, name, zero=0.0) for name in DIRECT)),
         rows,
         (note,),
     )

@@ -18,7 +18,7 @@ from shockpc.bench.methods import UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.core.spatial import Array
 from shockpc.judgement.accuracy import double_error
-from shockpc.show.tables import Cell, Column, Sheet
+from shockpc.show.tables import Cell, Heading, Sheet
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
@@ -94,5 +94,5 @@ def stiff_contacts(budget: float) -> Sheet:
         "the impulse; slope: of log error "
         "over log stiffness, or over log 1/τ",
     )
-    header = ("contact", Column("error", "error", "-", zero=0.0), "slope [-]", "run time [µs]")
+    header = ("contact", Heading("error", "error", "-", zero=0.0), "slope [-]", "run time [µs]")
     return Sheet("soft contacts against the impulse", header, rows, notes)

@@ -37,11 +37,6 @@ class Column(NamedTuple):
         return f"{self.selection.name}@{self.place.name}{after}"
 
     @property
-    def heading(self) -> str:
-        """The name with its unit."""
-        return f"{self.name} [{self.unit}]"
-
-    @property
     def title(self) -> str:
         """The column's name in texts."""
         component = "" if self.selection.axis is None else "xyz"[self.selection.axis]

@@ -15,7 +15,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import other_warnings, strike_text, unknown_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import contact_name
 from shockpc.text.diagnostic import alike
 from shockpc.text.errors import ShockError
@@ -326,9 +326,9 @@ def _sheet(comparison: Comparison, differences: Differences, most: int | None) -
     sheet = sheet_of(comparison.table).where(lambda row: row["quantity"] == selection.name)
     sheet = sheet.without("quantity", "unit")
     unit = quantity.unit_text
-    columns = [column._replace(unit=column.unit or unit) for column in sheet.columns[1:]]
+    values = [heading._replace(unit=heading.unit or unit) for heading in sheet.headings[1:]]
     title = f"{quantity.title} ({selection.name})"
-    sheet = sheet._replace(title=title, header=[Column("place", quantity.of), *columns])
+    sheet = sheet._replace(title=title, header=[Heading("place", quantity.of), *values])
     # Rows are in the order of their sizes, but for those that every table has.
     sizes = [-float(k) for k in range(len(differences.rows))]
     for k, row in enumerate(differences.rows):

@@ -48,12 +48,12 @@ They name the rows.
 """
 
 
-class Column(NamedTuple):
-    """The description of a column of a table.
+class Heading(NamedTuple):
+    """The heading of a column of a table, and how its cells are shown.
 
     Attributes:
-        key: its name in JSON, which no other column of the table has.
-        title: over it.
+        key: name of the column in JSON, which no other column of the table has.
+        title: over the column.
         unit: as people read it, "-" for 1; empty of texts, counts, and numbers whose rows name
             theirs.
         width: largest number of characters of a cell on a terminal.
@@ -67,12 +67,12 @@ class Column(NamedTuple):
     zero: float = 1e-12
 
     @classmethod
-    def of(cls, head: "str | Column") -> "Column":
-        """A column by its heading, a title with the unit in brackets.
+    def of(cls, head: "str | Heading") -> "Heading":
+        """The heading that a text means, a title with the unit in brackets.
 
         The key follows from it, with the unit of an angle in degrees.
         """
-        if isinstance(head, Column):
+        if isinstance(head, Heading):
             return head
         title, _, unit = head.partition(" [")
         unit = unit.removesuffix("]")
@@ -87,7 +87,7 @@ class Column(NamedTuple):
         """The unit of the cells, and of CSV and JSON: of SI, or degrees."""
         return SHOWN.get(self.unit, (self.unit,))[0]
 
-    def heading(self, exact: bool = False) -> str:
+    def with_unit(self, exact: bool = False) -> str:
         """The title with the unit. Args: exact, that of the cells, else that for people."""
         unit = self.exact_unit if exact else self.unit
         return f"{self.title} [{unit}]" if unit else self.title
@@ -103,11 +103,11 @@ class Column(NamedTuple):
 class Sheet(NamedTuple):
     """A table: a title, columns, rows, and notes under it.
 
-    Numbers are in SI units, or degrees, as `Column.exact_unit` says.
+    Numbers are in SI units, or degrees, as `Heading.exact_unit` says.
     """
 
     title: str
-    header: Sequence[str | Column]
+    header: Sequence[str | Heading]
     rows: Sequence[Sequence[Cell]]
     notes: Sequence[str] = ()
 
@@ -115,28 +115,41 @@ class Sheet(NamedTuple):
     def of(
         cls, title: str, columns: Mapping[Any, Iterable[Any]], notes: Sequence[str] = ()
     ) -> "Sheet":
-        """A table of columns by heading, or by `Column`."""
+        """A table of columns by heading, or by `Heading`."""
         values: list[Iterable[Any]] = []
         for column in columns.values():
             values.append(column.tolist() if hasattr(column, "tolist") else column)
         return cls(title, tuple(columns), list(zip(*values, strict=True)), notes)
 
     @property
-    def columns(self) -> list[Column]:
-        """The columns, also of those that the header has only as headings."""
-        return [Column.of(head) for head in self.header]
+    def headings(self) -> list[Heading]:
+        """The headings, also those that the header has as texts."""
+        return [Heading.of(head) for head in self.header]
+
+    @property
+    def keys(self) -> list[str]:
+        """The keys of the columns."""
+        return [heading.key for heading in self.headings]
 
     def only(self, *keys: str) -> "Sheet":
         """Those of some columns that it has."""
-        names = [column.key for column in self.columns]
-        kept = [names.index(key) for key in keys if key in names]
+        all_keys = self.keys
+        kept = [all_keys.index(key) for key in keys if key in all_keys]
         header = [self.header[k] for k in kept]
         rows = [[row[k] for k in kept] for row in self.rows]
         return self._replace(header=header, rows=rows)
 
     def without(self, *keys: str) -> "Sheet":
         """All columns but some."""
-        return self.only(*(column.key for column in self.columns if column.key not in keys))
+        return self.only(*(key for key in self.keys if key not in keys))
+
+    def headed(self, headings: Mapping[str, str]) -> "Sheet":
+        """The table with other headings, by key; an empty one changes nothing."""
+        header = []
+        for heading in self.headings:
+            text = headings.get(heading.key)
+            header.append(Heading.of(text)._replace(key=heading.key) if text else heading)
+        return self._replace(header=header)
 
     def known(self) -> "Sheet":
         """The table of the columns in which some row has a cell.
@@ -146,20 +159,20 @@ class Sheet(NamedTuple):
         if not self.rows:
             return self
         known = []
-        for k, column in enumerate(self.columns):
+        for k, key in enumerate(self.keys):
             if not all(_empty(row[k]) for row in self.rows):
-                known.append(column.key)
+                known.append(key)
         return self.only(*known)
 
     def where(self, kept: Callable[[dict[str, Cell]], bool]) -> "Sheet":
         """The rows of which a condition holds. Args: kept, of the cells of a row by key."""
-        keys = [column.key for column in self.columns]
+        keys = self.keys
         rows = [row for row in self.rows if kept(dict(zip(keys, row, strict=True)))]
         return self._replace(rows=rows)
 
     def ranked(self, key: str) -> "Sheet":
         """The rows with the largest numbers of a column first."""
-        k = [column.key for column in self.columns].index(key)
+        k = self.keys.index(key)
         rows = sorted(self.rows, key=lambda row: -float(row[k] or 0.0))
         return self._replace(rows=rows)
 
@@ -187,16 +200,16 @@ class Sheet(NamedTuple):
 
 def joined(sheets: Sequence[Sheet]) -> Sheet:
     """The rows of several tables below one another, with the columns that some of them have."""
-    columns: dict[str, Column] = {}
+    headings: dict[str, Heading] = {}
     for sheet in sheets:
-        columns |= {column.key: column for column in sheet.columns}
+        headings |= dict(zip(sheet.keys, sheet.headings, strict=True))
     rows = []
     for sheet in sheets:
-        keys = [column.key for column in sheet.columns]
+        keys = sheet.keys
         for row in sheet.rows:
             cells = dict(zip(keys, row, strict=True))
-            rows.append([cells.get(key) for key in columns])
-    return sheets[0]._replace(header=list(columns.values()), rows=rows)
+            rows.append([cells.get(key) for key in headings])
+    return sheets[0]._replace(header=list(headings.values()), rows=rows)
 
 
 def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
@@ -205,7 +218,7 @@ def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Shee
     columns = []
     for (name, unit), values in zip(table.units.items(), table.columns.values(), strict=True):
         has_unit = " [" in name or not unit
-        head = Column.of(name if has_unit else f"{name} [{unit}]")
+        head = Heading.of(name if has_unit else f"{name} [{unit}]")
         if head.unit in SHOWN:
             _, size = SHOWN[head.unit]
             values = values * size
@@ -296,10 +309,11 @@ def _shortened(text: str, width: int) -> str:
 
 def _columns_of(sheet: Sheet) -> list[_TextColumn]:
     columns = []
-    for k, (column, right) in enumerate(zip(sheet.columns, numeric(sheet), strict=True)):
-        cells = _at_the_point([printable(column.shown(row[k]), column.width) for row in sheet.rows])
-        unit = f"[{printable(column.unit)}]" if column.unit else ""
-        columns.append(_TextColumn(printable(column.title), unit, cells, right))
+    for k, (heading, right) in enumerate(zip(sheet.headings, numeric(sheet), strict=True)):
+        texts = [printable(heading.shown(row[k]), heading.width) for row in sheet.rows]
+        unit = f"[{printable(heading.unit)}]" if heading.unit else ""
+        title = printable(heading.title)
+        columns.append(_TextColumn(title, unit, _at_the_point(texts), right))
     return columns
 
 
@@ -373,11 +387,11 @@ def as_markdown(block: Sheet | Lines) -> str:
     """Lines as a list, or a table, for a report."""
     if isinstance(block, Lines):
         return _lines_as_markdown(block)
-    columns = block.columns
-    rows = [[column.heading() for column in columns]]
+    headings = block.headings
+    rows = [[heading.with_unit() for heading in headings]]
     for row in block.rows:
-        cells = zip(columns, row, strict=True)
-        rows.append([column.shown(cell) for column, cell in cells])
+        cells = zip(headings, row, strict=True)
+        rows.append([heading.shown(cell) for heading, cell in cells])
     lines = ["| " + " | ".join(map(escaped, row)) + " |" for row in rows]
     sides: list[str] = []
     for right in numeric(block):
@@ -385,11 +399,11 @@ def as_markdown(block: Sheet | Lines) -> str:
     lines.insert(1, "|" + "|".join(sides) + "|")
     for note in map(escaped, block.notes):
         lines.append(f"\n*{note[0].upper()}{note[1:]}.*")
-    return _heading(block.title) + "\n".join(lines) + "\n"
+    return _markdown_title(block.title) + "\n".join(lines) + "\n"
 
 
 def _lines_as_markdown(block: Lines) -> str:
-    text = _heading(block.title)
+    text = _markdown_title(block.title)
     for line in block.lines:
         if isinstance(line, str):
             text += f"- {escaped(line)}\n"
@@ -399,7 +413,7 @@ def _lines_as_markdown(block: Lines) -> str:
     return text
 
 
-def _heading(title: str) -> str:
+def _markdown_title(title: str) -> str:
     text = escaped(title)
     return f"### {text[0].upper()}{text[1:]}\n\n" if text else ""
 
@@ -411,7 +425,7 @@ def as_csv(sheet: Sheet) -> str:
     apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
     Characters that are not printable are escapes.
     """
-    rows: list[Sequence[Cell]] = [[column.heading(exact=True) for column in sheet.columns]]
+    rows: list[Sequence[Cell]] = [[heading.with_unit(exact=True) for heading in sheet.headings]]
     rows += sheet.rows
     return csv_text([exact(cell) for cell in row] for row in rows)
 
@@ -421,14 +435,14 @@ def as_records(sheet: Sheet) -> list[dict[str, Cell]]:
 
     A renamed quantity has its former key too.
     """
-    keys = [column.key for column in sheet.columns]
+    keys = sheet.keys
     records = [dict(zip(keys, map(_plain, row), strict=True)) for row in sheet.rows]
     return [_with_former_keys(record) for record in records]
 
 
 def units_of(sheet: Sheet) -> dict[str, str]:
     """The units of the keys of `as_records` that have one."""
-    units = {column.key: column.exact_unit for column in sheet.columns if column.unit}
+    units = {heading.key: heading.exact_unit for heading in sheet.headings if heading.unit}
     return _with_former_keys(units)
 
 

@@ -7,7 +7,7 @@ import html
 import math
 from collections.abc import Sequence
 
-from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
+from shockpc.show.tables import Cell, Heading, Lines, Sheet, numeric
 from shockpc.text.printed import printable
 
 VERDICTS = ("exceeded", "not computed", "undecided", "warning", "passed")
@@ -45,39 +45,39 @@ def table_html(sheet: Sheet) -> str:
     """
     if not sheet.rows and not sheet.notes:
         return ""
-    columns = sheet.columns
+    headings = sheet.headings
     right = numeric(sheet)
     rows = []
     for row in sheet.rows:
-        cells = map(_cell, columns, row, right)
+        cells = map(_cell, headings, row, right)
         rows.append(f"<tr>{''.join(cells)}</tr>")
     notes = [f'<p class="note">{escaped(note)}</p>' for note in sheet.notes]
     return (
         f'<div class="scroll"><table><caption>{escaped(sheet.title)}</caption>'
-        f"{head_html(columns, right)}<tbody>{''.join(rows)}</tbody></table></div>{''.join(notes)}"
+        f"{head_html(headings, right)}<tbody>{''.join(rows)}</tbody></table></div>{''.join(notes)}"
     )
 
 
-def head_html(columns: Sequence[Column], to_the_right: Sequence[bool]) -> str:
-    """The headings of a table. Args: columns; to_the_right, whether each has numbers."""
+def head_html(headings: Sequence[Heading], to_the_right: Sequence[bool]) -> str:
+    """The headings of a table. Args: headings; to_the_right, whether each has numbers."""
     cells = []
-    for column, right in zip(columns, to_the_right, strict=True):
+    for heading, right in zip(headings, to_the_right, strict=True):
         kind = "" if right else " class=name"
-        unit = f"[{escaped(column.unit)}]" if column.unit else ""
-        cells.append(f"<th{kind}>{_breakable(column.title)}<small>{unit}</small></th>")
+        unit = f"[{escaped(heading.unit)}]" if heading.unit else ""
+        cells.append(f"<th{kind}>{_breakable(heading.title)}<small>{unit}</small></th>")
     return f"<thead><tr>{''.join(cells)}</tr></thead>"
 
 
-def _cell(column: Column, cell: Cell, right: bool) -> str:
+def _cell(heading: Heading, cell: Cell, right: bool) -> str:
     """A cell; a verdict has a colour, as its words have a class in `report.css`."""
     value = ""
     if isinstance(cell, float | int) and math.isfinite(cell):
         # The representation of a number of NumPy has the name of its type, which no script reads.
         value = f' data-v="{float(cell)!r}"'
     kind = "" if right else " class=name"
-    if column.key == "result" and cell in VERDICTS:
+    if heading.key == "result" and cell in VERDICTS:
         kind = f' class="name {str(cell).replace(" ", "-")}"'
-    return f"<td{value}{kind}>{_breakable(column.shown(cell))}</td>"
+    return f"<td{value}{kind}>{_breakable(heading.shown(cell))}</td>"
 
 
 def _breakable(text: str) -> str:

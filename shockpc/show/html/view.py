@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.html.blocks import escaped, head_html
-from shockpc.show.tables import Column
+from shockpc.show.tables import Heading
 from shockpc.show.wording import BRACKETED
 
 CONTROLS = (
@@ -154,8 +154,8 @@ def _tables(landings: Mapping[str, ShockProfile]) -> list[str]:
 def _table(key: str, title: str, headings: Sequence[str]) -> str:
     """A table without rows; its first two columns have names, the others but `motion` numbers."""
     right = [k > 1 and heading != "motion" for k, heading in enumerate(headings)]
-    columns = [Column.of(heading) for heading in headings]
+    shown = [Heading.of(heading) for heading in headings]
     return (
         f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>'
-        f"{head_html(columns, right)}<tbody></tbody></table></div>"
+        f"{head_html(shown, right)}<tbody></tbody></table></div>"
     )

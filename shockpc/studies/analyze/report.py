@@ -14,7 +14,7 @@ from shockpc.show.header import (
     warning_lines,
 )
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import WIDTH, Column, Lines, Row, Sheet
+from shockpc.show.tables import WIDTH, Heading, Lines, Row, Sheet
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.studies.analyze.closing import closing_lines, ground_lines
 from shockpc.studies.analyze.landing_document import content
@@ -253,8 +253,8 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
             rows.append((name, *(profile.shock_com[i] for profile in profiles)))
     for same in zip(*(profile.points for profile in profiles), strict=True):
         rows.append((f"at {same[0].frame}", *(point.shock for point in same)))
-    header: list[str | Column] = ["shock at"]
+    header: list[str | Heading] = ["shock at"]
     for profile in profiles:
         name = contact_name(profile)
-        header.append(Column(name, name, "-"))
+        header.append(Heading(name, name, "-"))
     return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)

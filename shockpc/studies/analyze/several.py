@@ -11,7 +11,7 @@ from shockpc.quantities.contact_mass import normal_mass
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import landing_text
 from shockpc.show.report import Report
-from shockpc.show.tables import Cell, Column, Sheet, rounded
+from shockpc.show.tables import Cell, Heading, Sheet, rounded
 from shockpc.show.wording import contact_name
 from shockpc.studies.analyze.first_lines import (
     asked_names,
@@ -170,7 +170,7 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     shocks = np.empty((len(profiles), len(places)))
     for k, profile in enumerate(profiles):
         shocks[k] = [_shock(profile, place) for place in places]
-    columns: dict[str | Column, Sequence[Cell]] = {
+    columns: dict[str | Heading, Sequence[Cell]] = {
         "landing": [contact_name(profile) for profile in profiles],
         "short name": short_names(profiles),
         "worst at": [_marks(places, shocks, k) for k in range(len(profiles))],
@@ -188,17 +188,17 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
         columns["worst margin [-]"] = [margin for margin, _ in margins]
         columns["part"] = [part for _, part in margins]
     largest = [_largest(profile) for profile in profiles]
-    columns[Column("largest_joint_impulse", "impulse", "N s")] = [size for size, _ in largest]
-    columns[Column("through", "through joint")] = [joint for _, joint in largest]
+    columns[Heading("largest_joint_impulse", "impulse", "N s")] = [size for size, _ in largest]
+    columns[Heading("through", "through joint")] = [joint for _, joint in largest]
     masses = [profile.effective_mass for profile in profiles]
-    columns[Column("effective_mass", "mass", "kg")] = masses
+    columns[Heading("effective_mass", "mass", "kg")] = masses
     normal_masses = [normal_mass(profile.landing) for profile in profiles]
-    columns[Column("normal_mass", "normal", "kg")] = normal_masses
+    columns[Heading("normal_mass", "normal", "kg")] = normal_masses
     title = "shock |Δv| / v_in, a line for each landing"
     return Sheet.of(title, columns, _notes(profiles, places))
 
 
-def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Column, Sequence[Cell]]:
+def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Heading, Sequence[Cell]]:
     """The ends of the first number's range over the drives; none where no landing has one."""
     smallest: list[Cell] = []
     largest: list[Cell] = []
@@ -209,8 +209,8 @@ def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Column, Seque
     if all(end is None for end in smallest):
         return {}
     return {
-        Column("smallest_found", "smallest", "-"): smallest,
-        Column("largest_found", "largest", "-"): largest,
+        Heading("smallest_found", "smallest", "-"): smallest,
+        Heading("largest_found", "largest", "-"): largest,
     }
 
 
@@ -237,9 +237,9 @@ def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
     profiles = list(landings.values())
     shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
     others = [place for place in _places(profiles) if place.name not in shown]
-    left_out = [Column.of(f"{place.title} [-]").key for place in others]
+    left_out = [Heading.of(f"{place.title} [-]").key for place in others]
     sheet = landings_sheet(landings).without("landing", *left_out)
-    return sheet._replace(header=[Column("short_name", "landing"), *sheet.header[1:]])
+    return sheet._replace(header=[Heading("short_name", "landing"), *sheet.header[1:]])
 
 
 def _marks(places: Sequence[Place], shocks: np.ndarray, k: int) -> str:

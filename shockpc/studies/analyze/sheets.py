@@ -18,7 +18,7 @@ from shockpc.quantities.records import ContactImpulse, PartMargin, StanceImpulse
 from shockpc.quantities.selection import quantities_of, quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
-from shockpc.show.tables import Column, Row, Sheet
+from shockpc.show.tables import Heading, Row, Sheet
 from shockpc.show.wording import contact_name, mostly_off_plane
 from shockpc.studies.analyze.first_lines import shown_places
 from shockpc.text.wings import from_wings
@@ -78,11 +78,11 @@ EXTREMES = ("most_severe", "most_severe_direction", "least_severe", "least_sever
 """Quantities of bodies and points that have a table of their own."""
 
 CRITICAL = (
-    Column("critical_velocity_change", "critical", "m/s"),
-    Column("critical_acceleration", "critical peak", "g"),
-    Column("both", "both"),
-    Column("momentary_torque", "withstands", "N m, N"),
-    Column("torque_duration", "withstands it for", "s"),
+    Heading("critical_velocity_change", "critical", "m/s"),
+    Heading("critical_acceleration", "critical peak", "g"),
+    Heading("both", "both"),
+    Heading("momentary_torque", "withstands", "N m, N"),
+    Heading("torque_duration", "withstands it for", "s"),
 )
 """Columns of what parts withstand."""
 
@@ -145,7 +145,7 @@ def _quantities(
         for axis, part in (
             dict(zip("xyz", values.T, strict=True)).items() if entry.vector else [("", values)]
         ):
-            column = Column.of(head.format(axis))._replace(key=f"{key}_{axis}".removesuffix("_"))
+            column = Heading.of(head.format(axis))._replace(key=f"{key}_{axis}".removesuffix("_"))
             columns[column] = part.astype(bool) if entry.flag else part
     return columns
 
@@ -161,7 +161,7 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         "contact": [contact_name(profile)] * len(profile.bodies),
         "body": profile.bodies,
     }
-    spin = {Column("delta_omega", "|Δω|", "rad/s"): np.linalg.norm(profile.delta_omega, axis=1)}
+    spin = {Heading("delta_omega", "|Δω|", "rad/s"): np.linalg.norm(profile.delta_omega, axis=1)}
     motion = [_motion(profile, i) for i in range(len(profile.bodies))]
     title = "bodies (CoPc in body coordinates; shock: |Δv| / v_in)"
     sheet = Sheet.of(title, {**named, **spin, **_quantities(profile, "body"), "motion": motion})
@@ -211,7 +211,7 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
             )
         ),
     }
-    return sheet._replace(rows=[*sheet.rows, [sums.get(column.key) for column in sheet.columns]])
+    return sheet._replace(rows=[*sheet.rows, [sums.get(key) for key in sheet.keys]])
 
 
 def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse) -> str | None:
@@ -234,10 +234,10 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
 
     They are of each body's CoM and each point.
     """
-    header: list[str | Column] = ["place"]
+    header: list[str | Heading] = ["place"]
     for key, word in (("most_severe", "most"), ("least_severe", "least")):
-        header.append(Column(key, f"{word} severe", "-"))
-        header += [Column(f"{key}_direction_{axis}", f"{word} {axis}", "-") for axis in "xyz"]
+        header.append(Heading(key, f"{word} severe", "-"))
+        header += [Heading(f"{key}_direction_{axis}", f"{word} {axis}", "-") for axis in "xyz"]
     header.append("to the ground")
     extremes: list[tuple[Any, ...]] = []
     for name, *of_body in zip(profile.bodies, *profile.directions, strict=True):
@@ -258,7 +258,7 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
 def points_sheet(profile: ShockProfile) -> Sheet:
     """One row for each sensor and each requested point."""
     named: dict[Any, Any] = {"point": [point.frame for point in profile.points]}
-    named[Column("body", "on body")] = [point.body for point in profile.points]
+    named[Heading("body", "on body")] = [point.body for point in profile.points]
     return Sheet.of("sensors and points", {**named, **_quantities(profile, "point")})
 
 
@@ -278,11 +278,11 @@ def parts_sheet(profile: ShockProfile) -> Sheet:
             "part": [part.part for part in parts],
             "body": [part.body for part in parts],
             "joint": [part.joint or None for part in parts],
-            Column("speed_change", "|Δv|", "m/s"): [part.speed_change for part in parts],
+            Heading("speed_change", "|Δv|", "m/s"): [part.speed_change for part in parts],
             **critical,
             "basis": [basis_of(part) for part in parts],
             **_quantities(profile, "part"),
-            Column("governed_by", "by"): [part.governed_by or None for part in parts],
+            Heading("governed_by", "by"): [part.governed_by or None for part in parts],
             "missing": [part.missing or None for part in parts],
         },
     )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.show.tables import Column, Sheet
+from shockpc.show.tables import Sheet
 
 Keys = Mapping[str, str]
 """Headings of columns by key in the order of reading; an empty one stands for that of the sheet.
@@ -64,12 +64,7 @@ def _headed(sheet: Sheet, keys: Keys) -> Sheet:
         headings[key] = heading
         for axis in "xyz":
             headings[f"{key}_{axis}"] = heading.format(axis)
-    shown = sheet.only(*headings)
-    header = []
-    for column in shown.columns:
-        heading = headings[column.key]
-        header.append(Column.of(heading)._replace(key=column.key) if heading else column)
-    return shown._replace(header=header)
+    return sheet.only(*headings).headed(headings)
 
 
 def kept(*keys: str) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from shockpc.quantities.selection import select
-from shockpc.show.tables import Column, Row, Sheet
+from shockpc.show.tables import Heading, Row, Sheet
 from shockpc.show.wording import landing_name
 from shockpc.studies.batch.rows import Batch, BatchRow
 from shockpc.studies.batch.study import STANDARD
@@ -34,18 +34,18 @@ def robots_sheet(batch: Batch) -> Sheet:
     shown = {*(text.removeprefix("robot.") for text in STANDARD), batch.rank}
     asked = [name for name in batch.columns if name not in shown]
     unit = _unit(batch.rank)
-    header: list[str | Column] = [
+    header: list[str | Heading] = [
         "rank",
         "robot",
         "at",
         "kind of place",
         "landing",
-        Column(batch.rank, batch.rank, unit),
-        Column("smallest_found", "smallest", unit),
-        Column("largest", "largest", unit),
-        Column("effective_mass", "mass", "kg"),
-        Column("mitigation", "IMF", "-"),
-        *(Column(name, name, _unit(name)) for name in asked),
+        Heading(batch.rank, batch.rank, unit),
+        Heading("smallest_found", "smallest", unit),
+        Heading("largest", "largest", unit),
+        Heading("effective_mass", "mass", "kg"),
+        Heading("mitigation", "IMF", "-"),
+        *(Heading(name, name, _unit(name)) for name in asked),
         "drives",
         "drives in short",
         "posture",
@@ -95,13 +95,13 @@ def short_robots_sheet(batch: Batch) -> Sheet:
     """The table of `robots_sheet` for people, in short words."""
     titles = {"rank": "#", "kind_of_place": "at", "drives_in_short": "drives"}
     sheet = robots_sheet(batch).without("at", "drives", "posture", "warnings")
-    return _titled(sheet, titles).known()
+    return sheet.headed(titles).known()
 
 
 def landings_sheet(batch: Batch) -> Sheet:
     """One row for each landing, the worst first, then what failed."""
     unit = _unit(batch.rank)
-    header: list[str | Column] = [
+    header: list[str | Heading] = [
         "scene",
         "robot",
         "name",
@@ -110,9 +110,9 @@ def landings_sheet(batch: Batch) -> Sheet:
         "at",
         "joints",
         "drives known",
-        *(Column(name, name, _unit(name)) for name in batch.columns),
-        Column("smallest_found", "smallest found", unit),
-        Column("largest", "largest", unit),
+        *(Heading(name, name, _unit(name)) for name in batch.columns),
+        Heading("smallest_found", "smallest found", unit),
+        Heading("largest", "largest", unit),
         "effective mass [kg]",
         "posture",
         "drives",
@@ -167,7 +167,7 @@ def short_landings_sheet(batch: Batch) -> Sheet:
     if not any(row.of_scene for row in batch.rows):
         left_out.add("scene")
     sheet = landings_sheet(batch).where(lambda row: row["failure"] is None)
-    return _titled(sheet.without(*left_out), {"name": "robot"})
+    return sheet.without(*left_out).headed({"name": "robot"})
 
 
 def sensors_sheet(batch: Batch) -> Sheet:
@@ -176,14 +176,6 @@ def sensors_sheet(batch: Batch) -> Sheet:
     for row in batch.rows:
         rows += [(row.robot, row.contact, name, shock) for name, shock in row.sensors.items()]
     return Sheet("shock at sensors and points", ("robot", "contact", "at", "shock [-]"), rows)
-
-
-def _titled(sheet: Sheet, titles: dict[str, str]) -> Sheet:
-    """A sheet with other titles of some columns, by key."""
-    header = [
-        column._replace(title=titles.get(column.key, column.title)) for column in sheet.columns
-    ]
-    return sheet._replace(header=header)
 
 
 def landing_text(row: BatchRow) -> str:

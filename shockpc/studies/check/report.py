@@ -7,7 +7,7 @@ from shockpc.evaluation.budgets import Budget
 from shockpc.judgement.drive_range import deciding_text
 from shockpc.show.document import record
 from shockpc.show.report import Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import proof_text
 from shockpc.studies.check.ci_formats import github_commands, junit
 from shockpc.studies.check.outcome import Check, Outcome, Status
@@ -19,7 +19,7 @@ MOST_CAUSES = 6
 
 HEADER = (
     *("result", "landing", "at", "metric", "unit", "value", "smallest", "largest"),
-    *("limit", Column("baseline", "baseline"), Column("change", "change", "%"), "reason"),
+    *("limit", Heading("baseline", "baseline"), Heading("change", "change", "%"), "reason"),
 )
 """Columns of the table of outcomes, of which those without any entry are left out."""
 
@@ -40,7 +40,7 @@ def check_report(check: Check) -> Report:
         title=f"Budgets: {_counts_text(check)}",
         body=lambda full: _body(check, full),
         lead=1,
-        sheets={"check": lambda: _sheet(check)},
+        sheets={"check": lambda: sheet_of(check.table).headed({"change": "change [%]"})},
         document=lambda: _document(check),
         tables=True,
         formats={"junit": lambda: junit(check), "github": lambda: github_commands(check)},
@@ -71,15 +71,6 @@ def _document(check: Check) -> dict[str, object]:
         "changes": check.changes,
         "notes": check.notes,
     }
-
-
-def _sheet(check: Check) -> Sheet:
-    """All that is known of the outcomes, in the order of the file of budgets."""
-    sheet = sheet_of(check.table)
-    header = []
-    for column in sheet.columns:
-        header.append(column._replace(unit="%") if column.key == "change" else column)
-    return sheet._replace(header=header)
 
 
 def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None) -> Sheet:

@@ -16,7 +16,7 @@ from shockpc.evaluation.variations.kinds.contacts import OfGround
 from shockpc.evaluation.variations.kinds.registry import KINDS
 from shockpc.show.header import header_lines, warning_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Cell, Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
 from shockpc.studies.limits.intervals import StrikeLimits
 from shockpc.studies.limits.study import JointLimits
 from shockpc.text.errors import ShockError
@@ -259,7 +259,7 @@ def _allowed(study: JointLimits) -> Sheet:
 
 def _drives(study: JointLimits) -> Sheet:
     """The rows of `_allowed` with the smallest and the largest inertias of the drives."""
-    header: Sequence[str | Column] = _allowed(study).header
+    header: Sequence[str | Heading] = _allowed(study).header
     rows: list[Row] = []
     for end, limits in study.ends.items():
         if isinstance(limits, ShockError):

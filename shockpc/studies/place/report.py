@@ -13,7 +13,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import proof_text, robot_name
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 from shockpc.text.errors import ShockError
@@ -163,7 +163,7 @@ def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
         most: rows to show, those of the largest shock; None for all.
     """
     sensors = _sensors(study)
-    columns = {Column(sensor.name, sensor.name, "-"): sensor.shocks for sensor in sensors}
+    columns = {Heading(sensor.name, sensor.name, "-"): sensor.shocks for sensor in sensors}
     sheet = Sheet.of("shock in each landing", {"landing": study.landings, **columns})
     largest = np.max([sensor.shocks for sensor in sensors], axis=0)
     return sheet.largest(most, "landing", largest.tolist())

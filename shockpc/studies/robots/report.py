@@ -18,7 +18,7 @@ from shockpc.robot.usual_base import is_arm, usual_base
 from shockpc.show.document import record
 from shockpc.show.header import base_text, moving_text
 from shockpc.show.report import Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet
+from shockpc.show.tables import Heading, Lines, Row, Sheet
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import count, few
 
@@ -38,8 +38,8 @@ def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
     """
     header = (
         *("robot", "bodies", "mass [kg]"),
-        Column("feet", "feet, or tips of the limbs", width=38),
-        Column("postures", "postures", width=32),
+        Heading("feet", "feet, or tips of the limbs", width=38),
+        Heading("postures", "postures", width=32),
         "message",
     )
     rows = [_known(name, robot) for name, robot in robots.items()]
@@ -217,10 +217,10 @@ def _drives_sheet(drives: list[_Known]) -> Sheet:
         inertias = drive.low, drive.armature, drive.high
         rows.append((drive.joints, *inertias, drive.status, used, drive.source))
     header = (
-        Column("joints", "joints"),
-        Column("low", "smallest reflected inertia", "kg m², kg"),
-        Column("armature", "as modelled", "kg m², kg"),
-        Column("high", "largest", "kg m², kg"),
+        Heading("joints", "joints"),
+        Heading("low", "smallest reflected inertia", "kg m², kg"),
+        Heading("armature", "as modelled", "kg m², kg"),
+        Heading("high", "largest", "kg m², kg"),
         *("status", "used", "source"),
     )
     return Sheet("drives", header, rows)
@@ -299,10 +299,10 @@ def _bodies(robot: Robot) -> Sheet:
         rows += [(link, "link", body.name, None) for link in body.links[1:]]
         rows += [(place.name, place.kind, body.name, None) for place in places if place.body == i]
     header = (
-        Column("name", "name"),
-        Column("kind", "what"),
-        Column("parent", "joined or fixed to"),
-        Column("mass", "mass of the body", "kg"),
+        Heading("name", "name"),
+        Heading("kind", "what"),
+        Heading("parent", "joined or fixed to"),
+        Heading("mass", "mass of the body", "kg"),
     )
     return Sheet("bodies, and what is fixed to them", header, rows)
 
@@ -323,5 +323,5 @@ def _joints(robot: Robot) -> Sheet:
         for limit in joint.limits:
             limits.append(limit * factor if abs(limit) < NO_LIMIT else None)
         rows.append((joint.name, kind, *limits, unit, armature))
-    header = (Column("name", "joint"), "kind", "lower", "upper", "unit", "armature [kg m², kg]")
+    header = (Heading("name", "joint"), "kind", "lower", "upper", "unit", "armature [kg m², kg]")
     return Sheet(f"joints (read by Pinocchio {PINOCCHIO})", header, rows)

@@ -200,9 +200,9 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
     moves = _moves(study)
     every = _effects(study)
     hidden = ["step", "reason"]
-    for column in every.columns:
-        if column.key.startswith("error_") or (single and column.key.startswith("opposite_")):
-            hidden.append(column.key)
+    for key in every.keys:
+        if key.startswith("error_") or (single and key.startswith("opposite_")):
+            hidden.append(key)
     if not moves:
         hidden += study.ends
     known = every.where(lambda row: row["reason"] is None).without(*hidden)

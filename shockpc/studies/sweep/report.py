@@ -15,7 +15,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import unknown_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Column, Lines, Row, Sheet
+from shockpc.show.tables import Heading, Lines, Row, Sheet
 from shockpc.show.wording import proof_lines, robot_name
 from shockpc.studies.sweep.remarks import warning_lines
 from shockpc.studies.sweep.row_options import row_options, row_text
@@ -94,8 +94,8 @@ def _sheet(summary: Summary[VariedLandings]) -> Sheet:
         numbers = extent.least, low, extent.median, *high, extent.greatest
         ends = row_of_least, row_of_greatest, most_severe, least_severe
         rows.append((extent.column.name, extent.column.unit, *numbers, *ends))
-    shares = [Column(f"percentile_{share:g}", f"{share:g} %") for share in PERCENTILES]
-    header: list[str | Column] = ["quantity", "unit", "minimum", shares[0], "median", *shares[1:]]
+    shares = [Heading(f"percentile_{share:g}", f"{share:g} %") for share in PERCENTILES]
+    header: list[str | Heading] = ["quantity", "unit", "minimum", shares[0], "median", *shares[1:]]
     header += ["maximum", "row of minimum", "row of maximum", "most severe", "least severe"]
     title = f"sweep of {robot_name(landings.robot)}: {summary.rows} landings"
     sheet = Sheet(title, header, rows)
@@ -112,9 +112,9 @@ def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
     rows: list[Row] = []
     for varied, correlations in zip(summary.varied, summary.correlations, strict=True):
         rows.append((varied.column, *map(float, correlations)))
-    header: list[str | Column] = ["rank correlation of"]
+    header: list[str | Heading] = ["rank correlation of"]
     for extent in summary.extents:
-        header.append(Column(extent.column.name, f"with {extent.column.name}"))
+        header.append(Heading(extent.column.name, f"with {extent.column.name}"))
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0)
     sheet = Sheet("what the results depend on", header, rows)
     sheet = sheet.largest(most, "varied quantity", strongest.tolist())

@@ -14,7 +14,7 @@ from shockpc.landing.ratings import torque_limits
 from shockpc.show.document import record
 from shockpc.show.header import scene_lines, shared_warnings, unknown_lines
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Column, Lines, Row, Sheet
+from shockpc.show.tables import Heading, Lines, Row, Sheet
 from shockpc.text.printed import cause_lines, causes, count, few, in_degrees, listed
 from shockpc.wings.fall.strikes import FallStrike, Tip
 from shockpc.wings.fall.study import EFFORTS, Falls
@@ -238,7 +238,7 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
     Args: full, whether with all rows and columns, in two tables.
     """
     every = _every_strike(falls)
-    name = [column.key for column in every.columns].index("strike")
+    name = every.keys.index("strike")
     by_name = {row[name]: row for row in every.rows}
     sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results])
     values: list[str] = []
@@ -395,7 +395,7 @@ def _every_strike(falls: Falls) -> Sheet:
     return Sheet.of(
         "",
         {
-            Column.of(f"{name} [{unit}]" if unit else name): cells
+            Heading.of(f"{name} [{unit}]" if unit else name): cells
             for (name, unit), cells in columns.items()
         },
     )

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Column, Lines, Sheet
+from shockpc.show.tables import Heading, Lines, Sheet
 from shockpc.wings.compliant.beyond.beam import (
     HINGES,
     LIMIT,
@@ -106,7 +106,7 @@ def _beam_sheet() -> Sheet:
     columns = []
     for how in ("modes", "segments"):
         for key, name in zip(Struck._fields, WORDS, strict=True):
-            columns.append(Column(f"{how}_{key}", f"{name}, {how}", "-"))
+            columns.append(Heading(f"{how}_{key}", f"{name}, {how}", "-"))
     notes = (
         f"largest of {len(STRIKES)} points of contact, {', '.join(f'{x:.3g}' for x in STRIKES)} of "
         f"the length from the "
@@ -120,7 +120,7 @@ def _beam_sheet() -> Sheet:
     )
     rows = [(one.ratio, *one.exact, *one.segments) for one in beam_study()]
     title = "the beam of Figure 1 with bending: errors of the rigid answer, Eqs. 1 to 3"
-    return Sheet(title, (Column("ratio", "Tc/T1", "-"), *columns), rows, notes)
+    return Sheet(title, (Heading("ratio", "Tc/T1", "-"), *columns), rows, notes)
 
 
 def _beam_picture() -> Picture:
@@ -142,7 +142,7 @@ def _errors(name: str, title: str, panels: Sequence[tuple[str, Curves, Curves]])
 
 def _leg_sheet() -> Sheet:
     """Errors of rigid tubes of a leg, and of tubes of few hinges, against frame elements."""
-    columns = [Column(key, name, "-") for key, name in zip(Peaks._fields, OF_LEG, strict=True)]
+    columns = [Heading(key, name, "-") for key, name in zip(Peaks._fields, OF_LEG, strict=True)]
     modes = "; ".join(
         f"{one.rotors} {one.frames:.0f} Hz of frame elements, {one.two:.0f} on 2 and "
         f"{one.twelve:.0f} on 12 hinges"
@@ -159,7 +159,7 @@ def _leg_sheet() -> Sheet:
     title = (
         "a leg of two tubes: errors of rigid tubes and of tubes with hinges against frame elements"
     )
-    given = Column("ratio", "Tc f1", "-"), Column("stiffness", "contact stiffness", "N/m")
+    given = Heading("ratio", "Tc f1", "-"), Heading("stiffness", "contact stiffness", "N/m")
     return Sheet(title, ("rotors", "tubes", *given, *columns), rows, notes)
 
 
@@ -184,7 +184,7 @@ def _leg_curves(rotors: str, index: int) -> Curves:
 
 def _robots_sheet() -> Sheet:
     """Errors of rigid links of robots."""
-    columns = [Column(key, name, "-") for key, name in zip(Errors._fields, OF_ROBOTS, strict=True)]
+    columns = [Heading(key, name, "-") for key, name in zip(Errors._fields, OF_ROBOTS, strict=True)]
     notes = (
         "landing on one foot, the links from it to the base bend alike; Tc: duration of contact "
         "with rigid links; f1: first bending frequency of the free robot, with rotors where their "
@@ -198,7 +198,7 @@ def _robots_sheet() -> Sheet:
     title = "robots whose legs bend: what rigid links are off by"
     return Sheet(
         title,
-        ("robot", "law of the contact", Column("ratio", "Tc f1", "-"), "EI [N m²]", *columns),
+        ("robot", "law of the contact", Heading("ratio", "Tc f1", "-"), "EI [N m²]", *columns),
         rows,
         notes,
     )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.show.tables import Column, Sheet
+from shockpc.show.tables import Heading, Sheet
 from shockpc.studies.analyze.sheets import points_sheet, shocks_sheet
 from shockpc.studies.analyze.view import View, kept
 from shockpc.studies.analyze.views import (
@@ -30,11 +30,11 @@ def modes_sheet(profile: ShockProfile) -> Sheet:
     assert stiffness is not None
     modes = stiffness.motion.modes
     columns: dict[Any, Iterable[Any]] = {"frequency [Hz]": modes.frequency}
-    columns[Column("energy", "kinetic energy before", "J")] = modes.energy
+    columns[Heading("energy", "kinetic energy before", "J")] = modes.energy
     for place, share in zip(profile.places("contact"), stiffness.force_shares, strict=False):
-        columns[Column(f"force_share_{place.name}", f"of the force of {place.name}", "%")] = share
+        columns[Heading(f"force_share_{place.name}", f"of the force of {place.name}", "%")] = share
     of_contacts = modes.participation[stiffness.number >= 0].sum(axis=0)
-    columns[Column("contacts_share", "share of the contacts", "%")] = of_contacts
+    columns[Heading("contacts_share", "share of the contacts", "%")] = of_contacts
     return Sheet.of("modes, and the normal force that they carry", columns)
 
 

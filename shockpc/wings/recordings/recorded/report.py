@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from shockpc.evaluation.column import Column as Computed
+from shockpc.evaluation.column import Column
 from shockpc.evaluation.table import Table
 from shockpc.profile import profile_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, unknown_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Cell, Column, Lines, Row, Sheet
+from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, proof_lines, robot_line, shown_as, without_value
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, count, few
@@ -44,7 +44,7 @@ def recorded_report(
     table: str,
     landings: RecordedLandings,
     results: Table,
-    rank: Computed | None = None,
+    rank: Column | None = None,
     validation: Validation | None = None,
     worst: Mapping[str, ShockProfile] | None = None,
 ) -> Report:
@@ -147,7 +147,7 @@ def _extents(landings: RecordedLandings, results: Table) -> Sheet:
                 str(landings.table.names[worst[0]]) if worst else None,
             )
         )
-    percentile = Column("percentile_95", "95 %")
+    percentile = Heading("percentile_95", "95 %")
     return Sheet(
         "quantities",
         ("quantity", "unit", "minimum", "median", percentile, "maximum", "worst in landing"),
@@ -163,8 +163,8 @@ def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Shee
         **{name: values for name, values in results.columns.items() if name not in labels},
     }
     header = [
-        Column("landing", "landing"),
-        *(Column(name, name, units.get(name, "")) for name in columns if name != "name"),
+        Heading("landing", "landing"),
+        *(Heading(name, name, units.get(name, "")) for name in columns if name != "name"),
     ]
     cells = [columns["name"], *(values for name, values in columns.items() if name != "name")]
     rows = [(*(values[i].item() for values in cells), results.messages.get(i)) for i in order]
@@ -172,7 +172,7 @@ def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Shee
 
 
 def _shown_rows(
-    study: RecordedLandings, results: Table, order: Sequence[int], rank: Computed | None
+    study: RecordedLandings, results: Table, order: Sequence[int], rank: Column | None
 ) -> Sheet:
     """The table of landings with the columns that people read."""
     labels = ["landing" if name == "name" else name for name in study.table.labels]
@@ -187,7 +187,7 @@ def _shown_rows(
     return _rows(study, results, order).only(*names)._replace(title=title)
 
 
-def _shown(results: Table) -> list[Computed]:
+def _shown(results: Table) -> list[Column]:
     """The columns that people read: what was asked for, and the energy made if there is some."""
     return [
         column
@@ -206,12 +206,12 @@ def agreement_sheet(validation: Validation, full: bool = False, intervals: bool 
         full: whether single quantities are listed besides their groups.
         intervals: whether the statistics have their intervals.
     """
-    header: list[str | Column] = ["joint model", "after [ms]", "quantity", "unit", "n"]
+    header: list[str | Heading] = ["joint model", "after [ms]", "quantity", "unit", "n"]
     for name in STATISTICS:
         key = name.replace(" (", "_").removesuffix(")")
-        header.append(Column(key, name))
+        header.append(Heading(key, name))
         if intervals:
-            header += [Column(f"{key}_low", f"{name} low"), Column(f"{key}_high", f"{name} high")]
+            header += [Heading(f"{key}_low", f"{name} low"), Heading(f"{key}_high", f"{name} high")]
     rows: list[Row] = []
     for one in validation.agreements:
         if full or one.group:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import robot_line
 from shockpc.text.printed import count, few
 from shockpc.wings.recordings.touchdowns.study import Touchdowns
@@ -25,7 +25,7 @@ def touchdowns_report(log: Path, study: Touchdowns) -> Report:
         yield Lines(list(_header(log, study)))
         sheet = _landings(study).without("time_last", "in_table")
         known = sheet.known()
-        notes = [NOTE] if "fall" in (column.key for column in known.columns) else []
+        notes = [NOTE] if "fall" in known.keys else []
         yield known._replace(notes=notes).largest(None if full else ROWS, "landing")
         yield Picture(
             "touchdowns",
@@ -79,7 +79,7 @@ def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
 def _table(study: Touchdowns) -> Sheet:
     """The table that `shockpc recorded` takes, whose columns have only its names."""
     sheet = sheet_of(study.table)
-    return sheet._replace(header=[Column(name, name) for name in study.table.columns])
+    return sheet._replace(header=[Heading(name, name) for name in study.table.columns])
 
 
 def _landings(study: Touchdowns) -> Sheet:
