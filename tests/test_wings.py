@@ -52,7 +52,7 @@ def python(top, *words):
 def copy_of(folder):
     """The package and its tests in another folder."""
     ignored = shutil.ignore_patterns("__pycache__")
-    for name in ("shockpc", "tests", "robots"):
+    for name in ("shockpc", "tests", "robots", ".github"):
         shutil.copytree(TOP / name, folder / name, ignore=ignored)
     for name in ("pyproject.toml", "README.md"):
         shutil.copy(TOP / name, folder)

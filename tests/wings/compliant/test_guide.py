@@ -40,9 +40,9 @@ def peaks(scene):
 
 
 def test_peaks_with_links_that_bend():
-    """The table of the method; the page on bending rounds its numbers."""
+    """The table of links that bend; the page on bending rounds its numbers."""
     rows = re.findall(
-        r"\| [a-z' A-Z]+\[(?:N|g|N m)\] \|([^|]+)\|([^|]+)\|([^|]+)\|", page("method")
+        r"\| [a-z' A-Z]+\[(?:N|g|N m)\] \|([^|]+)\|([^|]+)\|([^|]+)\|", page("stiffness")
     )
     columns = np.array(rows, dtype=float).T
     elastic = replace(GO2, contact=(replace(FOOT, restitution=1.0),))
